@@ -1,25 +1,7 @@
 """What can go wrong, and what each error is called.
 
-```text
-SwarmError
-├── ConfigError (ValueError)         a configuration is out of range
-│   └── UnknownNameError (TypeError)     a keyword or field is unknown
-├── CommandError (ValueError)        a command, scenario or seed is not one the game can take
-├── GameOverError (RuntimeError)     a step was asked of a game that has ended or not begun
-├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
-│   └── KindError                        its commands are of another kind than the control system takes
-├── FlightError (RuntimeError)       a control system raised, answered nonsense, or took too long
-├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
-├── ResultsError (ValueError)        results are corrupt, too few, in use, or of another tournament
-│   └── WorkerError (RuntimeError)       who was to play died, cannot be had, or is of another version
-├── OutputError (OSError)            a file cannot be written where it was asked for
-├── RenderError (RuntimeError)       a picture cannot be shown here
-├── ProtocolError (ValueError)       a message or frame is not one of the protocol
-├── RecordingError (ValueError)      a recorded game is corrupt, foreign or unfinished
-└── MissingExtraError (ImportError)  an optional dependency is not installed
-```
-
-`Stopped` stands beside them: a KeyboardInterrupt that waited until all was saved.
+Every error is a `SwarmError`, and an error of Python's own that fits. `Stopped` stands beside them: a
+KeyboardInterrupt that waited until all was saved.
 """
 
 from __future__ import annotations

@@ -14,7 +14,6 @@ from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import PolicyError
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.actions import ActionKind, make_actions
-from swarm_pz.spaces.densities import COMMAND_NAMES
 from swarm_pz.spaces.formats import Format, FormatOptions
 from swarm_pz.spaces.observation import Observations
 
@@ -121,45 +120,32 @@ def format_of(
 
 def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSystem) -> FormatOptions:
     """Return the options of actions that a space belongs to."""
-    if system.takes != "density":
-        return _commands_of(space, config, system)
-    if isinstance(space, spaces.Discrete) and space.n == len(COMMAND_NAMES) and space.start == 0:
-        return {"action": "discrete"}
-    modes = make_actions(config, system, "modes", None, flat=False).space
-    if space == modes:
-        return {"action": "modes"}
-    if isinstance(space, spaces.Box):
-        cells = space.shape[0] if len(space.shape) == 2 else round(float(np.prod(space.shape)) ** 0.5)
-        flat, limits = len(space.shape) == 1, (float(space.low.min()), float(space.high.max()))
-        fits = space.shape == ((cells**2,) if flat else (cells, cells)) and 2 <= cells <= config.command_cells
-        kinds = {(-1.0, 1.0): "normalised", (0.0, 1.0): "command"}
-        if fits and limits in kinds:
-            return {
-                "action": kinds[limits],  # type: ignore[typeddict-item]
-                "action_cells": cells,
-                "flatten_actions": flat,
-            }
+    takes_densities = system.takes == "density"
+    kinds: tuple[ActionKind, ...] = ("normalised", "command")
+    sides = range(2, config.command_cells + 1) if takes_densities else (None,)
+    known: list[FormatOptions] = [
+        {"action": kind, "action_cells": side, "flatten_actions": flat}
+        for kind in kinds
+        for flat in (False, True)
+        for side in sides
+    ]
+    known += [{"action": "modes"}] if takes_densities else []
+    known += [{"action": "discrete"}] if takes_densities or system.named(config) else []
+    wanted = spaces.Box(space.low, space.high, dtype=np.float32) if isinstance(space, spaces.Box) else space
+    found: list[spaces.Space[Any]] = []
+    for options in known:
+        flat = options.get("flatten_actions", False)
+        found.append(make_actions(config, system, options["action"], options.get("action_cells"), flat=flat).space)
+        if found[-1] == wanted:
+            return options
+    if takes_densities:
+        raise PolicyError(
+            f"a model's actions must be densities Box(0, 1), log-densities Box(-1, 1), (a, a) or (a * a,) with a from "
+            f"2 to {config.command_cells}, modes {found[-2]}, or {found[-1]}, got {space}"
+        )
     raise PolicyError(
-        f"a model's actions must be densities Box(0, 1), log-densities Box(-1, 1), (a, a) or (a * a,) with a from 2 to "
-        f"{config.command_cells}, modes {modes}, or Discrete({len(COMMAND_NAMES)}), got {space}"
-    )
-
-
-def _commands_of(space: spaces.Space[Any], config: GameConfig, system: ControlSystem) -> FormatOptions:
-    """Return the options of actions that a space belongs to, where commands are no densities."""
-    kinds: tuple[ActionKind, ...] = ("normalised", "command", "discrete")
-    known = []
-    for kind in kinds:
-        for flat in (False, True):
-            options: FormatOptions = {"action": kind, "flatten_actions": flat}
-            if kind == "discrete" and (flat or not system.named(config)):
-                continue
-            known.append(Format(config, config.observations[0], system, **options).action_space)
-            if known[-1] == space:
-                return options
-    raise PolicyError(
-        f"a model's actions must be those of the control system {system.name}, one of "
-        f"{', '.join(map(str, known))}, got {space}"
+        f"a model's actions must be those of the control system {system.name}, one of {', '.join(map(str, found))}, "
+        f"got {space}"
     )
 
 

@@ -121,21 +121,23 @@ def faults() -> dict[str, str]:
 
 def about(name: str) -> str:
     """Return a line about an installed policy, from the first of its factory's docstring; nothing about others."""
-    try:
-        point = _point_of(name)
-        text = (getattr(point.load(), "__doc__", None) or "").strip() if point is not None else ""
-    except FAULTS:  # `faults` says it
-        return ""
-    return text.splitlines()[0] if text else ""
+    factory = _factory_of(name)
+    text = (factory.__doc__ or "").strip() if factory is not None else ""
+    return str(text.splitlines()[0]) if text else ""
 
 
 def kind_of(name: str) -> str:
     """Return the kind of commands that an installed policy answers, as its factory says; densities of others."""
+    return str(getattr(_factory_of(name), "answers", "density"))
+
+
+def _factory_of(name: str) -> Any:
+    """Return what makes the policy of a name; None where that cannot be had, which `faults` says."""
     try:
         point = _point_of(name)
-        return str(getattr(point.load(), "answers", "density")) if point is not None else "density"
-    except FAULTS:  # `faults` says it
-        return "density"
+        return None if point is None else point.load()
+    except FAULTS:
+        return None
 
 
 def load(policy: str | Path | Player | Model, config: GameConfig, system: ControlSystem | None = None) -> Player:

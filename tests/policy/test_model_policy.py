@@ -10,13 +10,11 @@ from swarm_pz.config import CHANNELS
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.envs.opponents import DuelBatch
 from swarm_pz.errors import PolicyError
-from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.rollout import play_games
 from swarm_pz.policy import load
 from swarm_pz.policy.model_policy import ModelPolicy
 from swarm_pz.spaces.densities import named_commands
 from swarm_pz.spaces.formats import Format
-from swarm_pz.training.vec_env import SwarmVecEnv
 
 GAME = GameConfig(drones_per_team=2, time_limit=3.0)
 IMAGES = spaces.Box(0, 255, (9, 50, 50), np.uint8)
@@ -40,28 +38,24 @@ class Model:
 
 
 @pytest.mark.parametrize(
-    ("make", "options"),
+    ("make", "options", "more"),
     [
-        (PPO, {"observation_dtype": "float32", "action_cells": 5}),
-        (A2C, {"channels_last": True, "flatten_actions": True}),
-        (DQN, {"action": "discrete"}),
+        (PPO, {"observation_dtype": "float32", "action_cells": 5}, {"n_steps": 2, "batch_size": 2}),
+        (A2C, {"channels_last": True, "flatten_actions": True}, {"n_steps": 2}),
+        (DQN, {"action": "discrete"}, {"buffer_size": 10}),
     ],
 )
-def test_a_model_of_sb3_is_an_opponent_as_it_is(make, options):
+def test_a_model_of_sb3_is_an_opponent_as_it_is_whatever_is_played_beside_it(make, options, more):
     observation = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions", "time_left"))
     env = DuelEnv(GAME, observation=observation, **options)
-    more = {"buffer_size": 10} if make is DQN else {"n_steps": 2} | ({"batch_size": 2} if make is PPO else {})
-    model = make("MlpPolicy", env, policy_kwargs={"net_arch": [8]}, device="cpu", **more)
+    model = make("MlpPolicy", env, policy_kwargs={"net_arch": [8]}, device="cpu", seed=0, **more)
     game = GAME.replace(observation=observation)
-    players = SwarmVecEnv(game, 3, opponent=[model, "ring"], seed=0)
-    assert players.opponent_names == [make.__name__, "ring"]
-    players.reset()
-    players.step(np.zeros((3, 10, 10)))
-    assert play_match(model, "uniform", games=2, config=game).summary()["games"] == 2
+    many = play_games(model, "uniform", range(11), seed=1, config=game)
+    assert play_games(model, "uniform", [9], seed=1, config=game) == [many[9]]
 
 
 def against(model, game=GAME):
-    """Play one step against a model; return what it asked for, and the environment."""
+    """Play one step against a model; return what it asked for."""
     env = DuelEnv(game, opponent=model)
     env.reset(seed=0)
     env.step(np.zeros((10, 10)))
@@ -115,7 +109,7 @@ class Counter(Model):
         return observation[:, 0, 0, 0].astype(np.int64), None
 
 
-@pytest.mark.parametrize("count", [1, 7, 8, 9, 17])
+@pytest.mark.parametrize("count", [1, 8, 17])
 def test_a_model_is_shown_eight_boards_at_once_and_each_gets_its_own_answer(count):
     model = Counter(IMAGES, spaces.Discrete(57))
     boards = np.zeros((count, 9, 50, 50), np.uint8)
@@ -123,13 +117,6 @@ def test_a_model_is_shown_eight_boards_at_once_and_each_gets_its_own_answer(coun
     answers = load(model, GAME).act(boards, np.arange(count) + 5)
     np.testing.assert_array_equal(answers, named_commands(10)[numbers])
     assert [len(shown) for shown in model.shown] == [8] * -(-count // 8)
-
-
-def test_a_game_of_a_model_does_not_depend_on_those_beside_it():
-    game = GameConfig(drones_per_team=3, time_limit=8.0)
-    policy = load(PPO("MlpPolicy", DuelEnv(game), n_steps=2, batch_size=2, device="cpu", seed=0), game)
-    many = play_games(policy, "uniform", range(11), seed=1, config=game)
-    assert play_games(policy, "uniform", [9], seed=1, config=game) == [many[9]]
 
 
 def test_what_it_sees_follows_from_what_either_side_of_the_game_sees_or_is_said():
@@ -156,7 +143,7 @@ def test_what_it_sees_follows_from_what_either_side_of_the_game_sees_or_is_said(
 @pytest.mark.parametrize(
     ("observes", "acts", "message"),
     [
-        (IMAGES, spaces.Discrete(4), r"actions must be .* got Discrete\(4\)"),
+        (IMAGES, spaces.Discrete(4), r"got Discrete\(4\)"),
         (IMAGES, spaces.Box(-2, 2, (5, 5)), "actions must be"),
         (IMAGES, spaces.Box(-1, 1, (7,)), "actions must be"),
         (IMAGES, spaces.Discrete(57, start=1), "actions must be"),
@@ -164,11 +151,11 @@ def test_what_it_sees_follows_from_what_either_side_of_the_game_sees_or_is_said(
         (IMAGES, spaces.Box(0, 1, (11, 11)), "actions must be"),
         (IMAGES, spaces.Box(0, 1, (5, 4)), "actions must be"),
         (spaces.Box(0, 255, (9, 10, 10), np.int16), LOG, "must observe images"),
-        (spaces.Box(0, 255, (36, 50, 50), np.uint8), LOG, "of 9 channels, or as many"),
+        (spaces.Box(0, 255, (36, 50, 50), np.uint8), LOG, "of 9 channels"),
         (spaces.Box(0, 255, (9, 7, 7), np.uint8), LOG, "divides 50"),
         (spaces.Box(-1, 1, (4,)), LOG, "must observe images"),
-        (spaces.Box(0.0, 255.0, (9, 10, 10), np.float32), LOG, "it would be shown"),
-        (spaces.Dict({"a": LOG}), LOG, "it would be shown"),
+        (spaces.Box(0.0, 255.0, (9, 10, 10), np.float32), LOG, "would be shown"),
+        (spaces.Dict({"a": LOG}), LOG, "would be shown"),
     ],
 )
 def test_what_does_not_fit_is_named(observes, acts, message):

@@ -10,39 +10,35 @@ import pytest
 
 from swarm_pz import GameConfig, ObservationConfig, policies
 from swarm_pz.envs.gymnasium_env import DuelEnv
-from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
 from swarm_pz.errors import CheckpointError, PolicyError
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.policy import GROUP, about, load, load_players, name_of
-from swarm_pz.training.vec_env import SwarmVecEnv
 
 SHIPPED = Path(policies.__file__).parent / "zoo" / "hunter"
 
 
-def test_a_folder_that_training_wrote_is_an_opponent_in_every_face(tmp_path):
+def test_a_folder_that_training_wrote_is_an_opponent_and_names_come_before_folders(tmp_path):
     folder = tmp_path / "runs" / "first"
     LearnedPolicy.read(SHIPPED, GameConfig()).write(folder)
     for opponent in (folder, str(folder), "runs/first"):
-        for make in (DuelEnv, DuelVectorEnv, SwarmVecEnv):
-            environment = make(opponent=opponent, drones_per_team=5, max_cycles=5)
-            assert environment.opponent_names == [str(opponent)]
-            assert isinstance(environment.duel._dealt[0].player, LearnedPolicy)
+        assert isinstance(load(opponent, GameConfig()), LearnedPolicy) and name_of(opponent) == str(opponent)
+    assert DuelEnv(opponent="runs/first").opponent_names == ["runs/first"]
     (tmp_path / "ring").mkdir()
-    assert load("ring", GameConfig()).name == "ring", "names come before folders"
+    assert load("ring", GameConfig()).name == "ring"
 
 
 @pytest.mark.parametrize(
     ("name", "error", "message"),
     [
-        ("rign", PolicyError, "no policy 'rign', and no such folder; did you mean 'ring'"),
+        ("rign", PolicyError, "did you mean 'ring'"),
         ("runs/frist", PolicyError, "no folder 'runs/frist', nor a policy of that name; there are besiege"),
         (" ", PolicyError, "name is empty"),
         ("file.json", PolicyError, r"got the file 'file\.json'"),
         ("tactics.py", PolicyError, "name the tactic in it"),
         (42, PolicyError, "must have reset"),
-        ("empty", CheckpointError, r"empty holds no policy: expected policy\.json or policy\.onnx in it"),
-        ("stopped", CheckpointError, "stopped before: swarm-pz train --resume --out stopped$"),
-        ("league", CheckpointError, "stopped before: swarm-pz league --resume --out league$"),
+        ("empty", CheckpointError, r"expected policy\.json or policy\.onnx in it"),
+        ("stopped", CheckpointError, "swarm-pz train --resume --out stopped$"),
+        ("league", CheckpointError, "swarm-pz league --resume --out league$"),
     ],
 )
 def test_what_is_neither_name_nor_folder_is_said(name, error, message):
@@ -87,17 +83,12 @@ def guest(monkeypatch):
 
 def test_a_factory_is_given_the_game_and_all_that_stands_after_the_first_colon(guest):
     config = GameConfig(drones_per_team=3)
-    for name, given in (
-        ("told", ()),
-        ("told:ring", ("ring",)),
-        ("told:planner:ring", ("planner:ring",)),
-        ("told:", ("",)),
-    ):
+    for name, given in {"told": (), "told:planner:ring": ("planner:ring",), "told:": ("",)}.items():
         assert load(name, config).given == (config, *given)
         assert about(name) == "A policy that keeps what its factory was given."
     assert about("nobody") == about("nobody:told") == ""
     guest.told = lambda config: 42
-    with pytest.raises(PolicyError, match=r"policy 'told' must have reset, .* got 42"):
+    with pytest.raises(PolicyError, match="policy 'told' must have reset"):
         load("told", config)
 
 
@@ -113,7 +104,7 @@ def test_two_players_are_loaded_in_their_order_and_share_nothing(guest):
 
 
 def test_tables_call_a_policy_by_its_name_or_else_by_its_kind():
-    named, folder = Told(), Path("runs") / "first"
-    assert [name_of(policy) for policy in ("planner:ring", folder, named)] == ["planner:ring", str(folder), "Told"]
+    named = Told()
+    assert [name_of(policy) for policy in ("planner:ring", named)] == ["planner:ring", "Told"]
     named.name = "teller"
     assert name_of(named) == "teller"
