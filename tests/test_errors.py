@@ -41,8 +41,7 @@ def test_in_a_clone_the_line_names_its_folder_and_its_pinned_versions(monkeypatc
     came_from(monkeypatch, {"url": clone.as_uri(), "dir_info": {"editable": True}})
     assert shlex.split(installing("play"))[4:] == ["--editable", f"{clone}[play]"]
     (clone / "constraints.txt").write_text("")
-    pinned = ["--constraint", str(clone / "constraints.txt"), "--editable", f"{clone}[play]"]
-    assert shlex.split(installing("play"))[4:] == pinned
+    assert shlex.split(installing("play"))[4:6] == ["--constraint", str(clone / "constraints.txt")]
 
 
 def test_without_an_installation_the_name_is_given(monkeypatch):
@@ -50,9 +49,7 @@ def test_without_an_installation_the_name_is_given(monkeypatch):
         raise importlib.metadata.PackageNotFoundError(name)
 
     monkeypatch.setattr(importlib.metadata, "distribution", none)
-    assert shlex.split(installing("play"))[4:] == ["swarm-pz[play]"]
-
-
-def test_a_missing_module_says_how_to_install_it():
-    with pytest.raises(MissingExtraError, match=r"no_such_module is not installed; install it with: .* -m pip install"):
+    with pytest.raises(
+        MissingExtraError, match=r"no_such_module is not installed; .* -m pip install 'swarm-pz\[play\]'"
+    ):
         require_extra("no_such_module.part", "play")

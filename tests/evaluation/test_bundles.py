@@ -39,9 +39,9 @@ def test_a_policy_whose_folder_is_gone_plays_from_its_bundle(folder):
 @pytest.mark.parametrize(
     ("name", "digests", "reason"),
     [
-        ("champion", {"champion": "123"}, r"champion is another on .*: expected digest 123, got [0-9a-f]+"),
-        ("champion", {}, "champion is another on .*: expected digest None"),
-        ("no_such", {}, "cannot load no_such"),
+        ("champion", {"champion": "123"}, "expected digest 123"),
+        ("champion", {}, "expected digest None"),
+        ("no_such", {}, "cannot load"),
     ],
 )
 def test_another_or_a_missing_policy_is_refused_and_forfeits_nothing(name, digests, reason):
@@ -49,16 +49,13 @@ def test_another_or_a_missing_policy_is_refused_and_forfeits_nothing(name, diges
         play_block_elsewhere(policies.load, name, "ring", [0], CONFIG, digests, None, None)
 
 
-def test_a_folder_that_is_too_large_is_refused_with_its_size(folder, monkeypatch):
-    monkeypatch.setattr(bundles, "MOST_BYTES", 1000)
-    with pytest.raises(PolicyError, match=r"too large .* expected 1,000 bytes or fewer, got [\d,]+"):
-        PolicyBundle.of(folder)
-    with pytest.raises(PolicyError, match="cannot be read"):
-        PolicyBundle.of(folder / "nowhere")
-
-
-def test_only_names_that_are_folders_travel(folder, monkeypatch):
+def test_only_folders_travel_and_no_large_ones(folder, monkeypatch):
     monkeypatch.chdir(folder.parent)
     (folder.parent / "ring").mkdir()
     assert folder_of("mine") == Path("mine") and folder_of(str(folder)) == folder
     assert folder_of("ring") is None and folder_of("planner:ring") is None and folder_of("no_such") is None
+    with pytest.raises(PolicyError, match="cannot be read"):
+        PolicyBundle.of(folder / "nowhere")
+    monkeypatch.setattr(bundles, "MOST_BYTES", 1000)
+    with pytest.raises(PolicyError, match="1,000 bytes"):
+        PolicyBundle.of(folder)

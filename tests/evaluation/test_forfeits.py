@@ -1,7 +1,6 @@
 """Control systems that fail in the middle of games: whose side forfeits, and which games go on."""
 
 import json
-import re
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -13,8 +12,7 @@ from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, FlightError
 from swarm_pz.evaluation import play_match
-from swarm_pz.evaluation.rollout import FaultError, GroundedError, Rollout
-from swarm_pz.evaluation.tournament import TournamentConfig, play_block
+from swarm_pz.evaluation.rollout import FaultError, play_games
 from tests.systems_of_tests import Magnet, install
 
 
@@ -47,7 +45,7 @@ class Brittle(Magnet):
 
 
 CONFIG = GameConfig(drones_per_team=2, time_limit=3.0, command_period=0.5)
-FAULTS = {"raises": r"raised ZeroDivisionError\('fell over'\)", "shape": "of shape", "nan": "must be finite"}
+FAULTS = {"raises": "ZeroDivisionError", "shape": "of shape", "nan": "must be finite"}
 
 
 @pytest.fixture(autouse=True)
@@ -68,69 +66,47 @@ def test_an_environment_raises_and_names_the_system(fault):
         env.step({agent: env.action_space(agent).low for agent in env.agents})
 
 
-@pytest.mark.parametrize("place", [0, 1])
-def test_the_side_that_it_flies_is_at_fault_wherever_it_sits(place):
-    found = []
-    for number in range(6):
-        try:
-            Rollout("uniform", "uniform", [number], config=flown("nan", (place,))).play()
-        except GroundedError as fault:
-            found.append((fault.place, str(fault).partition(",")[0]))
-    assert 0 < len(found) < 6 and set(found) == {(place, "brittle")}
-
-
 @pytest.mark.parametrize("fault", FAULTS)
 def test_in_a_match_its_side_loses_and_the_other_games_are_those_of_a_match_without_faults(fault):
     finished = []
-    played = play_match("ring", "uniform", games=12, config=flown(fault), progress=lambda *how: finished.append(how))
+    played = play_match("ring", "uniform", games=8, config=flown(fault), progress=lambda *how: finished.append(how))
     failed = {(game.pair, game.side) for game in played.forfeits}
-    assert 0 < len(failed) < 12, "teams begin in any corner, and fail at the right"
+    assert 0 < len(failed) < 8, "teams begin in any corner, and fail at the right"
     for number, game in enumerate(played.games):
         if game.forfeit:
-            assert (game.outcome, game.share, game.seconds) == ("loss", 0.0, 0.0)
+            assert (game.outcome, game.share, game.seconds) == ("loss", 0.0, 0.0) and "brittle" in game.forfeit
         else:
-            alone = Rollout("ring", "uniform", [number], config=flown(fault))
-            alone.play()
-            assert alone.games() == [game]
+            assert play_games("ring", "uniform", [number], seed=0, config=flown(fault)) == [game]
     assert len({game.fingerprint for game in played.forfeits}) == len(failed)
-    assert finished[-1] == (12, 12) and max(finished) == (12, 12)
-    mirrored = play_match("uniform", "ring", games=12, config=flown(fault, (1,)))
+    assert finished[-1] == (8, 8) and max(finished) == (8, 8)
+    mirrored = play_match("uniform", "ring", games=8, config=flown(fault, (1,)))
     assert {(game.pair, game.side) for game in mirrored.forfeits} == failed, "players who change places take it along"
     assert all((game.outcome, game.share) == ("win", 1.0) for game in mirrored.forfeits)
 
 
-SERVED = {
-    "raises": (lambda: 1 / 0, "raised ZeroDivisionError"),
-    "nan": (lambda: [[np.nan, 0.5]], "cannot serve densities: .* got nan"),
-    "outside": (lambda: [[9.0, 0.5]], r"cannot serve densities: .* within \[0, 1\] .* got 9 there"),
-}
-"""What `from_densities` may do wrong: how, and what is said of it."""
+SERVED = {"raises": lambda: 1 / 0, "nan": lambda: [[np.nan, 0.5]], "outside": lambda: [[9.0, 0.5]]}
+"""What `from_densities` may do wrong."""
 
 
 @pytest.mark.parametrize("fault", SERVED)
 @pytest.mark.parametrize("place", [0, 1])
 def test_a_system_that_cannot_serve_a_density_later_on_forfeits(fault, place, monkeypatch):
-    serve, said = SERVED[fault]
-    even = lambda *given: [[0.4, 0.5]] * len(given[1]) if given[1].min() == 1 else serve()  # noqa: E731
+    even = lambda *given: [[0.4, 0.5]] * len(given[1]) if given[1].min() == 1 else SERVED[fault]()  # noqa: E731
     monkeypatch.setattr(Brittle, "from_densities", even)
     played = play_match("ring", "ring", games=2, config=flown("nan", (place,)))
     assert {game.outcome for game in played.forfeits} == {("loss", "win")[place]} and len(played.forfeits) == 2
-    assert re.match(f"brittle, which flies (red|blue), {said}", played.forfeits[0].forfeit)
-
-
-@pytest.mark.parametrize("fault", SERVED)
-@pytest.mark.parametrize("make", [parallel_env, lambda config: play_match("ring", "ring", games=2, config=config)])
-def test_a_system_that_cannot_serve_even_coverage_is_refused_when_games_are_made(fault, make, monkeypatch):
-    monkeypatch.setattr(Brittle, "from_densities", lambda *_: SERVED[fault][0]())
-    with pytest.raises(ConfigError, match="controllers: brittle cannot serve densities"):
-        make(flown("nan", (0, 1)))
+    assert played.forfeits[0].forfeit.startswith("brittle, which flies ")
+    monkeypatch.setattr(Brittle, "from_densities", lambda *_: SERVED[fault]())  # even coverage: when games are made
+    for make in (parallel_env, lambda config: play_match("ring", "ring", games=2, config=config)):
+        with pytest.raises(ConfigError, match="brittle cannot serve densities"):
+            make(flown("nan", (0, 1)))
 
 
 def test_a_system_that_cannot_show_a_command_later_on_forfeits(monkeypatch):
     show = lambda _, commands, config: np.ones((len(commands), 3 if commands[0, 0] > 0.2 else 10, 10))  # noqa: E731
     monkeypatch.setattr(Brittle, "to_densities", show)
-    played = play_match("ring", "uniform", games=4, config=flown("nan"))
-    assert ["cannot show its commands" in game.forfeit for game in played.forfeits] == [True] * 4
+    played = play_match("ring", "uniform", games=2, config=flown("nan"))
+    assert ["cannot show its commands" in game.forfeit for game in played.forfeits] == [True] * 2
 
 
 def test_a_policy_at_fault_stops_a_match():
@@ -140,15 +116,11 @@ def test_a_policy_at_fault_stops_a_match():
         play_match("uniform", broken, games=2, config=CONFIG)
 
 
-def test_a_tournament_and_a_command_line_say_who_forfeited_and_why(tmp_path, capsys):
-    games = play_block(policies.load, "ring", "uniform", range(12), TournamentConfig(games=12, game=flown()))
-    forfeits = [game for game in games if game.forfeit]
-    assert 0 < len(forfeits) < len(games) == 12
-    assert all(game.outcome == "loss" and "ring: brittle, which flies" in game.forfeit for game in forfeits)
+def test_the_command_line_says_who_forfeited_and_why(tmp_path, capsys):
     short = ["--game.drones-per-team", "2", "--game.time-limit", "3", "--game.command-period", "0.5"]
     file = tmp_path / "e.json"
-    main(["evaluate", "ring", "--games", "12", *short, "--game.controllers", "brittle", "ergodic", "--json", str(file)])
-    assert "of 12 games are forfeits: brittle, which flies" in capsys.readouterr().out
-    told = json.loads(file.read_text())["forfeits"]
-    assert len(told) == len(forfeits)
-    assert all("ZeroDivisionError" in one["reason"] and one["side"] in ("red", "blue") for one in told)
+    main(["evaluate", "ring", "--games", "8", *short, "--game.controllers", "brittle", "ergodic", "--json", str(file)])
+    assert "of 8 games are forfeits: brittle, which flies" in capsys.readouterr().out
+    forfeits = json.loads(file.read_text())["forfeits"]
+    assert 0 < len(forfeits) < 8
+    assert all("ZeroDivisionError" in one["reason"] and one["side"] in ("red", "blue") for one in forfeits)

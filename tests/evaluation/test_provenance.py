@@ -8,13 +8,11 @@ from importlib.metadata import PackageNotFoundError, version
 
 import numba
 import numpy as np
-import pytest
 
 from swarm_pz.cli import main
 from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.evaluation.provenance import provenance, required_versions, versions
 
-SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
 RULES = GameConfig(time_limit=5.0, drones_per_team=2)
 
 
@@ -38,26 +36,19 @@ def test_rules_are_those_of_each_game_and_not_of_what_a_learner_sees():
     assert provenance(RULES) == provenance(RULES.replace(observation=ObservationConfig(grid=10)))
 
 
-@pytest.mark.parametrize(
-    ("words", "files"),
-    [
-        ("evaluate ring --games 2 --json out.json", ["out.json"]),
-        ("diagnose ring noise --seconds 1 --json out.json", ["out.json"]),
-        (
-            "tournament ring uniform --processes 1 --games 2 --out ladder",
-            ["ladder/ladder.json", "ladder/tournament.json"],
-        ),
-        ("render ring noise --out 'my board.png' --seconds 1", []),
-    ],
-)
-def test_commands_print_and_write_the_rules_and_themselves(words, files, tmp_path, capsys):
-    command = [*shlex.split(words), *SHORT]
-    main(command)
-    assert f"rules: {RULES.rules_hash}\n" in capsys.readouterr().out
-    for file in files:
-        found = json.loads((tmp_path / file).read_text())
-        assert GameConfig.from_dict(found["rules"]).rules_hash == found["rules_hash"] == RULES.rules_hash
-        assert found["versions"] == versions() and shlex.split(found["command"]) == ["swarm-pz", *command]
+def test_commands_print_and_write_the_rules_and_themselves(tmp_path, capsys):
+    for words, files in {
+        "evaluate ring --games 2 --json out.json": ["out.json"],
+        "diagnose ring noise --seconds 1 --json out.json": ["out.json"],
+        "tournament ring uniform --processes 1 --games 2 --out 'my ladder'": ["ladder.json", "tournament.json"],
+    }.items():
+        command = [*shlex.split(words), "--game.time-limit", "5", "--game.drones-per-team", "2"]
+        main(command)
+        assert f"rules: {RULES.rules_hash}\n" in capsys.readouterr().out
+        for file in files:
+            found = json.loads((tmp_path / ("my ladder" if "ladder" in words else "") / file).read_text())
+            assert GameConfig.from_dict(found["rules"]).rules_hash == found["rules_hash"] == RULES.rules_hash
+            assert found["versions"] == versions() and shlex.split(found["command"]) == ["swarm-pz", *command]
 
 
 def test_the_default_game_has_one_hash_in_every_command(monkeypatch):

@@ -36,7 +36,6 @@ def test_a_player_without_a_loss_has_a_finite_rating_and_no_certain_interval():
     # Four of four: odds of (4 + 1/2) to (1/2), by the prior.
     rated = rate(field({(0, 1): 1.0}, 2, ("always", "never")), anchor="never")
     assert rated.values[0] == pytest.approx(1000.0 + 400.0 * np.log10(9.0), abs=1e-3)
-    rated = rate(field({(0, 1): 1.0}, 20, ("always", "never")), anchor="never")
     assert rated.low[0] + 100 < rated.values[0] < rated.high[0] - 100
 
 
@@ -52,7 +51,6 @@ def test_without_an_anchor_the_mean_is_1000_and_only_intervals_depend_on_the_see
     ("shares", "found"),
     [
         ({(0, 1): 0.75, (1, 2): 0.75, (0, 2): 0.9}, (0, 1, ())),
-        ({(0, 1): 0.8, (1, 2): 0.8, (0, 2): 0.2}, (1, 1, ("a", "b", "c"))),
         # Of 100 games each, Wilson's intervals begin at 0.48 and at 0.52.
         ({(0, 1): 0.58, (1, 2): 0.58, (0, 2): 0.42}, (0, 0, ())),
         ({(0, 1): 0.62, (1, 2): 0.62, (0, 2): 0.38}, (1, 1, ("a", "b", "c"))),
@@ -63,11 +61,10 @@ def test_without_an_anchor_the_mean_is_1000_and_only_intervals_depend_on_the_see
             (2, 2, ("a", "c", "b")),
         ),
     ],
-    ids=["ladder", "rock-paper-scissors", "undecided", "decided", "two cycles"],
+    ids=["ladder", "undecided", "decided", "two cycles"],
 )
 def test_cycles_among_decided_pairings_are_counted(shares, found):
-    names = "abc" if len(shares) == 3 else "abcdef"
-    told = intransitivity(field(shares, 50, names))
+    told = intransitivity(field(shares, 50, "abc" if len(shares) == 3 else "abcdef"))
     assert (told.cycles, told.triples, told.strongest) == found
 
 
@@ -84,12 +81,8 @@ def test_the_cyclic_share_is_told_beside_what_chance_would_give():
 @pytest.mark.parametrize(
     ("results", "anchor", "message"),
     [
-        (Results(("alone",), {}), None, "at least two players"),
-        (
-            Results(("a", "b", "c"), {(0, 1): np.ones((1, 2)), (0, 2): np.zeros((0, 2))}),
-            None,
-            "games between every two",
-        ),
+        (Results(("alone",), {}), None, "at least two"),
+        (Results(("a", "b", "c"), {(0, 1): np.ones((1, 2)), (0, 2): np.zeros((0, 2))}), None, "between every two"),
         (field({(0, 1): 0.5}, 10, ("strong", "weak")), "strnog", "did you mean 'strong'"),
     ],
 )

@@ -18,7 +18,7 @@ def double(number):
     return 2 * number
 
 
-@pytest.mark.parametrize("pool", [SerialExecutor, lambda: Processes(2), lambda: ThreadPoolExecutor(2)])
+@pytest.mark.parametrize("pool", [SerialExecutor, lambda: ThreadPoolExecutor(2)])
 def test_every_pool_does_every_task_once(pool):
     kept = []
     with pool() as workers:
@@ -26,10 +26,15 @@ def test_every_pool_does_every_task_once(pool):
     assert sorted(kept) == [((number,), 2 * number) for number in range(12)]
 
 
-def test_one_process_is_this_one_and_more_are_others():
-    with open_pool(1) as alone, open_pool(3) as others:
-        assert isinstance(others, Processes) and (others.count, others.slots) == (3, 6)
+def test_one_process_is_this_one_and_more_are_others_of_which_one_that_ends_is_named():
+    kept = []
+    with open_pool(1) as alone, open_pool(2) as others:
+        assert isinstance(others, Processes) and (others.count, others.slots) == (2, 4)
         assert alone.submit(os.getpid).result() == os.getpid()
+        share(others, double, [(number,) for number in range(3)], lambda *done: kept.append(done))
+        with pytest.raises(WorkerError, match=r"died while these were measured: number -1"):
+            share(others, double, [(-1,)], print, name=lambda task: f"number {task[0]}", verb="measured")
+    assert sorted(kept) == [((number,), 2 * number) for number in range(3)]
     with pytest.raises(ConfigError, match="processes must be"):
         open_pool(0)
 
@@ -39,11 +44,6 @@ def test_what_a_task_raises_is_raised_and_what_was_done_before_is_kept():
     with pytest.raises(ZeroDivisionError, match="thirteen"):
         share(SerialExecutor(), double, [(1,), (13,), (2,)], lambda *done: kept.append(done))
     assert kept == [((1,), 2)]
-
-
-def test_a_task_that_ends_its_process_is_named():
-    with open_pool(2) as pool, pytest.raises(WorkerError, match=r"died while these were measured: number -1"):
-        share(pool, double, [(-1,)], print, name=lambda task: f"number {task[0]}", verb="measured")
 
 
 class Held(Executor):
@@ -76,7 +76,7 @@ class Held(Executor):
 
 def test_a_lost_task_is_named_alone_and_others_that_began_are_kept():
     pool, kept = Held(), []
-    with pytest.raises(WorkerError, match=r"these were played: \('lost',\); run it again"):
+    with pytest.raises(WorkerError, match=r"these were played: \('lost',\);"):
         share(pool, str, [("begun",), ("lost",), ("queued",), ("never",)], lambda task, _: kept.append(task))
     assert kept == [("begun",)] and len(pool.given) == 3 and pool.given[2].cancelled()
 
@@ -110,23 +110,19 @@ def test_the_result_of_a_background_task_is_there_when_it_is_wanted(pool):
         assert not background.is_elsewhere and background.is_here is isinstance(workers, SerialExecutor)
 
 
-def test_a_background_task_that_was_lost_is_named():
-    with BackgroundTasks(Held()) as background:
-        background.send("the exploiter", str, "lost")
-        with pytest.raises(WorkerError, match="died while these were done: the exploiter"):
-            background.fetch("the exploiter")
-
-
-def test_background_tasks_that_should_stop_are_not_waited_for_and_end():
+def test_background_tasks_that_were_lost_are_named_and_those_that_should_stop_are_not_waited_for():
     pool = Held()
-    with BackgroundTasks(pool) as background:
-        background.send("the exploiter", str, "queued")
-        pool.given[0].set_running_or_notify_cancel()
-        background.send("later", str, "queued")
-        with pytest.raises(Stopped, match="the exploiter is under way"):
-            background.fetch("the exploiter", lambda: True)
-    assert pool.ended == 1 and pool.given[1].cancelled()
     with BackgroundTasks(pool) as background:
         background.send("done", str, "done")
         assert background.fetch("done") == "done"
-    assert pool.ended == 1
+        background.send("the learner", str, "lost")
+        with pytest.raises(WorkerError, match="died while these were done: the learner"):
+            background.fetch("the learner")
+    assert pool.ended == 0
+    with BackgroundTasks(pool) as background:
+        background.send("the exploiter", str, "queued")
+        pool.given[-1].set_running_or_notify_cancel()
+        background.send("later", str, "queued")
+        with pytest.raises(Stopped, match="the exploiter is under way"):
+            background.fetch("the exploiter", lambda: True)
+    assert pool.ended == 1 and pool.given[-1].cancelled()

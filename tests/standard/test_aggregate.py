@@ -21,16 +21,13 @@ def test_numbers_are_those_of_rliable():
     """Of rliable 1.2.0: aggregate_iqm, its interval of 5,000 resamples, improvement and profile."""
     assert interquartile_mean(SCORES) == pytest.approx(0.487, abs=1e-9)
     assert probability_of_improvement(SCORES, OTHERS) == pytest.approx(0.5875, abs=1e-9)
+    assert probability_of_improvement(np.array([[1.0, 1.0]]), np.array([[1.0, 0.0]])) == 0.75, "a tie is half of one"
     np.testing.assert_allclose(performance_profile(SCORES, [0.25, 0.5, 0.75]), [0.8, 0.5, 0.225], atol=1e-9)
     (low, high), again = (
         interval(lambda generator: drawn_runs(SCORES, generator), lambda drawn: np.array([interquartile_mean(drawn)]))
         for _ in range(2)
     )
     assert [low[0], high[0]] == pytest.approx([0.3855, 0.6005], abs=0.01) and (low, high) == again
-
-
-def test_a_tie_is_half_an_improvement():
-    assert probability_of_improvement(np.array([[1.0, 1.0]]), np.array([[1.0, 0.0]])) == 0.75
 
 
 def test_runs_are_drawn_in_each_task_alone_and_pairs_count_as_their_games():

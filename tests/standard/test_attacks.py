@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from swarm_pz import policies
@@ -11,13 +12,17 @@ from swarm_pz.standard import attacks
 from swarm_pz.standard.games import PlayerFactory, attacked
 from swarm_pz.training.config import TrainConfig
 
-GAMES = {"siege wins": ([[2.0, 0.0, 0.0]], [0.0, 0.0]), "siege draws": ([[0.0, 2.0, 0.0]], [0.25, 0.25])}
-GAMES |= {"siege loses": ([[0.0, 0.0, 2.0]], [1.0, 1.0]), "siege shares": ([[1.0, 0.0, 1.0]], [0.5, 1.0])}
+GAMES = {
+    "siege wins": ([[2.0, 0.0, 0.0]], [0.0, 0.0]),
+    "siege draws": ([[0.0, 2.0, 0.0]], [0.25, 0.25]),
+    "siege loses": ([[0.0, 0.0, 2.0]], [1.0, 1.0]),
+    "siege shares": ([[1.0, 0.0, 1.0]], [0.5, 1.0]),
+}
 """Games that a candidate won, drew and lost in each pair, and the entry's shares of the drones."""
 
 
 def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_plays(tiny, tmp_path, monkeypatch):
-    begun, shown, budgets = [], [], []
+    begun, shown = [], []
 
     class Played:
         def __init__(self, track, protocol, factory, folder, *, attackers):
@@ -28,13 +33,13 @@ def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_p
 
         def tally(self, name, one):
             assert one == "entry 1"
-            return attacks.np.array(GAMES[name][0])
+            return np.array(GAMES[name][0])
 
         def between(self, name, one):
             return [SimpleNamespace(share=share) for share in GAMES[name][1]]
 
     def search(score, **given):
-        budgets.append(given)
+        assert given == {"generations": 2, "candidates": 4, "seed": tiny.robust.seed + 1, "prefix": "siege"}
         return score(list(GAMES)), score(["siege draws"])
 
     monkeypatch.setattr(attacks, "TrackGames", Played)
@@ -46,14 +51,12 @@ def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_p
     assert attackers == [(1, name) for name in GAMES] and track.games == tiny.robust.search_games
     assert track.seed != attacked(tiny).seed
     assert [done for done, _ in shown] == [1, tiny.robust.search_games + 1]
-    assert budgets == [{"generations": 2, "candidates": 4, "seed": tiny.robust.seed + 1, "prefix": "siege"}]
-
-
-class EnoughError(Exception):
-    pass
 
 
 def test_an_exploiter_learns_by_the_protocol_and_sees_as_its_target_does(tiny, tmp_path, monkeypatch):
+    class EnoughError(Exception):
+        pass
+
     given = {}
 
     def make(policy, folder, **options):

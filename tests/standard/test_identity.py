@@ -22,11 +22,7 @@ def test_a_learned_player_is_its_weights_a_script_its_source_and_another_its_ver
 
 @pytest.mark.parametrize(
     ("changed", "is_same"),
-    [
-        ("def f(x):\n    # why\n    return x + 1", True),
-        ('def f(x: int) -> int:\n    """W."""\n    return (x + 1)', True),
-        ("def f(x): return x + 2", False),
-    ],
+    [('def f(x: int) -> int:\n    """W."""\n    # why\n    return (x + 1)', True), ("def f(x): return x + 2", False)],
 )
 def test_only_code_changes_a_digest(changed, is_same):
     def canonical(text):

