@@ -121,9 +121,12 @@ def test_dataset_reads_what_a_table_recorded(tmp_path, capsys):
     assert minari.MinariDataset("out/swarm-person-v0/data").observation_space.shape == (9, 10, 10)
 
 
-def test_a_learned_policy_is_exported(capsys):
-    run("export champion mine")
-    assert "evaluate mine" in capsys.readouterr().out and list(Path("mine").glob("*.onnx"))
+def test_a_learned_policy_is_exported_for_a_game(monkeypatch, capsys):
+    given = []
+    monkeypatch.setattr(exporting, "export_learned", lambda *named: given.extend(named))
+    run(f"export champion mine {SHORT}")
+    assert "evaluate mine" in capsys.readouterr().out
+    assert (given[0].name, *given[1:]) == ("champion", RULES, RULES.team_systems[0], Path("mine"))
 
 
 def test_a_pickle_is_not_opened_before_it_is_trusted(monkeypatch, refused):

@@ -1,4 +1,4 @@
-"""What ``train``, ``sweep``, ``league`` and the searches of ``evaluate`` print and leave behind"""
+"""What ``sweep``, ``league`` and the searches of ``evaluate`` print and leave behind"""
 
 import json
 from pathlib import Path
@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from swarm_pz.cli import learn
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config import GameConfig
 from swarm_pz.policies.held_out import Generalisation
 from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.standard import exploitability
@@ -33,52 +33,22 @@ class Trained:
 def match(opponent, score=0.0):
     return SimpleNamespace(
         policy="mine", opponent=opponent, score=lambda: score, summary=lambda: {"against": opponent, "score": score},
-        write=lambda path, command: Path(path).write_text(command),
     )  # fmt: skip
 
 
 @pytest.fixture
 def shown(monkeypatch):
-    """Note tables instead of printing them, and let every run be at its end at once."""
-    shown, trained = [], Trained()
+    """Note tables instead of printing them, and let a league be at its end at once."""
+    shown = []
 
     def begin(config, out, **_):
         out.mkdir(parents=True, exist_ok=True)
-        more = {"history": "history", "untrained": lambda: "untrained", "main": SimpleNamespace(is_finished=False)}
-        return SimpleNamespace(is_finished=False, run=lambda should_stop: trained, **more)
+        return SimpleNamespace(main=SimpleNamespace(is_finished=False), run=lambda should_stop: Trained())
 
-    monkeypatch.setattr("swarm_pz.training.ppo.Training", begin)
     monkeypatch.setattr("swarm_pz.training.selfplay.League", begin)
     for name in ("print_matches", "print_opponents", "print_exploitability"):
         monkeypatch.setattr(learn.tables, name, lambda *given, name=name: shown.append((name, *given)))
     return shown
-
-
-def test_train_is_compared_and_filmed_by_its_own_rules_and_says_how_to_try_the_policy(shown, monkeypatch, capsys):
-    given = {}
-    baseline = SimpleNamespace(match=match("uniform"), difference=0.25, low=-0.125, high=0.5)
-
-    def compare(*args, **options):
-        given["compared"] = (args[1:], options)
-        return match("uniform"), [baseline]
-
-    monkeypatch.setattr("swarm_pz.training.report.compare", compare)
-    monkeypatch.setattr("swarm_pz.training.report.plot_learning_curve", lambda *args: given.update(curve=args))
-    monkeypatch.setattr("swarm_pz.analysis.video.film_game", lambda *_, config, **__: given.update(filmed=config))
-    rules = "--game.drones-per-team 3 --game.controllers direct ergodic"
-    run(f"train --out {OUT} --games 6 --threads 3 --opponents ring noise {rules}")
-    game = TrainConfig().game.replace(
-        drones_per_team=3, controllers=("direct", "ergodic"), observation=ObservationConfig(kind="drones")
-    )
-    assert given == {
-        "curve": ("history", "ring", OUT / "learning_curve.png"),
-        "compared": (("untrained", game), {"games": 6, "seed": 0, "threads": 3}),
-        "filmed": game,
-    }
-    assert json.loads((OUT / "results.json").read_text())["against"] == "uniform"
-    printed = capsys.readouterr().out
-    assert "+0.250 (95 % interval -0.125 to +0.500)" in printed
-    assert "--opponent ring --game.controllers direct ergodic)\n" in printed
 
 
 def test_league_plays_the_scripts_and_says_how_its_exploiters_learn(shown, monkeypatch, capsys):

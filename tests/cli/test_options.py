@@ -76,7 +76,6 @@ TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs
     [
         (f"evaluate ring --opponent noise {MATCH}", PLAYED, ("ring", "noise"), HOW | {"config": RULES}),
         (f"evaluate ring --held-out {MATCH}", SUITES, ("ring", RULES), HOW | {"pool": 1}),
-        (f"evaluate ring --held-out --processes 3 {MATCH}", SUITES, ("ring", RULES), HOW | {"pool": 3}),
         (
             f"evaluate ring --exploit {MATCH} --exploit-steps 640 --exploiters 2 --out runs/mine --overwrite",
             ATTACK,
@@ -115,10 +114,8 @@ TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs
             (TrainConfig(game=GAME, threads=3, seed=4, opponents=("ring", "noise")), OUT),
             AGAIN,
         ),
-        ("train --recipe long --threads 3", TRAINING, (LONG.replace(threads=3), Path("runs/first")), NEW),
-        ("train --recipe=long --epochs=7", TRAINING, (LONG.replace(epochs=7), Path("runs/first")), NEW),
+        ("train --recipe=long --threads=3", TRAINING, (LONG.replace(threads=3), Path("runs/first")), NEW),
         ("train --preset released --out runs/mine", TRAINING, (TrainConfig(game=SEEN), OUT), NEW),
-        ("league", LEAGUE, (LeagueConfig(), Path("runs/league")), NEW | {"workers": 1}),
         (
             "league --out runs/mine --seats 5 --learner.threads 3 --preset released --processes 3",
             LEAGUE,

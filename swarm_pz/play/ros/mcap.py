@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import OutputError, require_extra
 from swarm_pz.files import check_file, draft_of, explain
-from swarm_pz.play.frames import Frame
 from swarm_pz.play.recordings.format import CapturedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.ros import messages
@@ -35,21 +35,12 @@ def told(recording: Recording) -> Iterator[Told]:
             line = captured.pop(0)
             yield line.tick, "/agent_team_status", messages.team_status(line.drone, line.team)
         playback.seek(frame.tick)
-        for topic, message in _moment(frame, playback):
-            yield frame.tick, topic, message
-
-
-def _moment(frame: Frame, playback: Playback) -> Iterator[tuple[str, messages.Message]]:
-    simulator = playback.game.simulator
-    yield "/clock", messages.clock(frame.tick)
-    yield "/tf", messages.transforms(frame)
-    yield "/agent/visual", messages.markers(frame)
-    yield "/swarm/sizes", messages.sizes(frame)
-    fields = capture_fields(simulator)
-    for team, name in enumerate(TEAM_NAMES):
-        yield f"/swarm/{name}/poses", messages.poses(frame, team)
-        yield f"/swarm/{name}/capture_field", messages.capture_field(fields[team], frame.tick)
-        yield f"/{name}_team_target_dist", messages.target(simulator.targets[0, team], frame.tick)
+        simulator = playback.game.simulator
+        for topic, make in messages.makers_of(replace(frame, fields=capture_fields(simulator))).items():
+            yield frame.tick, topic, make()
+        for team, name in enumerate(TEAM_NAMES):
+            target = messages.target(simulator.targets[0, team], frame.tick)
+            yield frame.tick, f"/{name}_team_target_dist", target
 
 
 def write(recording: Path, path: Path, progress: Callable[[float, float], None] | None = None) -> int:

@@ -7,6 +7,8 @@ nothing. Time is the game's: 0 at its first tick.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -41,6 +43,21 @@ TOPICS: dict[str, str] = {
     LOG: "rcl_interfaces/Log",
 }
 """What a table publishes, and its types."""
+
+
+def makers_of(frame: Frame) -> dict[str, Callable[[], Message]]:
+    """Return what makes each message about a frame, by topic: those of capture fields if it has them."""
+    makers: dict[str, Callable[[], Message]] = {
+        "/clock": partial(clock, frame.tick),
+        "/tf": partial(transforms, frame),
+        "/agent/visual": partial(markers, frame),
+        "/swarm/sizes": partial(sizes, frame),
+    }
+    for team, name in enumerate(TEAM_NAMES):
+        makers[f"/swarm/{name}/poses"] = partial(poses, frame, team)
+        if frame.fields is not None:
+            makers[f"/swarm/{name}/capture_field"] = partial(capture_field, frame.fields[team], frame.tick)
+    return makers
 
 
 def nanoseconds_of(tick: int) -> int:

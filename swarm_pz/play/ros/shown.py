@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -39,18 +38,8 @@ class Shown:
             if former is None or former[drone] != team:
                 self._rosbridge.publish("/agent_team_status", messages.team_status(drone, team))
         self._past.add(frame)
-        makers: dict[str, Callable[[], messages.Message]] = {
-            "/clock": partial(messages.clock, frame.tick),
-            "/tf": partial(messages.transforms, frame),
-            "/agent/visual": partial(messages.markers, frame),
-            "/swarm/sizes": partial(messages.sizes, frame),
-        }
-        for team, name in enumerate(TEAM_NAMES):
-            makers[f"/swarm/{name}/poses"] = partial(messages.poses, frame, team)
-            makers[f"/{name}_ck_plot"] = partial(self._plot, team)
-            if frame.fields is not None:
-                makers[f"/swarm/{name}/capture_field"] = partial(messages.capture_field, frame.fields[team], frame.tick)
-        for topic, make in makers.items():
+        plots = {f"/{name}_ck_plot": partial(self._plot, team) for team, name in enumerate(TEAM_NAMES)}
+        for topic, make in (messages.makers_of(frame) | plots).items():
             if self._rosbridge.wanted(topic):
                 self._rosbridge.publish(topic, make())
 
