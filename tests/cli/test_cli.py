@@ -43,7 +43,7 @@ def test_evaluate_names_lost_games_and_the_line_that_shows_one(capsys):
     named = [f"pair {game['pair']} as {game['side']}" for game in figures["lost"]]
     assert f"lost: {', '.join(named[:6])}, and {len(named) - 6} more (--json FILE has all)\n" in printed
     program, *words = shlex.split(re.search("^see one: (.*)", printed, re.M)[1])
-    assert Path(program).name == "swarm-pz" and words.pop() == "lost.mp4"
+    assert Path(program).name == "swarm-pz" and words.pop() == "lost.mp4" and "--preset paper" in " ".join(words)
     main([*words, "lost.png"])
     lost = figures["lost"][0]
     winner = {"red": "blue", "blue": "red"}[lost["side"]]
