@@ -66,8 +66,9 @@ def retrace_game(
             if variants.can_fail:
                 take_back_newest(games.failed[e], swarm.teams, slot, trails, boards)
         games.ticks[e] += 1
-    swarm.positions[:] = positions
-    swarm.velocities[:] = velocities
+    for i in range(num_drones):
+        for axis in range(2):  # one by one: copying whole arrays takes seconds to compile
+            swarm.positions[i, axis], swarm.velocities[i, axis] = positions[i, axis], velocities[i, axis]
     for i in range(num_drones):
         if teams[i] != swarm.teams[i]:
             change_team(games, e, i, rules, boards, variants)
