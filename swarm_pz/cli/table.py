@@ -72,7 +72,7 @@ def play(
     from swarm_pz.play.factors import Factors, read_factors
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.lsl import Markers
-    from swarm_pz.play.server.games_folder import check_folder
+    from swarm_pz.play.server.server_context import check_folder
 
     check_count(port, "port", 0, 65535)
     check_folder(out)

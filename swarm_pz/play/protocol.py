@@ -23,8 +23,8 @@ MAX_MESSAGES_PER_SECOND = 20
 
 LARGEST, SMALLEST = 1e22, 1e-300
 """Sizes of numbers other than 0: msgspec reads those further from 1 up to a thousand times as slowly."""
-_FAR = re.compile(r"[eE](?:\+?[0-9]{2}|-[0-9]{3})"), re.compile(rb"[eE](?:\+?[0-9]{2}|-[0-9]{3})")
-"""What a number has that may be so far from 1, in text and in bytes; words may have it, too."""
+_FAR = re.compile(rb"[eE](?:\+?[0-9]{2}|-[0-9]{3})")
+"""What a number has that may be so far from 1; words may have it, too."""
 
 T = TypeVar("T")
 
@@ -563,7 +563,7 @@ def decode(decoder: msgspec.json.Decoder[T], text: str | bytes) -> T:
     UnicodeDecodeError, RecursionError
         If it is no text, or nested too deeply.
     """
-    if (_FAR[0].search(text) if isinstance(text, str) else _FAR[1].search(text)) is not None:
+    if _FAR.search(text.encode(errors="replace") if isinstance(text, str) else text) is not None:
         try:
             json.loads(text, parse_float=_near)
         except ValueError as error:

@@ -142,10 +142,6 @@ class Client:
         self.say(protocol.Ready())
         return self.hear(protocol.RoomState, lambda room: room.phase == "playing")
 
-    def practise(self):
-        """Open a room alone and begin a game that nothing ends; return its state."""
-        return self.play(None, blue=0, time_limit=None)
-
     def hear_close(self):
         """Receive until the server closes the connection."""
         with contextlib.suppress(ConnectionClosed):

@@ -6,9 +6,9 @@
 `lobby`              all rooms, and the recorded games
 `room`               two seats and their games, one after the other, by its `room_settings`
 `audience`           who is in a room, and what they are told
-`seat`               one side of a room, its `seat_policy` and automatic `responses`
+`seat`               one side of a room, and its automatic `responses`
 `seat_view`          what a seat's client is shown
-`live_session`       a game in real time; `game_log` writes it down in the `games_folder`
+`live_session`       a game in real time; `game_log` writes it down
 `rendered_command`   from what a client sends to a command
 `incoming_commands`  commands on their way into a game, with its `delays`
 `worker`             a thread for what takes long
@@ -17,6 +17,6 @@
 `replays`            recorded games that are watched
 `climbing`           the ladder
 `studies`            the pages of a study, and its `study_games`
-`server_context`     what all games share, and their clocks
+`server_context`     what all games share, their clocks and the folder of their recordings
 ===================  ==========================================================================
 """

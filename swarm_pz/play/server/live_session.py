@@ -37,11 +37,10 @@ from swarm_pz.play.server.audience import Audience
 from swarm_pz.play.server.delays import Measured
 from swarm_pz.play.server.game_log import GameLog
 from swarm_pz.play.server.incoming_commands import IncomingCommands
-from swarm_pz.play.server.policy_workers import Answer
+from swarm_pz.play.server.policy_workers import Answer, SeatPolicy
 from swarm_pz.play.server.rendered_command import target_of
 from swarm_pz.play.server.room_settings import Hosted
 from swarm_pz.play.server.seat import Seat
-from swarm_pz.play.server.seat_policy import SeatPolicy
 from swarm_pz.play.server.server_context import GameClock, ServerContext
 from swarm_pz.play.server.views import frame_of
 from swarm_pz.play.server.worker import Worker

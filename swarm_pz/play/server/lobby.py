@@ -21,13 +21,12 @@ from swarm_pz.play.recordings.summary import Summaries, Summary
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.climbing import Climbing
 from swarm_pz.play.server.connection import RefusedError
-from swarm_pz.play.server.games_folder import check_folder
 from swarm_pz.play.server.rendered_command import CommandWorker
 from swarm_pz.play.server.replays import OpenedRecording, Replays, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, Room
 from swarm_pz.play.server.room_settings import Hosted, settings_of
 from swarm_pz.play.server.seat import Seat
-from swarm_pz.play.server.server_context import ServerContext
+from swarm_pz.play.server.server_context import ServerContext, check_folder
 from swarm_pz.play.server.worker import Worker
 from swarm_pz.policy import kind_of
 

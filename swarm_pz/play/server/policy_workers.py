@@ -8,14 +8,15 @@ policies are loaded anew with their next questions.
 from __future__ import annotations
 
 import asyncio
+import logging
 import multiprocessing
 import multiprocessing.connection
 import os
-import signal
 import threading
 from collections import Counter
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Coroutine, Hashable
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +24,13 @@ from numpy.typing import NDArray
 from swarm_pz.config import GameConfig
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import PolicyError
-from swarm_pz.evaluation.processes import alarm, prepare_process
+from swarm_pz.errors import PolicyError, SwarmError
+from swarm_pz.evaluation.processes import alarm, interrupts_blocked, prepare_process
 from swarm_pz.evaluation.rollout import FaultError, policy_errors
 from swarm_pz.kernels.game import Games
 from swarm_pz.play.server.worker import Worker
 from swarm_pz.policy import Player
+from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.spawn import Seed
 
 Loader = Callable[[str, GameConfig, ControlSystem], Player]
@@ -41,6 +43,7 @@ another room's policies load."""
 _GRACE_S = 2.0
 """Seconds after which a process is ended that does not even say that its policy is late."""
 _ROW = np.zeros(1, np.int64)
+log = logging.getLogger("swarm_pz.play")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +79,6 @@ def _load(seat: PolicySeat, loader: Loader) -> tuple[Player, BatchEnv]:
 
 def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
     """Answer questions until the other end is closed; a seat by itself is one to be forgotten."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server decides when to end
     prepare_process()
     seats: dict[Hashable, tuple[Player, BatchEnv]] = {}
     while True:
@@ -138,7 +140,8 @@ class _Process:
             context = multiprocessing.get_context("spawn")
             self._pipe, theirs = context.Pipe()
             process = context.Process(target=_work, args=(theirs, self._loader), daemon=True)
-            process.start()
+            with interrupts_blocked():  # the server decides when to end
+                process.start()
             self._process = process
             theirs.close()
 
@@ -272,3 +275,76 @@ class PolicyWorkers:
         """End the processes."""
         for process in self._processes:
             process.close()
+
+
+async def _fault_of(work: Coroutine[Any, Any, None], unexpected: str) -> str:
+    """Await work, and return why it failed; nothing if it did not."""
+    try:
+        await work
+    except SwarmError as error:
+        return str(error)[:500]
+    except Exception:
+        log.exception("a policy was not loaded or asked")
+        return unexpected
+    return ""
+
+
+class SeatPolicy:
+    """Loads a policy, and asks it when it is free; no game waits for either.
+
+    - `changed`: called when the policy is loaded, or has failed.
+    - `state`: one of "loading", "loaded", "failed".
+    - `reason`: why it could not be loaded.
+    """
+
+    def __init__(self, place: PolicySeat, workers: PolicyWorkers, changed: Callable[[], None]) -> None:
+        self.place, self._workers = place, workers
+        self.state: Literal["loading", "loaded", "failed"] = "loading"
+        self.reason = ""
+        self._plays = False
+        self._question: asyncio.Task[None] | None = None
+        self._loading = asyncio.create_task(self._load(changed))
+
+    async def _load(self, changed: Callable[[], None]) -> None:
+        self.reason = await _fault_of(self._workers.load(self.place), "it could not be loaded")
+        self.state = "failed" if self.reason else "loaded"
+        changed()
+
+    def ask(
+        self, simulator: Simulator, seed: Seed, answered: Callable[[Answer], None], failed: Callable[[str], None]
+    ) -> None:
+        """Show a game to the policy, unless it still thinks; the first question of a game starts its random stream."""
+        if self._question is not None and not self._question.done():
+            return
+        games, begins, self._plays = simulator.snapshot(), not self._plays, True
+
+        async def ask() -> None:
+            answered(await self._workers.ask(self.place, games, seed, begins=begins))
+
+        async def watch() -> None:
+            if reason := await _fault_of(ask(), "it could not be asked"):
+                failed(reason)
+
+        self._question = asyncio.create_task(watch())
+
+    async def wait(self) -> None:
+        """Wait until it has answered or failed."""
+        if self._question is not None:
+            await self._question
+
+    def rest(self) -> None:
+        """End its game: an answer that comes later is dropped."""
+        self._plays = False
+        self._drop_question()
+        self._workers.pause(self.place)
+
+    def _drop_question(self) -> None:
+        if self._question is not None:
+            self._question.cancel()
+        self._question = None
+
+    def close(self) -> None:
+        """Let the policy go."""
+        self._loading.cancel()
+        self._drop_question()
+        self._workers.forget(self.place)

@@ -16,7 +16,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.commands import Command
 from swarm_pz.play.game import LiveGame
 from swarm_pz.play.server.incoming_commands import IncomingCommands
-from swarm_pz.play.server.seat_policy import SeatPolicy
+from swarm_pz.play.server.policy_workers import SeatPolicy
 
 SAVED = "auto:saved"
 """The sender of a saved command."""

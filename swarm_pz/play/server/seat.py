@@ -16,9 +16,8 @@ from swarm_pz.play.forms import commands_of
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import RecordedSeat
 from swarm_pz.play.server.connection import Connection, RefusedError
-from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
+from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers, SeatPolicy
 from swarm_pz.play.server.responses import ReadyRule, Responses
-from swarm_pz.play.server.seat_policy import SeatPolicy
 from swarm_pz.play.server.seat_view import SeatView
 
 

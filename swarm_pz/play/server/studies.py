@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import secrets
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response
 from starlette.routing import Route
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError, SwarmError
+from swarm_pz.play import protocol
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.study_games import StudyGames
@@ -38,6 +39,21 @@ _PART_S = 10.0
 _HEADINGS = {"consent": "Do you want to take part?", "text": "Please read", "break": "Time for a rest"}
 _GAMES = ("game", "practice")
 log = logging.getLogger("swarm_pz.play")
+
+
+class Said(msgspec.Struct):
+    """What a participant's page says: its window, when that was loaded there, and what it does."""
+
+    window: str = ""
+    loaded: Annotated[float, msgspec.Meta(ge=0, le=1e15)] = 0.0
+    here: bool = False
+    """It takes the session over from another window."""
+    step: str = ""
+    answers: Any = msgspec.field(default_factory=dict)
+
+
+_said = msgspec.json.Decoder(Said)
+Act = Callable[[int, Said], Awaitable[dict[str, Any]]]
 
 
 @dataclass
@@ -107,14 +123,12 @@ class StudyHost:
 
     # --- participants -----------------------------------------------------------------------------
 
-    def _answer(
-        self, act: Callable[[int, dict[str, Any]], Awaitable[dict[str, Any]]], most: int = _MOST_BYTES
-    ) -> Callable[[Request], Awaitable[Response]]:
+    def _answer(self, act: Act, most: int = _MOST_BYTES) -> Callable[[Request], Awaitable[Response]]:
         async def answer(request: Request) -> Response:
             try:
                 said = await _read(request, most)
                 address = request.client.host if request.client is not None else ""
-                number = self._number_of(request.path_params["code"], said.get("window"), address)
+                number = self._number_of(request.path_params["code"], said.window, address)
                 return JSONResponse(await self._obey(number, said, act))
             except HTTPException as error:
                 return JSONResponse({"fault": error.detail}, error.status_code)
@@ -124,7 +138,7 @@ class StudyHost:
 
         return answer
 
-    def _number_of(self, code: str, window: Any, address: str) -> int:
+    def _number_of(self, code: str, window: str, address: str) -> int:
         """Return whose code it is.
 
         After too many wrong ones an address opens no session, with a right one neither: else it would go on guessing.
@@ -151,42 +165,34 @@ class StudyHost:
             raise HTTPException(410, "who had this code has withdrawn from the study, and nothing of theirs is kept")
         return number
 
-    async def _obey(
-        self, number: int, said: dict[str, Any], act: Callable[[int, dict[str, Any]], Awaitable[dict[str, Any]]]
-    ) -> dict[str, Any]:
+    async def _obey(self, number: int, said: Said, act: Act) -> dict[str, Any]:
         visitor, now = self._visitors[number], time.monotonic()
         async with self._turns[number // 2]:
-            is_here = visitor.claim(
-                window if isinstance(window := said.get("window"), str) else "",
-                _number(said.get("loaded")),
-                now,
-                takes_over=said.get("here") is True,
-                is_busy=self.games.is_played_by(number),
-            )
-            if not is_here:
+            is_busy = self.games.is_played_by(number)
+            if not visitor.claim(said.window, said.loaded, now, takes_over=said.here, is_busy=is_busy):
                 return {"code": self.folder.codes[number], "title": self.study.title, "elsewhere": True}
             more = await act(number, said)
             return await self._state(number) | more
 
-    async def _look(self, number: int, said: dict[str, Any]) -> dict[str, Any]:
+    async def _look(self, number: int, said: Said) -> dict[str, Any]:
         return {}
 
-    async def _finish(self, number: int, said: dict[str, Any]) -> dict[str, Any]:
+    async def _finish(self, number: int, said: Said) -> dict[str, Any]:
         """Keep what was answered, unless it is known already: an answer of ours may have been lost."""
         progress = await self._progress(number)
         step = progress.next
-        if step is None or said.get("step") != step.id or step.kind in _GAMES:
+        if step is None or said.step != step.id or step.kind in _GAMES:
             return {}
         if step.kind == "break" and self._rest_s(progress) > 0.0:
             return {"refused": "the break is not over yet"}
-        told = {"answers": said.get("answers", {})} if step.kind == "form" else {}
+        told = {"answers": said.answers} if step.kind == "form" else {}
         try:
             await asyncio.to_thread(progress.finish, step, **told)
         except ConfigError as error:
             return {"refused": str(error)}
         return {}
 
-    async def _play(self, number: int, said: dict[str, Any]) -> dict[str, Any]:
+    async def _play(self, number: int, said: Said) -> dict[str, Any]:
         """Begin a game, once everybody who plays it is ready."""
         game = self.games.of(number)
         if game is not None and not game.fault:
@@ -195,7 +201,7 @@ class StudyHost:
             self.games.drop(game)
         progress = await self._progress(number)
         step = progress.next
-        if step is None or said.get("step") != step.id or step.kind not in _GAMES:
+        if step is None or said.step != step.id or step.kind not in _GAMES:
             return {}
         self._visitors[number].wants = step.id
         players = self.folder.players(number, step)
@@ -319,10 +325,10 @@ def _bytes_of(form: Form) -> int:
     return sum(6 * (len(item.id) + characters(item)) + 16 for item in form.items)
 
 
-async def _read(request: Request, most: int) -> dict[str, Any]:
+async def _read(request: Request, most: int) -> Said:
     """Return what a page says.
 
-    Raises ConfigError if that is no object, too large, or does not come.
+    Raises ConfigError if it does not fit, is too large, or does not come.
     """
     data = bytearray()
     try:
@@ -334,15 +340,6 @@ async def _read(request: Request, most: int) -> dict[str, Any]:
     except TimeoutError as error:
         raise ConfigError(f"what a page says must come within {_PART_S:g} seconds") from error
     try:
-        said = json.loads(data)
-    except (ValueError, RecursionError) as error:
-        raise ConfigError(f"what the page said is no JSON: {error}") from error
-    if not isinstance(said, dict):
-        raise ConfigError("what the page said is no object")
-    return said
-
-
-def _number(value: Any) -> float:
-    """Return a time that a page says; 0 if it is none."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return float(value) if is_number and 0.0 <= value <= 1e15 else 0.0
+        return protocol.decode(_said, bytes(data))
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ConfigError(f"what the page said does not fit: {error}") from error

@@ -122,16 +122,14 @@ async def test_games_of_who_sat_down_later_are_not_counted(hall):
     assert (await ask(guest, protocol.AskLevel("P01"))).games == 0
 
 
-async def test_a_room_of_the_ladder_is_for_one_game_against_whom_it_chose(hall):
+async def test_on_the_ladder_no_policy_commands_in_the_players_place_and_the_opponent_stays(hall):
     guest = Guest(hall)
     room = hall.rooms[(await ask(guest, protocol.Climb("P01"))).room]
-    assert guest.say(protocol.Invite("blue", None)) == "out_of_turn"
     rule = protocol.Rule(protocol.When(fewer=20), protocol.Response(policy="champion"))
-    assert guest.say(protocol.Rules([rule])) == "not_valid"
-    guest.say(protocol.Ready())
-    await playing(room)
-    await finish(guest, room, "red")
-    assert guest.heard(protocol.RoomState)[-1].once and guest.say(protocol.Ready()) == "out_of_turn"
+    assert (
+        guest.say(protocol.Invite("blue", None)) == "out_of_turn" and guest.say(protocol.Rules([rule])) == "not_valid"
+    )
+    assert guest.heard(protocol.RoomState)[-1].once and room.ranked
 
 
 async def test_of_a_code_one_game_is_played_at_a_time(hall):

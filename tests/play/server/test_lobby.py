@@ -166,13 +166,6 @@ def test_only_regular_files_of_the_folder_itself_are_served(name, lobby, tmp_pat
     assert lobby.find_recording("game.jsonl") == tmp_path / "game.jsonl"
 
 
-def test_policies_that_are_not_here_are_refused(lobby):
-    assert lobby.check_policy("uniform") == "uniform"
-    for name in ("noise", "mine.py:ring"):  # files run code
-        with pytest.raises(RefusedError, match="no policy"):
-            lobby.check_policy(name)
-
-
 async def test_a_recorded_game_is_told_as_rows_of_an_experiment_once_it_is_over(lobby, tmp_path):
     record(tmp_path / "a.jsonl", outcome="draw")
     rows = await lobby.trial("a.jsonl")

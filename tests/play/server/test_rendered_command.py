@@ -1,6 +1,5 @@
 """What clients send, rendered into commands: whose, for which side, by which sender, and for how long."""
 
-import asyncio
 import time
 
 import numpy as np
@@ -14,29 +13,33 @@ from swarm_pz.play.server.rendered_command import CommandWorker, is_rendered_at_
 from swarm_pz.play.server.views import target_message
 from swarm_pz.simulator.commands import make_target
 
+pytestmark = pytest.mark.anyio
 EVEN = np.ones((10, 10)).tolist()
 DOT = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])
+FIRM = "firm"
 
 
-@pytest.mark.parametrize("team", [0, 1])
 @pytest.mark.parametrize(
-    ("system", "form", "kind"),
+    ("team", "system", "form", "kind"),
     [
-        ("ergodic", {"strokes": [DOT]}, "density"),
-        ("ergodic", {"density": EVEN}, "density"),
-        ("potential_field", {"strokes": [DOT]}, "attraction"),
-        ("potential_field", {"density": EVEN}, "density"),
-        ("direct", {"command": [[0.5, 0.0]] * 4}, "accelerations"),
+        (0, "ergodic", {"strokes": [DOT]}, "density"),
+        (1, "ergodic", {"density": EVEN}, "density"),
+        (1, "potential_field", {"strokes": [DOT]}, "attraction"),
+        (0, "potential_field", {"density": EVEN}, "density"),
+        (1, "direct", {"command": [[0.5, 0.0]] * 4}, "accelerations"),
     ],
 )
-def test_a_command_is_its_senders_whatever_its_form(system, form, kind, team):
+def test_a_command_is_its_senders_whatever_its_form(team, system, form, kind):
     other = "leader_follower"
     reader = CommandReader(GameConfig(drones_per_team=2, controllers=(other, system) if team else (system, other)))
-    rendered = render(protocol.CommandMessage(3, **form), reader, "firm", team, 3, "auto:saved")
+    rendered = render(protocol.CommandMessage(3, **form), reader, FIRM, team, 3, "auto:saved")
     command = rendered.command
     assert (command.team, command.number, command.kind, command.sender) == (team, 3, kind, "auto:saved")
     _, coefficients = make_target(reader.picture(command), reader.modes)
     assert rendered.target == target_message(team, 3, coefficients)
+    if kind == "attraction":
+        attracts, repels = command.values
+        assert attracts.argmax() in (44, 45, 54, 55) and not repels.any()
 
 
 def test_only_what_is_followed_as_it_came_is_rendered_where_games_run():
@@ -46,16 +49,11 @@ def test_only_what_is_followed_as_it_came_is_rendered_where_games_run():
     assert not is_rendered_at_once(density, reader, 1), "another package may think about it for long"
 
 
-def test_own_systems_may_take_their_time(monkeypatch):
+async def test_own_systems_may_take_their_time(monkeypatch):
     """On a busy machine, or where painting has to be compiled, a drawing takes longer than a stranger's system may."""
     monkeypatch.setattr(rendered_command, "RENDER_S", 0.01)
     monkeypatch.setattr(rendered_command, "density_of", lambda *_: time.sleep(0.1) or np.ones((10, 10)))
-
-    async def script():
-        commands, reader = CommandWorker(), CommandReader(GameConfig())
-        try:
-            return await commands.render(protocol.CommandMessage(1, strokes=[DOT]), reader, "firm", 0, 1)
-        finally:
-            commands.close()
-
-    assert asyncio.run(script()).command.number == 1
+    commands, reader = CommandWorker(), CommandReader(GameConfig())
+    rendered = await commands.render(protocol.CommandMessage(1, strokes=[DOT]), reader, FIRM, 0, 1)
+    commands.close()
+    assert rendered.command.number == 1

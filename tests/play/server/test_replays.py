@@ -18,6 +18,7 @@ from swarm_pz.play.server import replays as module
 from swarm_pz.play.server.replays import LoadedRecording, Replays, ReplaySession, sizes_of
 from swarm_pz.play.server.room_settings import settings_of
 from tests.play.recordings.test_format import plain_lines, record, write_chained
+from tests.play.server.test_client_handler import Opened
 from tests.play.server.test_room import CALM, Client, until
 
 pytestmark = pytest.mark.anyio
@@ -29,21 +30,6 @@ def game(tmp_path):
     """Give the file of a recorded game."""
     record(tmp_path / "a.jsonl", ticks=100, config=SMALL)
     return tmp_path / "a.jsonl"
-
-
-class Opened:
-    """A recorded game that is played again here, in place of a process."""
-
-    def __init__(self, loaded):
-        self.loaded, self.state, self.size, self.count = loaded, loaded.state, 1, 0
-
-    async def ask(self, method, *given):
-        self.count += 1
-        await asyncio.sleep(0)
-        return getattr(self.loaded, method)(*given)
-
-    def drop(self):
-        pass
 
 
 class Watcher(Client):

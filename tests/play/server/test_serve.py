@@ -49,84 +49,62 @@ def started(monkeypatch):
 
 def greeted(app, host):
     """Return what a client that comes in by a name is told first."""
-    heard = []
+    heard, said = [], iter([{"type": "websocket.connect"}, {"type": "websocket.receive", "text": '{"type":"hello"}'}])
 
-    async def visit():
-        said = asyncio.Queue()
-        for message in (
-            {"type": "websocket.connect"},
-            {"type": "websocket.receive", "text": protocol.encode(protocol.Hello())},
-            {"type": "websocket.disconnect", "code": 1000},
-        ):
-            said.put_nowait(message)
+    async def receive():
+        if (message := next(said, None)) is not None:
+            return message
+        while len(heard) < 2:  # that it is let in, and the answer
+            await asyncio.sleep(0)
+        return {"type": "websocket.disconnect", "code": 1000}
 
-        async def hear(message):
-            heard.extend([message["text"]] if "text" in message else [])
+    async def send(message):
+        heard.append(message)
 
-        async def receive():
-            await asyncio.sleep(0.05)  # so that what was sent before is heard
-            return await said.get()
-
-        headers, scope = [(b"host", host.encode())], {"type": "websocket", "path": "/socket", "root_path": ""}
-        await app(scope | {"headers": headers, "subprotocols": [protocol.SUBPROTOCOL]}, receive, hear)
-
-    asyncio.run(visit())
-    return protocol.decode_server(heard[0])
+    scope = {"type": "websocket", "path": "/socket", "root_path": "", "headers": [(b"host", host.encode())]}
+    asyncio.run(app(scope | {"subprotocols": [protocol.SUBPROTOCOL]}, receive, send))
+    return protocol.decode_server(heard[1]["text"])
 
 
 def test_who_follows_the_address_finds_the_table_that_was_asked_for(started, tmp_path):
-    said = []
-    table = TableConfig(game=GameConfig(command_cells=6), min_command_interval=0.75)
-    serve(
-        load, {"ring": "rings"}, port=0, folder=tmp_path, page="play=ring", table=table, say=said.append,
-        draw_code=str, greeting="hello",
-    )  # fmt: skip
+    table, said = TableConfig(game=GameConfig(command_cells=6), min_command_interval=0.75), []
+    what = {"table": table, "say": said.append, "draw_code": str, "greeting": "hello", "page": "play=ring"}
+    serve(load, {"ring": "rings"}, port=0, folder=tmp_path, **what)
     (config,) = started
     greeting, early, address, told = said
-    assert greeting == "hello"
-    assert early.startswith("the page is not up yet") and "compiled" in early
-    assert address.startswith("swarm-pz is at http://127.0.0.1:") and address.endswith("/#play=ring")
-    assert str(tmp_path) in told
+    assert greeting == "hello" and "not up yet" in early and str(tmp_path) in told
+    assert " http://127.0.0.1:" in address and address.endswith("/#play=ring")
     welcome = greeted(config.app, address.split("http://")[1].split("/")[0])
     assert (welcome.min_command_interval, welcome.command_cells) == (0.75, 6)
     assert welcome.policies == [protocol.PolicyInfo("ring", "rings")]
     assert config.ws_max_size == protocol.MAX_MESSAGE_BYTES and not config.ws_per_message_deflate
-    assert config.server_header is False and config.timeout_graceful_shutdown
+    assert config.server_header is False and config.timeout_graceful_shutdown and not config.proxy_headers
+    assert config.ws_ping_interval and config.ws_ping_timeout
 
 
-def test_a_server_that_is_open_says_so_and_shows_where_it_is(started, tmp_path, monkeypatch):
+def test_a_server_that_is_open_says_so_and_a_proxy_leads_there_by_the_names_that_are_allowed(
+    started, tmp_path, monkeypatch
+):
     monkeypatch.setattr(module, "_own_addresses", lambda: {"192.0.2.7"})
-    said = []
-    serve(load, {}, host="0.0.0.0", port=0, folder=tmp_path, say=said.append, draw_code=lambda url: f"code of {url}")  # noqa: S104
+    said, allowed = [], ("play.example.org", "box.local:8443")
+    what = {"say": said.append, "draw_code": lambda url: f"code of {url}", "allowed_hosts": allowed}
+    serve(load, {"ring": ""}, host="0.0.0.0", port=0, folder=tmp_path, **what)  # noqa: S104
     _, where, warning, code, _ = said
     address = where.split(" at ")[1]
-    assert address.startswith("http://192.0.2.7:") and address.endswith("/")
-    assert "OPEN TO THE NETWORK" in warning and code == f"code of {address}"
-
-
-@pytest.mark.parametrize("allowed", [(), ("play.example.org", "box.local:8443")])
-def test_a_proxy_leads_here_by_the_names_that_are_allowed_and_is_believed_only_then(allowed, started, tmp_path):
-    serve(load, {"ring": ""}, port=0, folder=tmp_path, say=lambda line: None, allowed_hosts=allowed)
+    assert address.startswith("http://192.0.2.7:") and address.endswith("/") and code == f"code of {address}"
+    assert "OPEN TO THE NETWORK" in warning
     (config,) = started
-    assert config.proxy_headers == bool(allowed)
-    assert config.ws_ping_interval and config.ws_ping_timeout
+    assert config.proxy_headers
     for host in allowed:
         assert greeted(config.app, host).policies == [protocol.PolicyInfo("ring", "")]
 
 
-@pytest.mark.parametrize("name", ["https://play.example.org", "play.example.org/", "", "*", "a b", "a:b"])
-def test_what_is_no_name_is_not_allowed(name, started, tmp_path):
-    with pytest.raises(CommandError, match=r"--allowed-hosts takes names .*play\.example\.org"):
-        serve(load, {}, port=0, folder=tmp_path, allowed_hosts=[name])
-    assert not started
-
-
 def test_a_place_where_nobody_can_listen_is_an_error(started, tmp_path):
+    said = []
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        said = []
-        with pytest.raises(CommandError, match=r"cannot listen at 127.0.0.1.*try another --port"):
+        with pytest.raises(CommandError, match=r"127.0.0.1.*--port"):
             serve(load, {}, port=taken.getsockname()[1], folder=tmp_path, say=said.append, greeting="hello")
     assert not started and not said  # nothing is said before that is sure
 
@@ -145,7 +123,7 @@ def test_a_server_is_known_by_its_names_and_no_others(monkeypatch):
         raise socket.gaierror(-2, "Name or service not known")
 
     monkeypatch.setattr(socket, "getaddrinfo", fail)
-    with pytest.raises(CommandError, match="no host 'nowhere' here: Name or service not known"):
+    with pytest.raises(CommandError, match="'nowhere'"):
         names_of("nowhere", 8000)
 
 
@@ -155,31 +133,18 @@ def test_addresses_to_invite_to_are_those_that_other_devices_reach():
     assert addresses_of(names) == ["http://192.0.2.7:80/", "http://[2001:db8::7]:80/", "http://box.local:80/"]
 
 
-@pytest.mark.parametrize(
-    ("embedder", "origin"),
-    [
-        ("https://lab.example", "https://lab.example"),
-        ("https://LAB.example:443/", "https://lab.example"),
-        ("http://localhost:3000", "http://localhost:3000"),
-        ("http://[::1]:80", "http://[::1]"),
-    ],
-)
-def test_an_embedder_is_written_as_browsers_write_origins(embedder, origin):
-    assert origin_of(embedder) == origin
+@pytest.mark.parametrize("name", ["https://play.example.org", "play.example.org/", "", "*", "a b", "a:b"])
+def test_what_is_no_name_is_not_allowed(name, started, tmp_path):
+    with pytest.raises(CommandError, match="--allowed-hosts"):
+        serve(load, {}, port=0, folder=tmp_path, allowed_hosts=[name])
+    assert not started
 
 
-@pytest.mark.parametrize(
-    "embedder",
-    [
-        "",
-        "*",
-        "lab.example",
-        "https://*.example",
-        "ftp://lab.example",
-        "https://lab.example; script-src *",
-        "https://lab.example\n",
-    ],
-)
-def test_what_is_no_origin_is_refused(embedder):
-    with pytest.raises(CommandError, match="--embed takes the origin"):
-        origin_of(embedder)
+def test_an_embedder_is_written_as_browsers_write_origins_and_what_is_none_is_refused():
+    assert origin_of("https://LAB.example:443/") == "https://lab.example"
+    assert origin_of("http://localhost:3000") == "http://localhost:3000"
+    assert origin_of("http://[::1]:80") == "http://[::1]"
+    bad = ("", "*", "lab.example", "https://*.example", "ftp://lab.example", "https://lab.example; script-src *")
+    for embedder in (*bad, "https://lab.example\n"):
+        with pytest.raises(CommandError, match="--embed"):
+            origin_of(embedder)

@@ -51,16 +51,15 @@ def connected(address, accounts=None):
 # --- WebSockets -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("flood", [PING, PONG, PART], ids=["pings", "pongs", "parts"])
-def test_who_sends_hardly_anything_but_pings_pongs_or_parts_of_messages_is_cut_off(flood, table):
+def test_who_sends_hardly_anything_but_pings_is_cut_off(table):
     client = table.visit()
     raw = client.socket.socket
     raw.sendall(PING * 20 + PONG * 20)
     client.say(protocol.Ping(1.0))
     assert client.hear(protocol.Pong), "a few are fine"
-    raw.sendall((b"\x01" + PART[1:] if flood is PART else b"") + flood * 150)
+    raw.sendall(b"\x01" + PART[1:] + (PART + PING + PONG) * 50)
     with pytest.raises(ConnectionClosed):
-        client.take(timeout=10)
+        client.take()
 
 
 async def test_nothing_more_is_read_of_a_peer_that_is_cut_off(monkeypatch):

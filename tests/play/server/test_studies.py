@@ -1,65 +1,43 @@
-"""A study as participants' pages and its monitor meet it: who is let in, and what is kept."""
+"""A study as participants' pages, its games and its monitor meet it: who is let in, and what is kept."""
 
+import asyncio
 import contextlib
 import json
 import re
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
 
+from swarm_pz.errors import ConfigError
 from swarm_pz.play import protocol
+from swarm_pz.play.factors import Factors
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.server import studies
 from swarm_pz.play.server.app import Server
+from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.studies import StudyHost, Visitor
+from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S, StudyGames
+from swarm_pz.play.studies import progress
 from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.studies.progress import Step
+from swarm_pz.play.studies.withdrawal import withdraw
 from tests.play.conftest import Client
-from tests.play.studying import NearStudyTable, Participant, walk_all
+from tests.play.studying import NearStudyTable, Participant
 
+pytestmark = pytest.mark.anyio
+STUDY = Path(__file__).parents[3] / "docs/examples/study"
 PLAN = """
-title = "All that there is"
+title = "A pilot"
 participants = 8
 codes = ["P01", "P02", "P03", "P04", "P05", "P06", "P07", "P08"]
 games = 1
-seed = 3
-consent = "consent.md"
-rules = { time_limit = 1.0, drones_per_team = 3 }
-
-[[conditions]]
-title = "alone"
-opponent = "uniform"
-side = "blue"
-
-[[conditions]]
-title = "together"
-opponent = "person"
-speed = 2.0
-
-[[forms]]
-name = "words"
-title = "Looking back"
-when = "start"
-items = [
-    { id = "hand", text = "Your hand?", kind = "choice", choices = ["left", "right"] },
-    { id = "free", text = "Anything else?", kind = "text", optional = true },
-]
-"""
-
-
-def planned(folder, text=PLAN):
-    """Write a study's file into a folder, and return it."""
-    folder.mkdir(exist_ok=True)
-    (folder / "consent.md").write_text("# Will you?\n\nYou *may* stop.")
-    (folder / "study.toml").write_text(text)
-    return folder / "study.toml"
-
-
-STUDY = Path(__file__).parents[3] / "docs/examples/study"
-PILOT = """
-title = "A pilot"
-participants = 2
-games = 1
 break_s = 0.01
+seed = 3
 consent = "consent.md"
 order = [["alone", "together"]]
 practice = { wins = 1, most = 1 }
@@ -84,6 +62,23 @@ name = "nasa-tlx"
 """
 
 
+def planned(folder, text=PLAN):
+    """Write a study's file into a folder, and return it."""
+    folder.mkdir(exist_ok=True)
+    (folder / "consent.md").write_text("# Will you?\n\nYou *may* stop.")
+    (folder / "study.toml").write_text(text)
+    return folder / "study.toml"
+
+
+def lines_of(study, code):
+    """Return what is kept of a participant."""
+    text = (study.folder / "participants" / f"{code}.jsonl").read_text()
+    return [json.loads(line) for line in text.splitlines()]
+
+
+# --- served ---------------------------------------------------------------------------------------
+
+
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     """Give a study that several tests share: each has participants of its own."""
@@ -93,143 +88,72 @@ def study(tmp_path_factory):
     assert "Traceback" not in table.end()
 
 
-def lines_of(study, code):
-    """Return what is kept of a participant."""
-    text = (study.folder / "participants" / f"{code}.jsonl").read_text()
-    return [json.loads(line) for line in text.splitlines()]
+def shape(value):
+    """Return what kinds of values an answer holds, and the values of short texts."""
+    if isinstance(value, dict):
+        return {name: shape(one) for name, one in value.items() if name not in ("token", "room", "html")}
+    return [shape(one) for one in value] if isinstance(value, list) else value
 
 
-def test_a_participant_is_led_from_consent_to_a_game(study):
-    one = Participant(study, "P01")
-    state = one.say("state")
-    assert state["title"] == "All that there is" and state["step"]["kind"] == "consent"
-    assert "<h2>Will you?</h2>" in state["step"]["html"]
-    assert one.say("done", step="start.form.words", answers={})["step"]["id"] == "consent"  # out of turn
-    form = one.say("done", step="consent")["step"]
-    assert form["heading"] == "Looking back" and [item["id"] for item in form["items"]] == ["hand", "free"]
-    wrong = one.say("done", step=form["id"], answers={"hand": "both"})
-    assert "hand must be 'left' or 'right'" in wrong["refused"] and wrong["step"]["id"] == form["id"]
-    told = one.say("done", step=form["id"], answers={"hand": "left"})
-    assert told == one.say("done", step=form["id"], answers={"hand": "right"})  # our answer was lost, and is repeated
-    assert (told["step"]["kind"], told["step"]["heading"]) == ("game", "Game 1 of 1")
-    assert one.say("done", step="block1.game1") == told, "a game is over when it was played, whatever a page says"
-    assert [line.get("answers") for line in lines_of(study, "P01")] == [None, None, {"hand": "left", "free": None}]
-    row = study.monitor()["P01"]
-    assert (row["step"], row["block"], row["where"]) == ("block1.game1", "alone", "here")
-    assert study.ask("/study/p01/state", {"window": "other"})[1]["code"] == "P01"  # in either case
-
-
-def test_two_participants_meet_and_each_has_their_line(study):
-    pair = [Participant(study, code) for code in ("P03", "P04")]  # their first block is the one together
-    first, second = pair
-    for one in pair:
-        one.walk(lambda step: step["kind"] == "game")
-    waiting = {"phase": "waiting", "of_two": True, "until": "", "again": False}
-    assert first.say("play", step="block1.game1")["game"] == waiting
-    assert first.say("state")["game"]["phase"] == "waiting"
-    walk_all(pair)
-    lines = [{line["step"]: line for line in lines_of(study, one.code)[1:]} for one in pair]
-    games = [of["block1.game1"] for of in lines]
+def test_who_knows_the_page_alone_takes_part_and_each_of_two_has_their_line(study):
+    """The page's transcript is what is said, and its program does all of a study, beside another one."""
+    said = (STUDY / "transcript.txt").read_text().replace("KQ7F2MPD4X", "P01")
+    transcript = re.findall(r"^> POST (\S+) (.*)\n< (\d+) (.*)", said, re.M)
+    assert len(transcript) == 4
+    for path, said, status, told in transcript:
+        answer = study.ask(path, json.loads(said))
+        assert (answer[0], shape(answer[1])) == (int(status), shape(json.loads(told)))
+    space, codes = {}, ["P01", "P02"]
+    exec((STUDY / "participant.py").read_text(), space)  # noqa: S102  (our own)
+    with ThreadPoolExecutor() as pool:
+        done = [*pool.map(space["take_part"], [study.address] * 2, codes)]
+    kept = [lines_of(study, code)[1:] for code in codes]
+    for number, steps in enumerate(done):
+        ids = [line["step"] for line in kept[number]]
+        assert steps == ids[2 if number == 0 else 0 :] and ids[-1] == "block2.form.nasa-tlx" and len(ids) == 10
+    games = [next(line for line in lines if line["step"] == "block2.game1") for lines in kept]
     assert [game["side"] for game in games] == ["red", "blue"]
-    assert {(game["opponent"], game["condition"], game["seed"]) for game in games} == {
-        ("person", "together", study.kept.study.seed_of(0))
-    }
-    assert {game["recording"] for game in games} == {"games/P03.block1.game1.jsonl"}
+    about = {(game["opponent"], game["condition"], game["seed"], game["recording"]) for game in games}
+    assert about == {("person", "together", study.kept.study.seed_of(0), "games/P01.block2.game1.jsonl")}
     assert sorted(game["outcome"] for game in games) in (["draw", "draw"], ["loss", "win"])
-    assert [of["block2.game1"]["side"] for of in lines] == ["blue", "blue"]
-    assert [of["block2.game1"]["seed"] for of in lines] == [game["seed"] for game in games]
-    assert all(one.say("state").get("step") is None for one in pair)
-    assert second.done == first.done
     assert not (study.folder / "games" / ".seats").exists(), "no token of a seat leads anywhere after its game"
     rows = study.monitor()
-    assert [rows[one.code]["step"] for one in pair] == ["all done"] * 2 and rows["P03"]["played"] == 2
+    assert [rows[code]["step"] for code in codes] == ["all done"] * 2 and rows["P01"]["played"] == 2
 
 
-def test_a_second_window_says_so_until_it_is_told_to_go_on(study):
-    first, second = Participant(study, "P05"), Participant(study, "P05")
-    second.window = "another"
-    first.say("state")
-    told = second.say("done", step="consent")
-    assert told == {"code": "P05", "title": "All that there is", "elsewhere": True}
-    assert first.say("state")["step"]["id"] == "consent"
-    assert second.say("state", here=True)["step"]["id"] == "consent"
-    assert first.say("state")["elsewhere"]
-
-
-def test_a_window_is_the_participants_until_it_falls_silent():
-    visitor, free = Visitor(), {"takes_over": False, "is_busy": False}
-    assert visitor.claim("a", 1.0, 0.0, **free)
-    assert not visitor.claim("b", 2.0, 7.0, **free)
-    assert visitor.claim("a", 3.0, 7.5, **free)  # it was loaded again
-    assert not visitor.claim("a", 1.0, 8.0, **free)  # a tab that was copied from it
-    assert not visitor.claim("b", 4.0, 15.0, **free)
-    assert not visitor.claim("b", 4.0, 30.0, takes_over=False, is_busy=True)  # it is in a game
-    assert visitor.claim("b", 4.0, 30.0, **free)
-
-
-def test_who_goes_before_the_game_begins_comes_back_to_it(study):
-    one = Participant(study, "P02")
-    step = one.walk(lambda step: step["kind"] == "game")["step"]
+def test_who_goes_before_the_game_begins_comes_back_to_it_and_nobody_else_is_let_in(study):
+    one = Participant(study, "P03")
+    step = one.walk(lambda step: step["kind"] == "practice")["step"]
     seat = one.say("play", step=step["id"])["game"]["seat"]
     assert one.say("play", step=step["id"])["game"]["seat"] == seat  # pressed twice
-    stranger = Client(study.address)
-    for place in ("watch", "red", "blue"):
-        assert "from the study's page" in stranger.refused(protocol.Join(seat["room"], place)).reason
+    stranger, join = Client(study.address), [protocol.Join(seat["room"], place) for place in ("watch", "red", "blue")]
+    others = protocol.Create(), protocol.Ready(), protocol.Leave(), protocol.OpenReplay("P03.block1.game1.jsonl")
+    for message in (*join, *others):
+        assert "from the study's page" in stranger.refused(message).reason
     stranger.close()
     client = Client(study.address, seat["token"])
-    assert client.hear(protocol.Seated).seat == "blue"
+    assert client.hear(protocol.Seated).seat == "red"
     client.close()
-    one.walk(lambda step: step["id"].startswith("block2"))
-    game = lines_of(study, "P02")[-1]
-    assert (game["step"], game["seed"]) == ("block1.game1", study.kept.study.seed_of(0))
+    one.walk(lambda step: step["id"] == "block1.game1")
+    assert lines_of(study, "P03")[-1]["step"] == step["id"]
 
 
-@pytest.mark.parametrize(
-    ("path", "said"),
-    [
-        ("/study/P99/state", "nobody in this study has the code P99"),
-        ("/study/Monitor/state", "letters, digits"),
-        ("/study/..%2F..%2Fetc/state", None),
-        ("/study/a.b/state", "letters, digits"),
-        ("/study/%2e%2e/state", None),
-        (f"/study/{'x' * 33}/state", "letters, digits"),
-    ],
-)
-def test_who_is_nobody_is_told_so(path, said, study):
-    status, told = study.ask(path, {"window": "w"})
-    assert status in (404, 405) and (said is None or said in told["fault"])
-
-
-@pytest.mark.parametrize("said", [b"", b"[]", b"{", b"[" * 4000, b'"' + b"x" * 5000])
-def test_what_no_page_says_is_refused(said, study):
-    status, told = study.ask("/study/P07/state", said)
-    assert status == 400 and ("the page said" in told["fault"] or "a page may say" in told["fault"])
-    assert study.ask("/study/P07/done", {"step": 7, "answers": [1], "window": [], "loaded": "x"})[0] == 200
-    assert study.ask("/study/P07/state", {"window": "w", "loaded": 10**400})[0] == 200
-
-
-def test_a_corrupt_file_is_told_to_that_participant_and_disturbs_nobody(study):
-    (study.folder / "participants" / "P08.jsonl").write_text("{}\n")
-    status, told = study.ask("/study/P08/state", {"window": "w"})
-    assert status == 409 and "please tell whoever runs the study" in told["fault"]
-    rows = study.monitor()
-    assert rows["P08"]["step"] == "corrupt" and "is of another study or participant" in rows["P08"]["fault"]
-    assert Participant(study, "P07").say("state", here=True)["step"]["id"] == "consent"
-
-
-def test_the_monitor_opens_with_its_token_alone(study):
+def test_the_monitor_opens_with_its_token_alone_and_other_pages_are_not_there(study):
     for headers in ({}, {"authorization": "Bearer x"}, {"authorization": "Bearer ä".encode().decode("latin-1")}):
         assert study.ask("/study/monitor/data", **headers)[0] == 403
     assert "<title>Monitor</title>" in study.ask("/study/monitor")[1]
     assert sorted(study.monitor()) == [f"P0{number}" for number in range(1, 9)]
     assert study.monitor()["P06"]["seen_s"] is None
+    assert "<title>Study</title>" in study.ask("/")[1] and study.ask("/recordings")[0] == 404
+    for path in ("/study/..%2F..%2Fetc/state", "/study/%2e%2e/state"):
+        assert study.ask(path, {"window": "w"})[0] in (404, 405)
 
 
 def test_the_page_names_every_request_that_a_studys_server_answers(tmp_path):
     """A lab that scripts a study knows only what the page says."""
     lines = re.findall(r"^(GET|POST) (.*)", (STUDY / "participant.py").read_text(), re.M)
     named = [(method, path) for method, paths in lines for path in paths.split()]
-    with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")) as folder:
+    with begun(tmp_path) as folder:
         server = Server(SimpleNamespace(embedders=()), StudyHost(folder, None))
         routes = server.app(["localhost"])._app.routes
     there = [
@@ -240,42 +164,278 @@ def test_the_page_names_every_request_that_a_studys_server_answers(tmp_path):
     assert sorted(named) == sorted(there)
 
 
-def shape(value):
-    """Return what kinds of values an answer holds, and the values of short texts."""
-    if isinstance(value, dict):
-        return {name: shape(one) for name, one in value.items() if name not in ("token", "room", "html")}
-    return [shape(one) for one in value] if isinstance(value, list) else value
+# --- asked, where nobody plays --------------------------------------------------------------------
 
 
-def test_who_knows_the_page_alone_takes_part(tmp_path):
-    """The page's transcript is what is said, and its program does all of a study, beside another one."""
-    table = NearStudyTable(planned(tmp_path / "plan", PILOT), tmp_path / "data")
-    codes = table.kept.codes
-    said = (STUDY / "transcript.txt").read_text().replace("KQ7F2MPD4X", codes[0])
-    transcript = re.findall(r"^> POST (\S+) (.*)\n< (\d+) (.*)", said, re.M)
-    assert len(transcript) == 4
-    for path, said, status, told in transcript:
-        answer = table.ask(path, json.loads(said))
-        assert (answer[0], shape(answer[1])) == (int(status), shape(json.loads(told)))
-    space = {}
-    exec((STUDY / "participant.py").read_text(), space)  # noqa: S102  (our own)
-    with ThreadPoolExecutor() as pool:
-        told = [*pool.map(space["take_part"], [table.address] * 2, codes)]
-    for number, steps in enumerate(told):
-        kept = [line["step"] for line in lines_of(table, f"P0{number + 1}")[1:]]
-        assert steps == kept[2 if number == 0 else 0 :] and kept[-1] == "block2.form.nasa-tlx" and len(kept) == 10
-    assert "Traceback" not in table.end()
+class Room:
+    """A room whose game somebody else plays."""
+
+    def __init__(self, hosted):
+        self.code, self.hosted, self.phase, self.connections = "ABCD", hosted, "waiting", []
+        self.seats = tuple(Seat(team, hosted.config, self.code, None) for team in range(2))
+        self.policies, self.session = [], SimpleNamespace(recorder=self)
+
+    def reserve(self, team):
+        self.seats[team].take("person")
+
+    def place_policy(self, side, policy):
+        self.policies.append((side, policy))
+
+    def join(self):
+        """Wait for nothing: what there is of the recording is on the disk."""
 
 
-def test_there_is_nothing_here_but_the_study(study):
-    assert "<title>Study</title>" in study.ask("/")[1] and study.ask("/recordings")[0] == 404
-    client = Client(study.address)
-    for message in (
-        protocol.Create(),
-        protocol.Join("ABCD"),
-        protocol.Ready(),
-        protocol.Leave(),
-        protocol.OpenReplay("P03.block1.game1.jsonl"),
-    ):
-        assert "from the study's page" in client.refused(message).reason
-    client.close()
+class Rooms:
+    """A lobby of such rooms."""
+
+    def __init__(self):
+        self.context, self.rooms = SimpleNamespace(table=TableConfig()), {}
+
+    def open_hosted(self, hosted):
+        self.rooms["ABCD"] = Room(hosted)
+        return self.rooms["ABCD"]
+
+    def close_room(self, room):
+        was_running, room.phase = room.phase == "playing", "over"
+        del self.rooms[room.code]
+        if was_running:
+            room.hosted.over()
+
+
+@contextlib.contextmanager
+def begun(tmp_path, plan=PLAN):
+    """Give the folder of a study."""
+    with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan", plan), tmp_path / "data")) as folder:
+        yield folder
+
+
+async def posted(host, act, code="P01", data=None, **said):
+    """Return the status of a study's answer to a participant's page, and what it says."""
+    data = json.dumps({"window": "w", **said}).encode() if data is None else data
+
+    async def receive():
+        return {"type": "http.request", "body": data, "more_body": False}
+
+    scope = {"type": "http", "method": "POST", "headers": [], "path_params": {"code": code}}
+    route = next(route for route in host.routes() if route.path == f"/study/{{code}}/{act}")
+    answer = await route.endpoint(Request(scope, receive))
+    return answer.status_code, json.loads(answer.body)
+
+
+async def asked(host, act, code="P01", **said):
+    status, told = await posted(host, act, code, **said)
+    assert status == 200, told
+    return told
+
+
+def walk(walked, until):
+    """Do what is asked of a participant until a step of some kind comes, and return that."""
+    while walked.next.kind != until:
+        walked.finish(walked.next, **({"answers": {"hand": "left"}} if walked.next.form is not None else {}))
+    return walked.next
+
+
+async def test_a_participant_is_led_from_consent_to_a_game(tmp_path):
+    with begun(tmp_path) as folder:
+        host = StudyHost(folder, Rooms())
+        state = await asked(host, "state", code="p01")  # in either case
+        assert (state["title"], state["step"]["kind"]) == ("A pilot", "consent")
+        assert "<h2>Will you?</h2>" in state["step"]["html"]
+        out_of_turn = await asked(host, "done", step="start.form.hand", answers={})
+        assert out_of_turn["step"]["id"] == "consent"
+        form = (await asked(host, "done", step="consent"))["step"]
+        wrong = await asked(host, "done", step=form["id"], answers={"hand": "both"})
+        assert "hand must be 'left' or 'right'" in wrong["refused"] and wrong["step"]["id"] == form["id"]
+        told = await asked(host, "done", step=form["id"], answers={"hand": "left"})
+        again = await asked(host, "done", step=form["id"], answers={"hand": "right"})
+        assert told == again, "our answer was lost, and is repeated"
+        assert await asked(host, "done", step=told["step"]["id"]) == told, "whatever a page says, a game must be played"
+        assert [line.get("answers") for line in lines_of(folder_of(folder), "P01")] == [None, None, {"hand": "left"}]
+        row = host._row(0)
+        assert (row["step"], row["block"], row["where"]) == ("block1.practice1", "alone", "here")
+
+
+def folder_of(folder):
+    return SimpleNamespace(folder=folder.path)
+
+
+async def test_a_window_is_the_participants_until_it_falls_silent_or_another_is_told_to_go_on(tmp_path):
+    visitor, free = Visitor(), {"takes_over": False, "is_busy": False}
+    assert visitor.claim("a", 1.0, 0.0, **free)
+    assert not visitor.claim("b", 2.0, 7.0, **free)
+    assert visitor.claim("a", 3.0, 7.5, **free)  # it was loaded again
+    assert not visitor.claim("a", 1.0, 8.0, **free)  # a tab that was copied from it
+    assert not visitor.claim("b", 4.0, 15.0, **free)
+    assert not visitor.claim("b", 4.0, 30.0, takes_over=False, is_busy=True)  # it is in a game
+    assert visitor.claim("b", 4.0, 30.0, **free)
+    with begun(tmp_path) as folder:
+        host = StudyHost(folder, Rooms())
+        await asked(host, "state")
+        told = await asked(host, "done", window="another", step="consent")
+        assert told == {"code": "P01", "title": "A pilot", "elsewhere": True}
+        assert (await asked(host, "state"))["step"]["id"] == "consent"
+        assert (await asked(host, "state", window="another", here=True))["step"]["id"] == "consent"
+        assert (await asked(host, "state"))["elsewhere"]
+
+
+async def test_a_window_stays_the_participants_while_it_plays_though_it_says_nothing(tmp_path, monkeypatch):
+    now = [1000.0]
+    monkeypatch.setattr(studies, "time", SimpleNamespace(time=time.time, monotonic=lambda: now[0]))
+    with begun(tmp_path) as folder:
+        host = StudyHost(folder, Rooms())
+        assert (await asked(host, "state"))["step"]["id"] == "consent"
+        host.games.open((0,), Step("block1.game1", "game", folder.study.conditions[0]))
+        seat = host.games.of(0).room.seats[0]
+        seat.connection = object()
+        now[0] += 100.0
+        assert (await asked(host, "state", window="another"))["elsewhere"]
+        seat.connection = None
+        assert "elsewhere" not in await asked(host, "state", window="another")
+
+
+async def test_a_break_begins_when_what_came_before_was_done_and_cannot_be_cut_short(tmp_path, monkeypatch):
+    now = [1000.0]
+    for module in (progress, studies):
+        monkeypatch.setattr(module, "time", SimpleNamespace(time=lambda: now[0], monotonic=time.monotonic))
+    plan = PLAN.replace("break_s = 0.01", "break_s = 60.0").replace('[[forms]]\nname = "nasa-tlx"', "")
+    with begun(tmp_path, plan) as folder:
+        host, step = StudyHost(folder, Rooms()), walk(folder.progress(0), "break")
+        now[0] += 20.0
+        assert (await asked(host, "state"))["step"]["seconds"] == 40.0
+        early = await asked(host, "done", step=step.id)
+        assert "not over yet" in early["refused"] and early["step"]["id"] == step.id
+        now[0] += 41.0
+        assert (await asked(host, "done", step=step.id))["step"]["id"] != step.id
+
+
+async def test_what_one_of_two_asks_waits_for_the_other(tmp_path, monkeypatch):
+    """Else the game that one of them opens may be taken for what the last power failure left of it."""
+    at_work = []
+
+    def settle(number):
+        at_work.append(number // 2)
+        assert at_work.count(number // 2) == 1
+        time.sleep(0.02)
+        at_work.remove(number // 2)
+
+    with begun(tmp_path) as folder:
+        host = StudyHost(folder, Rooms())
+        monkeypatch.setattr(folder, "settle", settle)
+        told = await asyncio.gather(*(asked(host, "state", f"P0{n}") for n in range(1, 9)))
+    assert [one["step"]["id"] for one in told] == ["consent"] * 8
+
+
+# --- who is refused -------------------------------------------------------------------------------
+
+
+async def test_who_is_nobody_what_no_page_says_and_what_is_corrupt_is_told_to_that_page_alone(tmp_path, monkeypatch):
+    with begun(tmp_path) as folder:
+        host = StudyHost(folder, Rooms())
+        for code, said in (("P99", "the code P99"), ("Monitor", "letters"), ("a.b", "letters"), ("x" * 33, "letters")):
+            status, told = await posted(host, "state", code)
+            assert status == 404 and said in told["fault"]
+        for data in (b"", b"[]", b"{", b"[" * 4000, b'"' + b"x" * 5000, b'{"window": 1e999}'):
+            assert (await posted(host, "state", data=data))[0] == 400
+        (tmp_path / "data" / "participants" / "P08.jsonl").write_text("{}\n")
+        status, told = await posted(host, "state", "P08")
+        assert status == 409 and "please tell whoever runs the study" in told["fault"]
+        assert host._row(7)["step"] == "corrupt" and "of another study or participant" in host._row(7)["fault"]
+        assert (await asked(host, "state", "P07"))["step"]["id"] == "consent"
+        monkeypatch.setattr(studies, "_PART_S", 0.01)
+        with pytest.raises(ConfigError, match="must come within"):
+            await studies._read(Request({"type": "http"}, receive=lambda: asyncio.sleep(60)), 100)
+
+
+@pytest.mark.parametrize(("fault", "status"), [(ZeroDivisionError(), 500), (OSError(28, "full"), 503)])
+async def test_whatever_goes_wrong_a_page_hears_words(fault, status, tmp_path, monkeypatch, caplog):
+    def fail(number):
+        raise fault
+
+    with begun(tmp_path) as folder:
+        monkeypatch.setattr(folder, "settle", fail)
+        told = await posted(StudyHost(folder, Rooms()), "state")
+    assert told[0] == status and "please tell whoever runs" in told[1]["fault"]
+    assert ("Traceback" in caplog.text) == (status == 500), "a full disk is no fault of ours"
+
+
+def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, monkeypatch):
+    """Without a limit of wrong codes whoever tries many finds a session, and takes it over."""
+    now = [1000.0]
+    monkeypatch.setattr(studies, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    with begun(tmp_path) as folder:
+        host = StudyHost(folder, Rooms())
+        host._visitors[1].window = "known"
+
+        def status(code, window, address):
+            try:
+                return host._number_of(code, window, address)
+            except HTTPException as error:
+                return error.status_code
+
+        tries = [status(f"X{guess}", "w", "there") for guess in range(studies.MOST_WRONG_CODES + 2)]
+        assert tries == [404] * studies.MOST_WRONG_CODES + [429] * 2
+        assert status("P02", "w", "there") == 429, "else a right guess is told from a wrong one"
+        assert status("P01", "", "there") == 429, "a window without a name is nobody's"
+        assert status("P02", "known", "there") == 1 and status("P02", "w", "elsewhere") == 1
+        now[0] += 6.0
+        assert status("P02", "w", "there") == 1
+        now[0] += 1000.0
+        assert status("X", "w", "elsewhere") == 404 and list(host._guesses) == ["elsewhere"], "what is over goes"
+
+
+async def test_who_has_withdrawn_is_told_so_and_the_partner_is_asked_no_game_of_two(tmp_path):
+    """Else a code that is still in a mail begins the study anew, and the partner waits for ever."""
+    with begun(tmp_path):
+        pass
+    withdraw(tmp_path / "data", "P01")
+    with begun(tmp_path) as folder:
+        host = StudyHost(folder, Rooms())
+        status, told = await posted(host, "state")
+        assert status == 410 and "has withdrawn" in told["fault"] and host._row(0)["step"] == "withdrawn"
+        assert "block2.game1" not in [step.id for step in folder.progress(1).steps]
+
+
+# --- its games ------------------------------------------------------------------------------------
+
+
+def test_a_condition_is_of_its_participants_seats_and_its_speed_of_the_table(tmp_path):
+    plan = PLAN.replace('title = "alone"', 'title = "alone"\nside = "blue"\ncommand_delay_ms = 300\nspeed = 0.5')
+    plan = plan.replace('opponent = "person"', 'opponent = "person"\nspeed = 2.0\nhide = ["opponents"]')
+    with begun(tmp_path, plan) as folder:
+        games, (alone, together) = StudyGames(folder, Rooms()), folder.study.conditions
+        practice, game = (Step(f"block1.{kind}1", kind, alone) for kind in ("practice", "game"))
+        opened = []
+        for players, step in (((0,), practice), ((0,), game), ((2, 3), Step("block1.game1", "game", together))):
+            games.open(players, step)
+            opened.append(games.of(players[-1]).room)
+    assert [room.policies for room in opened] == [[("red", "corners")], [("red", "uniform")], []]
+    for room in opened[:2]:
+        assert room.hosted.config.factors == (Factors(speed=0.5), Factors(command_delay_ms=300, speed=0.5))
+        assert [bool(seat.token) for seat in room.seats] == [False, True]
+    assert opened[2].hosted.config.factors == (Factors(speed=2.0, hide=("opponents",)),) * 2
+    assert [games.of(number).seat_of(number)["seat"] for number in (0, 2, 3)] == ["blue", "red", "blue"]
+    now = time.monotonic()
+    opened[2].seats[0].away_since, opened[2].seats[1].away_since = now - 20.0, now - 1.0
+    assert games.of(2).away_s >= 20.0, "as long as who is away for longest"
+
+
+@pytest.mark.parametrize(("phase", "away_s"), [("waiting", UNUSED_S), ("playing", AWAY_S)])
+async def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again(phase, away_s, tmp_path):
+    with begun(tmp_path) as folder:
+        walked, lobby = folder.progress(0), Rooms()
+        step, games = walk(walked, "practice"), StudyGames(folder, lobby)
+        games.open((0,), step)
+        room = lobby.rooms["ABCD"]
+        assert (room.hosted.seed, room.hosted.path) == (folder.seed_of(step), folder.recording(0, step))
+        room.phase = phase
+        room.seats[0].away_since = time.monotonic() - away_s + 5.0
+        games.look()
+        assert lobby.rooms and games.of(0) is not None, "they may come back"
+        room.hosted.path.write_text("{")
+        room.seats[0].away_since -= 10.0
+        games.look()
+        await games.close()
+        assert not lobby.rooms and games.of(0) is None and walked.next == step
+        assert room.hosted.path.exists() == (phase == "waiting")
+    aside = tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl"
+    assert aside.exists() == (phase == "playing")

@@ -8,6 +8,8 @@ import pytest
 
 from swarm_pz.play.server.worker import HangingError, Worker
 
+pytestmark = pytest.mark.anyio
+
 
 @pytest.fixture
 def worker():
@@ -16,7 +18,7 @@ def worker():
     made.close()
 
 
-def test_work_is_done_in_turn_by_one_thread_and_left_out_if_nobody_waits_any_more(worker):
+async def test_work_is_done_in_turn_by_one_thread_and_left_out_if_nobody_waits_any_more(worker):
     order, goes_on = [], threading.Event()
 
     def work(number):
@@ -24,20 +26,17 @@ def test_work_is_done_in_turn_by_one_thread_and_left_out_if_nobody_waits_any_mor
         order.append((number, threading.current_thread()))
         return number
 
-    async def script():
-        first, second, *rest = (worker.do(work, number) for number in range(4))
-        first.cancel()  # it may have begun; the next one begins after it
-        second.cancel()
-        goes_on.set()
-        assert await asyncio.gather(*rest) == [2, 3]
-
-    asyncio.run(script())
+    first, second, *rest = (worker.do(work, number) for number in range(4))
+    first.cancel()  # it may have begun; the next one begins after it
+    second.cancel()
+    goes_on.set()
+    assert await asyncio.gather(*rest) == [2, 3]
     assert [number for number, _ in order][-2:] == [2, 3] and 1 not in dict(order)
     assert len({thread for _, thread in order}) == 1 and threading.current_thread() not in dict(map(reversed, order))
 
 
 @pytest.mark.parametrize("stays", [True, False])
-def test_what_hangs_is_given_up_and_its_client_waits_until_it_comes_back(stays, worker):
+async def test_what_hangs_is_given_up_and_its_client_waits_until_it_comes_back(stays, worker):
     """Also if nobody waits for it: else a client that vanished would hold up everybody."""
     comes_back, hung = threading.Event(), []
 
@@ -45,66 +44,49 @@ def test_what_hangs_is_given_up_and_its_client_waits_until_it_comes_back(stays, 
         hung.append(threading.current_thread())
         comes_back.wait(60)
 
-    async def script():
-        late = worker.do(hang, limit_s=0.1, client="stuck")
-        next_one, other = worker.do(hang, client="stuck"), worker.do(lambda: "done", client="well")
-        if stays:
-            with pytest.raises(TimeoutError):
-                await late
-        else:
-            while not hung:
-                await asyncio.sleep(0)
-            late.cancel()
-        with pytest.raises(HangingError):
-            await next_one
-        assert await other == "done" and len(hung) == 1
-        comes_back.set()
-        hung[0].join(60)
-        assert await worker.do(lambda: "done", client="stuck") == "done"
-
-    asyncio.run(asyncio.wait_for(script(), 60))
+    late = worker.do(hang, limit_s=0.1, client="stuck")
+    next_one, other = worker.do(hang, client="stuck"), worker.do(lambda: "done", client="well")
+    if stays:
+        with pytest.raises(TimeoutError):
+            await late
+    else:
+        while not hung:
+            await asyncio.sleep(0)
+        late.cancel()
+    with pytest.raises(HangingError):
+        await next_one
+    assert await other == "done" and len(hung) == 1
+    comes_back.set()
+    hung[0].join(60)
+    assert await worker.do(lambda: "done", client="stuck") == "done"
 
 
 class EscapeError(BaseException):
     """What nobody expects."""
 
 
-@pytest.mark.parametrize("fault", [KeyboardInterrupt, SystemExit, GeneratorExit, StopIteration, EscapeError])
-def test_what_would_end_the_event_loop_is_an_error_like_others(fault, worker):
-    def work():
+async def test_what_would_end_the_event_loop_is_an_error_like_others(worker):
+    def work(fault):
         raise fault
 
-    async def script():
-        with pytest.raises(RuntimeError, match=f"raised {fault.__name__}"):
-            await worker.do(work)
-        assert await worker.do(lambda: "done") == "done"
-
-    asyncio.run(script())
+    for fault in (KeyboardInterrupt, SystemExit, GeneratorExit, StopIteration, EscapeError):
+        with pytest.raises(RuntimeError, match=fault.__name__):
+            await worker.do(work, fault)
+    assert await worker.do(lambda: "done") == "done"
 
 
-def test_an_error_for_which_nobody_waits_is_no_fault_of_the_server(worker):
+async def test_an_error_for_which_nobody_waits_is_no_fault_of_the_server(worker):
     faults = []
-
-    def work():
-        raise ValueError
-
-    async def script():
-        asyncio.get_running_loop().set_exception_handler(lambda _, fault: faults.append(fault))
-        worker.do(work)
-        await worker.do(lambda: None)
-        gc.collect()
-
-    asyncio.run(script())
+    asyncio.get_running_loop().set_exception_handler(lambda _, fault: faults.append(fault))
+    worker.do(int, "nonsense")
+    await worker.do(lambda: None)
+    gc.collect()
     assert not faults
 
 
-def test_a_worker_that_is_closed_does_first_what_it_was_given():
+async def test_a_worker_that_is_closed_does_first_what_it_was_given():
     worker, done = Worker("test"), []
-
-    async def script():
-        for number in range(3):
-            worker.do(done.append, number)
-        worker.close(wait=True)
-        assert done == [0, 1, 2]
-
-    asyncio.run(script())
+    for number in range(3):
+        worker.do(done.append, number)
+    worker.close(wait=True)
+    assert done == [0, 1, 2]
