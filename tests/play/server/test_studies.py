@@ -76,94 +76,6 @@ def lines_of(study, code):
     return [json.loads(line) for line in text.splitlines()]
 
 
-# --- served ---------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    """Give a study that several tests share: each has participants of its own."""
-    folder = tmp_path_factory.mktemp("study")
-    table = NearStudyTable(planned(folder / "plan"), folder / "data")
-    yield table
-    assert "Traceback" not in table.end()
-
-
-def shape(value):
-    """Return what kinds of values an answer holds, and the values of short texts."""
-    if isinstance(value, dict):
-        return {name: shape(one) for name, one in value.items() if name not in ("token", "room", "html")}
-    return [shape(one) for one in value] if isinstance(value, list) else value
-
-
-def test_who_knows_the_page_alone_takes_part_and_each_of_two_has_their_line(study):
-    """The page's transcript is what is said, and its program does all of a study, beside another one."""
-    said = (STUDY / "transcript.txt").read_text().replace("KQ7F2MPD4X", "P01")
-    transcript = re.findall(r"^> POST (\S+) (.*)\n< (\d+) (.*)", said, re.M)
-    assert len(transcript) == 4
-    for path, said, status, told in transcript:
-        answer = study.ask(path, json.loads(said))
-        assert (answer[0], shape(answer[1])) == (int(status), shape(json.loads(told)))
-    space, codes = {}, ["P01", "P02"]
-    exec((STUDY / "participant.py").read_text(), space)  # noqa: S102  (our own)
-    with ThreadPoolExecutor() as pool:
-        done = [*pool.map(space["take_part"], [study.address] * 2, codes)]
-    kept = [lines_of(study, code)[1:] for code in codes]
-    for number, steps in enumerate(done):
-        ids = [line["step"] for line in kept[number]]
-        assert steps == ids[2 if number == 0 else 0 :] and ids[-1] == "block2.form.nasa-tlx" and len(ids) == 10
-    games = [next(line for line in lines if line["step"] == "block2.game1") for lines in kept]
-    assert [game["side"] for game in games] == ["red", "blue"]
-    about = {(game["opponent"], game["condition"], game["seed"], game["recording"]) for game in games}
-    assert about == {("person", "together", study.kept.study.seed_of(0), "games/P01.block2.game1.jsonl")}
-    assert sorted(game["outcome"] for game in games) in (["draw", "draw"], ["loss", "win"])
-    assert not (study.folder / "games" / ".seats").exists(), "no token of a seat leads anywhere after its game"
-    rows = study.monitor()
-    assert [rows[code]["step"] for code in codes] == ["all done"] * 2 and rows["P01"]["played"] == 2
-
-
-def test_who_goes_before_the_game_begins_comes_back_to_it_and_nobody_else_is_let_in(study):
-    one = Participant(study, "P03")
-    step = one.walk(lambda step: step["kind"] == "practice")["step"]
-    seat = one.say("play", step=step["id"])["game"]["seat"]
-    assert one.say("play", step=step["id"])["game"]["seat"] == seat  # pressed twice
-    stranger, join = Client(study.address), [protocol.Join(seat["room"], place) for place in ("watch", "red", "blue")]
-    others = protocol.Create(), protocol.Ready(), protocol.Leave(), protocol.OpenReplay("P03.block1.game1.jsonl")
-    for message in (*join, *others):
-        assert "from the study's page" in stranger.refused(message).reason
-    stranger.close()
-    client = Client(study.address, seat["token"])
-    assert client.hear(protocol.Seated).seat == "red"
-    client.close()
-    one.walk(lambda step: step["id"] == "block1.game1")
-    assert lines_of(study, "P03")[-1]["step"] == step["id"]
-
-
-def test_the_monitor_opens_with_its_token_alone_and_other_pages_are_not_there(study):
-    for headers in ({}, {"authorization": "Bearer x"}, {"authorization": "Bearer ä".encode().decode("latin-1")}):
-        assert study.ask("/study/monitor/data", **headers)[0] == 403
-    assert "<title>Monitor</title>" in study.ask("/study/monitor")[1]
-    assert sorted(study.monitor()) == [f"P0{number}" for number in range(1, 9)]
-    assert study.monitor()["P06"]["seen_s"] is None
-    assert "<title>Study</title>" in study.ask("/")[1] and study.ask("/recordings")[0] == 404
-    for path in ("/study/..%2F..%2Fetc/state", "/study/%2e%2e/state"):
-        assert study.ask(path, {"window": "w"})[0] in (404, 405)
-
-
-def test_the_page_names_every_request_that_a_studys_server_answers(tmp_path):
-    """A lab that scripts a study knows only what the page says."""
-    lines = re.findall(r"^(GET|POST) (.*)", (STUDY / "participant.py").read_text(), re.M)
-    named = [(method, path) for method, paths in lines for path in paths.split()]
-    with begun(tmp_path) as folder:
-        server = Server(SimpleNamespace(embedders=()), StudyHost(folder, None))
-        routes = server.app(["localhost"])._app.routes
-    there = [
-        (method, route.path.replace("{code}", "CODE"))
-        for route in routes
-        for method in (getattr(route, "methods", None) or {"GET"}) - {"HEAD"}
-    ]
-    assert sorted(named) == sorted(there)
-
-
 # --- asked, where nobody plays --------------------------------------------------------------------
 
 
@@ -439,3 +351,91 @@ async def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again
         assert room.hosted.path.exists() == (phase == "waiting")
     aside = tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl"
     assert aside.exists() == (phase == "playing")
+
+
+# --- served ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """Give a study that several tests share, with participants of their own; the last here, since it logs all faults."""
+    folder = tmp_path_factory.mktemp("study")
+    table = NearStudyTable(planned(folder / "plan"), folder / "data")
+    yield table
+    assert "Traceback" not in table.end()
+
+
+def shape(value):
+    """Return what kinds of values an answer holds, and the values of short texts."""
+    if isinstance(value, dict):
+        return {name: shape(one) for name, one in value.items() if name not in ("token", "room", "html")}
+    return [shape(one) for one in value] if isinstance(value, list) else value
+
+
+def test_who_knows_the_page_alone_takes_part_and_each_of_two_has_their_line(study):
+    """The page's transcript is what is said, and its program does all of a study, beside another one."""
+    said = (STUDY / "transcript.txt").read_text().replace("KQ7F2MPD4X", "P01")
+    transcript = re.findall(r"^> POST (\S+) (.*)\n< (\d+) (.*)", said, re.M)
+    assert len(transcript) == 4
+    for path, said, status, told in transcript:
+        answer = study.ask(path, json.loads(said))
+        assert (answer[0], shape(answer[1])) == (int(status), shape(json.loads(told)))
+    space, codes = {}, ["P01", "P02"]
+    exec((STUDY / "participant.py").read_text(), space)  # noqa: S102  (our own)
+    with ThreadPoolExecutor() as pool:
+        done = [*pool.map(space["take_part"], [study.address] * 2, codes)]
+    kept = [lines_of(study, code)[1:] for code in codes]
+    for number, steps in enumerate(done):
+        ids = [line["step"] for line in kept[number]]
+        assert steps == ids[2 if number == 0 else 0 :] and ids[-1] == "block2.form.nasa-tlx" and len(ids) == 10
+    games = [next(line for line in lines if line["step"] == "block2.game1") for lines in kept]
+    assert [game["side"] for game in games] == ["red", "blue"]
+    about = {(game["opponent"], game["condition"], game["seed"], game["recording"]) for game in games}
+    assert about == {("person", "together", study.kept.study.seed_of(0), "games/P01.block2.game1.jsonl")}
+    assert sorted(game["outcome"] for game in games) in (["draw", "draw"], ["loss", "win"])
+    assert not (study.folder / "games" / ".seats").exists(), "no token of a seat leads anywhere after its game"
+    rows = study.monitor()
+    assert [rows[code]["step"] for code in codes] == ["all done"] * 2 and rows["P01"]["played"] == 2
+
+
+def test_who_goes_before_the_game_begins_comes_back_to_it_and_nobody_else_is_let_in(study):
+    one = Participant(study, "P03")
+    step = one.walk(lambda step: step["kind"] == "practice")["step"]
+    seat = one.say("play", step=step["id"])["game"]["seat"]
+    assert one.say("play", step=step["id"])["game"]["seat"] == seat  # pressed twice
+    stranger, join = Client(study.address), [protocol.Join(seat["room"], place) for place in ("watch", "red", "blue")]
+    others = protocol.Create(), protocol.Ready(), protocol.Leave(), protocol.OpenReplay("P03.block1.game1.jsonl")
+    for message in (*join, *others):
+        assert "from the study's page" in stranger.refused(message).reason
+    stranger.close()
+    client = Client(study.address, seat["token"])
+    assert client.hear(protocol.Seated).seat == "red"
+    client.close()
+    one.walk(lambda step: step["id"] == "block1.game1")
+    assert lines_of(study, "P03")[-1]["step"] == step["id"]
+
+
+def test_the_monitor_opens_with_its_token_alone_and_other_pages_are_not_there(study):
+    for headers in ({}, {"authorization": "Bearer x"}, {"authorization": "Bearer ä".encode().decode("latin-1")}):
+        assert study.ask("/study/monitor/data", **headers)[0] == 403
+    assert "<title>Monitor</title>" in study.ask("/study/monitor")[1]
+    assert sorted(study.monitor()) == [f"P0{number}" for number in range(1, 9)]
+    assert study.monitor()["P06"]["seen_s"] is None
+    assert "<title>Study</title>" in study.ask("/")[1] and study.ask("/recordings")[0] == 404
+    for path in ("/study/..%2F..%2Fetc/state", "/study/%2e%2e/state"):
+        assert study.ask(path, {"window": "w"})[0] in (404, 405)
+
+
+def test_the_page_names_every_request_that_a_studys_server_answers(tmp_path):
+    """A lab that scripts a study knows only what the page says."""
+    lines = re.findall(r"^(GET|POST) (.*)", (STUDY / "participant.py").read_text(), re.M)
+    named = [(method, path) for method, paths in lines for path in paths.split()]
+    with begun(tmp_path) as folder:
+        server = Server(SimpleNamespace(embedders=()), StudyHost(folder, None))
+        routes = server.app(["localhost"])._app.routes
+    there = [
+        (method, route.path.replace("{code}", "CODE"))
+        for route in routes
+        for method in (getattr(route, "methods", None) or {"GET"}) - {"HEAD"}
+    ]
+    assert sorted(named) == sorted(there)
