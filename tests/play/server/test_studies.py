@@ -358,7 +358,7 @@ async def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """Give a study that several tests share, with participants of their own; the last here, since it logs all faults."""
+    """Give a study that several tests share, with participants of their own; last here: it logs all faults."""
     folder = tmp_path_factory.mktemp("study")
     table = NearStudyTable(planned(folder / "plan"), folder / "data")
     yield table
