@@ -47,6 +47,8 @@ def test_two_people_play_to_the_end_and_the_recording_verifies(table):
     in_force = red.hear(protocol.InForceMessage)
     assert in_force.number == 1 and in_force.tick % 3 == 0
     red.say(protocol.Painted(1, in_force.server_ms + 20.0))
+    red.say(protocol.Ping(1.0))
+    red.hear(protocol.Pong)  # all before it was read
     red.say(" " * 70_000)
     again = table.visit(seat.token)
     red.hear_close()  # a message that is too long is not read
