@@ -42,7 +42,7 @@ class CaptureEnv(OneGameEnv):
     | Action space      | `Box(0, 1, (10, 10), float32)`                                 |
     | Observation space | `Box(0, 255, (9, 50, 50), uint8)`                              |
     | State space       | `Box(0, 255, (10, 50, 50), uint8)`                             |
-    | Reward            | zero-sum; range `[-3, 3]` a step from equal teams              |
+    | Reward            | zero-sum; in `[-3, 3]` at each step                            |
     | Episode           | 300 steps of 1 s, or until a team owns every drone             |
 
     **Action.** A density over the square, `[row = y, column = x]`, row 0 at the bottom. Only its
