@@ -41,7 +41,7 @@ _GAMES = ("game", "practice")
 log = logging.getLogger("swarm_pz.play")
 
 
-class Said(msgspec.Struct):
+class PageMessage(msgspec.Struct):
     """What a participant's page says: its window, when that was loaded there, and what it does."""
 
     window: str = ""
@@ -52,8 +52,8 @@ class Said(msgspec.Struct):
     answers: Any = msgspec.field(default_factory=dict)
 
 
-_said = msgspec.json.Decoder(Said)
-Act = Callable[[int, Said], Awaitable[dict[str, Any]]]
+_page_messages = msgspec.json.Decoder(PageMessage)
+Action = Callable[[int, PageMessage], Awaitable[dict[str, Any]]]
 
 
 @dataclass
@@ -123,13 +123,13 @@ class StudyHost:
 
     # --- participants -----------------------------------------------------------------------------
 
-    def _answer(self, act: Act, most: int = _MOST_BYTES) -> Callable[[Request], Awaitable[Response]]:
+    def _answer(self, act: Action, most: int = _MOST_BYTES) -> Callable[[Request], Awaitable[Response]]:
         async def answer(request: Request) -> Response:
             try:
-                said = await _read(request, most)
+                message = await _read(request, most)
                 address = request.client.host if request.client is not None else ""
-                number = self._number_of(request.path_params["code"], said.window, address)
-                return JSONResponse(await self._obey(number, said, act))
+                number = self._number_of(request.path_params["code"], message.window, address)
+                return JSONResponse(await self._obey(number, message, act))
             except HTTPException as error:
                 return JSONResponse({"fault": error.detail}, error.status_code)
             except Exception as error:
@@ -165,34 +165,34 @@ class StudyHost:
             raise HTTPException(410, "who had this code has withdrawn from the study, and nothing of theirs is kept")
         return number
 
-    async def _obey(self, number: int, said: Said, act: Act) -> dict[str, Any]:
+    async def _obey(self, number: int, message: PageMessage, act: Action) -> dict[str, Any]:
         visitor, now = self._visitors[number], time.monotonic()
         async with self._turns[number // 2]:
             is_busy = self.games.is_played_by(number)
-            if not visitor.claim(said.window, said.loaded, now, takes_over=said.here, is_busy=is_busy):
+            if not visitor.claim(message.window, message.loaded, now, takes_over=message.here, is_busy=is_busy):
                 return {"code": self.folder.codes[number], "title": self.study.title, "elsewhere": True}
-            more = await act(number, said)
+            more = await act(number, message)
             return await self._state(number) | more
 
-    async def _look(self, number: int, said: Said) -> dict[str, Any]:
+    async def _look(self, number: int, message: PageMessage) -> dict[str, Any]:
         return {}
 
-    async def _finish(self, number: int, said: Said) -> dict[str, Any]:
+    async def _finish(self, number: int, message: PageMessage) -> dict[str, Any]:
         """Keep what was answered, unless it is known already: an answer of ours may have been lost."""
         progress = await self._progress(number)
         step = progress.next
-        if step is None or said.step != step.id or step.kind in _GAMES:
+        if step is None or message.step != step.id or step.kind in _GAMES:
             return {}
         if step.kind == "break" and self._rest_s(progress) > 0.0:
             return {"refused": "the break is not over yet"}
-        told = {"answers": said.answers} if step.kind == "form" else {}
+        told = {"answers": message.answers} if step.kind == "form" else {}
         try:
             await asyncio.to_thread(progress.finish, step, **told)
         except ConfigError as error:
             return {"refused": str(error)}
         return {}
 
-    async def _play(self, number: int, said: Said) -> dict[str, Any]:
+    async def _play(self, number: int, message: PageMessage) -> dict[str, Any]:
         """Begin a game, once everybody who plays it is ready."""
         game = self.games.of(number)
         if game is not None and not game.fault:
@@ -201,7 +201,7 @@ class StudyHost:
             self.games.drop(game)
         progress = await self._progress(number)
         step = progress.next
-        if step is None or said.step != step.id or step.kind not in _GAMES:
+        if step is None or message.step != step.id or step.kind not in _GAMES:
             return {}
         self._visitors[number].wants = step.id
         players = self.folder.players(number, step)
@@ -325,7 +325,7 @@ def _bytes_of(form: Form) -> int:
     return sum(6 * (len(item.id) + characters(item)) + 16 for item in form.items)
 
 
-async def _read(request: Request, most: int) -> Said:
+async def _read(request: Request, most: int) -> PageMessage:
     """Return what a page says.
 
     Raises ConfigError if it does not fit, is too large, or does not come.
@@ -340,6 +340,6 @@ async def _read(request: Request, most: int) -> Said:
     except TimeoutError as error:
         raise ConfigError(f"what a page says must come within {_PART_S:g} seconds") from error
     try:
-        return protocol.decode(_said, bytes(data))
+        return protocol.decode(_page_messages, bytes(data))
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ConfigError(f"what the page said does not fit: {error}") from error
