@@ -87,13 +87,12 @@ def _legend() -> tuple[list[Any], list[str]]:
         Line2D([], [], color="#00795c", linestyle="dashed", linewidth=1.8),
     ]
     return marks, [
-        "red's drones, and where they flew\nin the last five seconds",
-        "blue's drones, and the same",
-        "shaded: ground that red has been around;\nthe darker, the more (blue's is bluish)",
+        "red's drones, and their trails\nof the last five seconds",
+        "blue's drones, and their trails",
+        "shaded: red's drones flew around this\nground; darker: more time (blue: bluish)",
         "dark, hatched upwards: surrounded by red;\na blue drone here turns red",
         "dark, hatched downwards: surrounded by\nblue; a red drone here turns blue",
-        "red's target, which its player sent: drones\nbetween these lines above all; blue's player\n"
-        "wants drones everywhere alike",
+        "red's command: drones mainly between\nthese lines; blue's command: the same\ndensity everywhere",
     ]
 
 
@@ -138,7 +137,7 @@ def draw_field(path: Path) -> None:
     simulator.advance(6 * TICKS_PER_SECOND)
     occupancy, field = simulator.occupancy[0, RED], simulator.capture_field[0, RED]
     figure, axes = panels(3, 11)
-    show(axes[0], board(simulator), "ten drones ring the centre")
+    show(axes[0], board(simulator), "ten drones fly in a ring")
     axes[1].imshow(field, origin="lower", cmap="Reds", extent=(0, 1, 0, 1))
     centres = (np.arange(GRID_CELLS) + 0.5) / GRID_CELLS
     axes[1].contour(centres, centres, field / field.max(), [config.capture.threshold], colors=["black"])
