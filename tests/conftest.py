@@ -16,15 +16,18 @@ settings.load_profile("ci")
 
 HERE = Path(__file__).parent
 BITS = (
-    "envs/test_batch_env.py", "evaluation/test_match.py", "evaluation/test_rollout.py", "kernels/*.py",
-    "kernels/controllers/*.py", "play/test_game.py", "play/recordings/*.py", "policies/*.py",
-    "simulator/*.py", "spaces/test_observation.py", "test_golden.py", "test_variants.py", "training/test_vec_env.py",
+    "datasets/test_matches.py", "envs/test_batch_env.py", "evaluation/test_match.py", "evaluation/test_rollout.py",
+    "kernels/controllers/*.py", "kernels/test_capture.py", "kernels/test_game.py", "kernels/test_mirror.py",
+    "kernels/test_released.py", "kernels/test_retracing.py", "play/test_game.py", "play/recordings/test_playback.py",
+    "play/recordings/test_verification.py", "policies/test_commanders.py", "policies/test_drone_tracker.py",
+    "policies/test_held_out.py", "policies/test_lookahead.py", "policies/test_master.py", "policies/test_planner.py",
+    "policies/test_scripted.py", "simulator/*.py", "spaces/test_observation.py", "test_golden.py", "test_variants.py",
+    "training/test_vec_env.py",
 )  # fmt: skip
-"""Tests whose outcome can depend on how the processor rounds; those marked `bits` run a second time as on another."""
-
+"""Tests whose outcome can depend on how the kernels round; those marked `bits` run a second time as on another."""
 
 PAGES = ("tests/play/test_journeys.py", "tests/play/test_journey_study.py", "tests/play/test_scenes.py")
-"""What waits for browsers and clocks: one process each runs these tests, one after another; the first that fits."""
+"""What waits for browsers and clocks."""
 SERVERS = tuple(
     f"tests/play/{name}.py"
     for name in (
@@ -36,19 +39,18 @@ SERVERS = tuple(
     )
 )  # fmt: skip
 """What waits for servers, processes and clocks: one process runs all these tests, one after another."""
-SHARING = ("tests/standard/test_board.py", "tests/standard/test_running.py")
-"""Tests that need the same long preparation: one process each, too, or each process would prepare it for itself."""
 
 
 def pytest_xdist_make_scheduler(config, log):
-    """Share tests out one by one, but for those that stay together (xdist's own groups do nothing with pytest 9.2)."""
+    """Give a process whole files, whose tests share what they prepare, and all that need the same long preparation."""
     from xdist.scheduler import LoadScopeScheduling
 
     class Scheduling(LoadScopeScheduling):
         def _split_scope(self, nodeid):
-            if nodeid.startswith(SERVERS):
+            file = nodeid.split("::")[0]
+            if file in SERVERS:
                 return "servers"
-            return next((together for together in (*PAGES, *SHARING) if nodeid.startswith(together)), nodeid)
+            return "tests/standard" if file.startswith("tests/standard/") else file
 
     return Scheduling(config, log)
 
@@ -66,12 +68,20 @@ def pytest_runtest_setup(item):
         make_way()
 
 
+def depends_on_rounding(path):
+    """Return whether a file is one of `BITS`."""
+    return HERE in path.parents and any(path.relative_to(HERE).match(pattern) for pattern in BITS)
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Import nothing else where only tests of rounding are asked for."""
+    is_left_out = config.option.markexpr.startswith("bits") and collection_path.is_file()
+    return True if is_left_out and not depends_on_rounding(collection_path) else None
+
+
 def pytest_collection_modifyitems(items):
     for item in items:
-        if HERE not in item.path.parents:
-            continue
-        path = item.path.relative_to(HERE)
-        if any(path.match(pattern) for pattern in BITS):
+        if depends_on_rounding(item.path):
             item.add_marker(pytest.mark.bits)
 
 

@@ -1,4 +1,4 @@
-"""The capture field, and who is captured.
+"""The capture field, and who is captured; `change_team` in `game` lets those change sides.
 
 The capture field at a cell is S / n: the team's occupancy summed over those of the 16 outer cells
 of the 5x5 sub-grid around it that lie inside the square, over their number. It is kept in units of

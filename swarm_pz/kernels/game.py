@@ -1,4 +1,8 @@
-"""One game's tick, in the order of the rules, and the loop over games that Python calls."""
+"""One game's tick, in the order of the rules, and the loop over games that Python calls.
+
+`change_team` carries out a capture, and `capture` decides it. A game ends here when a team owns every drone; the time
+limit is kept by `swarm_pz.envs.batch_env`, and by `swarm_pz.play.game` at the table.
+"""
 
 from __future__ import annotations
 

@@ -7,9 +7,6 @@ Each kind of rules in `KINDS` has machine code of its own, since its arguments a
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ProcessPoolExecutor
-
 import numpy as np
 
 from swarm_pz.config import GameConfig, MemoryConfig
@@ -46,10 +43,6 @@ def make(kind: str) -> None:
     env.simulator.retrace(1, *(array.copy() for array in (games.positions, games.velocities, games.teams)))
 
 
-def main() -> None:
-    with ProcessPoolExecutor(os.cpu_count()) as processes:
-        list(processes.map(make, KINDS))
-
-
 if __name__ == "__main__":
-    main()
+    for kind in KINDS:  # in one process, since kinds have parts in common
+        make(kind)

@@ -1,4 +1,7 @@
-"""What a client may use in a time: so much at once, and what comes back with every second."""
+"""What a client may use in a time: so much at once, and what comes back with every second.
+
+The limits stand where they are used: of messages in `connection`, of sockets in `sockets`, of rooms in `lobby`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""A seat: a side of a room, who has it, what that client is sent, and the token that leads back to it."""
+"""A seat: a side of a room, who has it, what that client is sent, and the token that leads back to it.
+
+`Seat.take` makes the token, and `swarm_pz.play.server.lobby.Lobby.seat_of` finds the seat of one.
+"""
 
 from __future__ import annotations
 
