@@ -80,6 +80,7 @@ def pytest_ignore_collect(collection_path, config):
 
 
 def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: not item.nodeid.startswith((*PAGES, *SERVERS)))  # others work while these wait
     for item in items:
         if depends_on_rounding(item.path):
             item.add_marker(pytest.mark.bits)
