@@ -16,11 +16,11 @@ def parsed(takes, gives, weights, nodes):
     return model(nodes, weights, takes, gives).SerializeToString()
 
 
-def follower(games="n", grid=5):
+def follower(games="n"):
     """Return the bytes of a model that answers how bright its one channel is, 0 to 1."""
     return parsed(
-        f"uint8[{games},1,{grid},{grid}] seen",
-        f"float[{games},{grid},{grid}] answer",
+        f"uint8[{games},1,5,5] seen",
+        f"float[{games},5,5] answer",
         "float full = {255}, int64[1] axis = {1}",
         "f = Cast<to = 1>(seen) bright = Div(f, full) answer = ReduceMean<keepdims = 0>(bright, axis)",
     )

@@ -6,6 +6,7 @@ import numpy as np
 import onnx
 import pytest
 import torch
+from gymnasium.vector.utils import batch_space
 from sb3_contrib import RecurrentPPO
 from stable_baselines3 import A2C, DQN, PPO, SAC, TD3
 
@@ -17,20 +18,21 @@ from swarm_pz.policies import exporting
 from swarm_pz.policies.onnx_policy import MODEL, OnnxPolicy
 from swarm_pz.policy import load
 from swarm_pz.policy.model_policy import ModelPolicy
+from swarm_pz.spaces.observation import observation_space
 
 SEEN = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions", "time_left"))
 GAME = GameConfig(drones_per_team=2, time_limit=4.0, observation=SEEN)
 ERGODIC = GAME.team_systems[0]
 
 
-def boards(policy, count):
-    random = np.random.default_rng(0)
+def boards(policy, count, game=GAME):
     if policy.observation.kind == "drones":
-        seen = random.random((count, 20, 5)).astype(np.float32)
+        seen = np.random.default_rng(0).random((count, 20, 5)).astype(np.float32)
         seen[..., 4] = np.sign(seen[..., 4] - 0.5)
         return seen
-    shape = (count, len(policy.observation.channels), policy.observation.grid, policy.observation.grid)
-    return random.integers(0, 256, shape).astype(np.uint8)
+    space = batch_space(observation_space(game, policy.observation), count)
+    space.seed(0)
+    return space.sample()
 
 
 @pytest.mark.parametrize(("name", "system"), [("champion", "ergodic"), ("trained", "direct")])
@@ -38,7 +40,7 @@ def test_a_policy_of_ours_answers_the_same_and_tells_nothing_of_this_machine(tmp
     game = GameConfig(controllers=system)
     ours = load(name, game)
     exporting.export_learned(ours, game, game.team_systems[0], tmp_path / "out")
-    theirs, seen = load(tmp_path / "out", game), boards(ours, 20)
+    theirs, seen = load(tmp_path / "out", game), boards(ours, 20, game)
     assert isinstance(theirs, OnnxPolicy)
     assert theirs.card.system == ("" if ours.answers == "density" else system) and ours.digest in theirs.card.origin
     np.testing.assert_allclose(theirs.act(seen, np.arange(20)), ours.act(seen, np.arange(20)), atol=1e-5)
@@ -48,37 +50,65 @@ def test_a_policy_of_ours_answers_the_same_and_tells_nothing_of_this_machine(tmp
 
 
 FLAT = {"action_cells": 3, "flatten_actions": True}
-MODELS = {
-    "A2C, channels last": (A2C, {"channels_last": True, "action": "command"} | FLAT),
-    "PPO, numbers": (PPO, {"action": "discrete", "observation_dtype": "float32"}),
-    "DQN": (DQN, {"action": "discrete"}),
-    "SAC": (SAC, {"action": "command"} | FLAT),
-    "TD3": (TD3, FLAT),
-    "PPO, lists of drones": (PPO, {"observation": ObservationConfig(kind="entities")}),
-}
+SHORT = {"n_steps": 2, "batch_size": 2}
 
 
-@pytest.mark.parametrize("name", MODELS)
-def test_a_model_of_sb3_answers_the_same_and_plays(tmp_path, name):
-    make, options = MODELS[name]
-    kind = "MultiInputPolicy" if "observation" in options else "MlpPolicy"
-    env = DuelEnv(GAME, **({"observation": SEEN} | options))
-    settings = {"n_steps": 2} if make in (A2C, PPO) else {"buffer_size": 10}
-    settings |= {"batch_size": 2} if make is PPO else {}
-    model = make(kind, env, policy_kwargs={"net_arch": [8]}, device="cpu", seed=0, **settings)
-    model.save(tmp_path / "model.zip")
-    exporting.export_model(exporting.load_model(tmp_path / "model.zip"), GAME, ERGODIC, tmp_path / "out", "mine")
+def made(make, path, observation=SEEN, kind="MlpPolicy", more=SHORT, settings=None, **options):
+    """Return a model, and its policy as `load_model` gives it once it was saved."""
+    env = DuelEnv(GAME, observation=observation, **options)
+    model = make(kind, env, policy_kwargs={"net_arch": [8]} | (settings or {}), device="cpu", seed=0, **more)
+    model.save(path / "model.zip")
+    return model, exporting.load_model(path / "model.zip")
+
+
+@pytest.mark.parametrize(
+    ("make", "options"),
+    [
+        (DQN, {"action": "discrete", "observation_dtype": "float32", "more": {"buffer_size": 10}}),
+        (PPO, {"observation": ObservationConfig(kind="entities"), "kind": "MultiInputPolicy"}),
+    ],
+)
+def test_a_model_of_sb3_answers_the_same_and_plays(tmp_path, make, options):
+    model, policy = made(make, tmp_path, **options)
+    exporting.export_model(policy, GAME, ERGODIC, tmp_path / "out", "mine")
     ours, theirs = ModelPolicy(model, GAME), load(tmp_path / "out", GAME)
-    if kind == "MlpPolicy":
-        seen = boards(ours, 10)
-        np.testing.assert_allclose(theirs.act(seen, np.arange(10)), ours.act(seen, np.arange(10)), atol=1e-5)
+    seen = boards(ours, 10)
+    np.testing.assert_allclose(theirs.act(seen, np.arange(10)), ours.act(seen, np.arange(10)), atol=1e-5)
     assert len(play_match(theirs, load("uniform", GAME), games=2, seed=0, config=GAME).games) == 2
 
 
-def test_a_model_with_memory_remembers_each_game(tmp_path):
-    env = DuelEnv(GAME, observation=SEEN, observation_dtype="float32", **FLAT)
-    kinds = {"net_arch": [8], "lstm_hidden_size": 6, "n_lstm_layers": 2}
-    model = RecurrentPPO("MlpLstmPolicy", env, policy_kwargs=kinds, n_steps=2, batch_size=2, device="cpu", seed=0)
+SQUASHED = {"squash_output": True}
+KINDS = {
+    "A2C": (A2C, {"channels_last": True, "action": "command", "more": {"n_steps": 2}}),
+    "PPO, squashed": (PPO, {"more": SHORT | {"use_sde": True}, "settings": SQUASHED}),
+    "SAC": (SAC, {"action": "command", "more": {"buffer_size": 10}}),
+    "TD3": (TD3, {"more": {"buffer_size": 10}}),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_network_that_is_exported_decides_and_limits_as_its_kind_of_model_does(tmp_path, monkeypatch, name):
+    """The others above go through a file, which takes seconds; here the network is asked that would be written."""
+
+    def keep(network, *_, **__):
+        kept.append(network)
+        raise InterruptedError
+
+    make, options = KINDS[name]
+    kept, (model, policy) = [], made(make, tmp_path, **FLAT, **options)
+    monkeypatch.setattr(torch.onnx, "export", keep)
+    with pytest.raises(InterruptedError):
+        exporting.export_model(policy, GAME, ERGODIC, tmp_path / "out", "mine")
+    seen = np.random.default_rng(0).integers(0, 256, (10, *model.observation_space.shape)).astype(np.uint8)
+    expected, _ = model.predict(seen, deterministic=True)
+    with torch.no_grad():
+        np.testing.assert_allclose(kept[0](torch.from_numpy(seen)).numpy(), expected, atol=1e-5)
+
+
+def test_a_model_with_memory_remembers_each_game_and_its_form_is_on_the_card(tmp_path):
+    kinds = {"lstm_hidden_size": 6, "n_lstm_layers": 2}
+    form = {"observation_dtype": "float32", "channels_last": True, "action": "command"}
+    model, _ = made(RecurrentPPO, tmp_path, kind="MlpLstmPolicy", settings=kinds, **form, **FLAT)
     for part in model.policy.lstm_actor.parameters():
         torch.nn.init.normal_(part)
     exporting.export_model(model.policy, GAME, ERGODIC, tmp_path / "out", "mine")
@@ -86,6 +116,7 @@ def test_a_model_with_memory_remembers_each_game(tmp_path):
     assert theirs.card.state == {"hidden": "next_hidden", "cell": "next_cell"}
     theirs.reset([0, 1], np.array([3, 9]))
     memory, begins, format_ = None, np.ones(2, bool), theirs.card.format(GAME, ERGODIC)
+    assert format_.observation_space == model.observation_space
     for step in range(4):
         seen = np.random.default_rng(step).integers(0, 256, (2, 3, 10, 10)).astype(np.uint8)
         expected, memory = model.predict(format_.show(seen), memory, begins, deterministic=True)

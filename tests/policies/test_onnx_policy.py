@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.errors import CheckpointError, ConfigError, KindError, OutputError, PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import onnx_policy
@@ -47,14 +46,11 @@ def test_a_folder_is_a_policy_that_answers_as_its_model_does_and_depends_on_nobo
         assert (tmp_path / "again" / name).read_bytes() == (folder / name).read_bytes()
 
 
-def test_it_plays_the_same_games_twice_and_is_met_in_training(folder):
+def test_it_plays_the_same_games_twice(folder):
     first, second = load_players(str(folder), str(folder), GAME)
     assert first is not second and first.digest == second.digest
     matches = [play_match(first, second, games=2, config=GAME) for _ in range(2)]
     assert [game.fingerprint for game in matches[0].games] == [game.fingerprint for game in matches[1].games]
-    env = DuelEnv(GAME, opponent=str(folder), observation=SEEN)
-    env.reset(seed=0)
-    assert np.isfinite(env.step(env.action_space.sample())[1])
 
 
 def test_it_serves_systems_that_take_densities_or_the_one_that_it_was_made_for(folder):
@@ -69,24 +65,24 @@ def test_it_serves_systems_that_take_densities_or_the_one_that_it_was_made_for(f
         load(folder.parent / "m", GAME)
 
 
-@pytest.mark.parametrize("flat", [False, True])
-@pytest.mark.parametrize("is_float", [False, True])
-def test_every_form_of_images_and_densities_plays(tmp_path, is_float, flat):
+@pytest.mark.parametrize("other", [False, True])
+def test_every_form_of_images_and_densities_plays(tmp_path, other):
+    """Bytes, channels first, answers in rows and columns; and the other form of each."""
     model = parsed(
-        "float[n,5,5,2] x" if is_float else "uint8[n,2,5,5] x",
-        "float[n,9] y" if flat else "float[n,3,3] y",
+        "float[n,5,5,2] x" if other else "uint8[n,2,5,5] x",
+        "float[n,9] y" if other else "float[n,3,3] y",
         f"""int64[3] axes = {{1,2,3}}, int64[2] column = {{-1,1}}, float[1,9] w = {{9,0,0,0,0,0,0,0,0}},
-        int64[{2 if flat else 3}] shape = {{{"-1,9" if flat else "-1,3,3"}}}""",
+        int64[{2 if other else 3}] shape = {{{"-1,9" if other else "-1,3,3"}}}""",
         """f = Cast<to = 1>(x) m = ReduceMean<keepdims = 0>(f, axes) c = Reshape(m, column) flat = MatMul(c, w)
         y = Reshape(flat, shape)""",
     )
     card = OnnxCard(
         name="m",
         observation=ObservationConfig(grid=5, channels=("own_positions", "time_left")),
-        observation_dtype="float32" if is_float else "uint8",
-        channels_last=is_float,
+        observation_dtype="float32" if other else "uint8",
+        channels_last=other,
         action_cells=3,
-        flatten_actions=flat,
+        flatten_actions=other,
     )
     write(tmp_path / "m", model, card)
     answered = load(tmp_path / "m", GAME).act(np.full((2, 2, 5, 5), 255, np.uint8), np.arange(2))
@@ -94,17 +90,13 @@ def test_every_form_of_images_and_densities_plays(tmp_path, is_float, flat):
     assert answered[0, 9, 9] == pytest.approx(np.exp(-4.0))
 
 
-@pytest.mark.parametrize(
-    ("output", "last"),
-    [("float[n,57] values", ""), ("int64[n] number", "number = ArgMax<axis = 1, keepdims = 0>(values)")],
-)
-def test_discrete_answers_are_numbers_or_values(tmp_path, output, last):
+def test_discrete_answers_are_numbers_of_commands(tmp_path):
+    """Those that are values instead, as a network of Stable-Baselines3 gives them, are exported in test_exporting."""
     model = parsed(
         "uint8[n,1,5,5] x",
-        output,
-        "int64[1] from = {0}, int64[1] to = {57}, int64[1] axis = {1}",
-        f"""f = Cast<to = 1>(x) flat = Flatten(f) wide = Concat<axis = 1>(flat, flat, flat)
-        values = Slice(wide, from, to, axis) {last}""",
+        "int64[n] number",
+        "int64[1] axis = {1}",
+        "f = Cast<to = 1>(x) flat = Flatten(f) number = ArgMax<axis = 1, keepdims = 0>(flat)",
     )
     write(tmp_path / "m", model, OnnxCard(name="m", observation=SEEN, action="discrete"))
     seen = np.zeros((2, 1, 5, 5), np.uint8)
@@ -161,12 +153,9 @@ def test_what_a_model_remembers_belongs_to_one_game(tmp_path):
     assert answers(5, 20) == [0.1, 0.3]
 
 
-def link(name):
-    def make(folder):
-        (folder / name).rename(folder.parent / "elsewhere")
-        (folder / name).symlink_to(folder.parent / "elsewhere")
-
-    return make
+def link(folder):
+    (folder / MODEL).rename(folder.parent / "elsewhere")
+    (folder / MODEL).symlink_to(folder.parent / "elsewhere")
 
 
 def pipe(folder):
@@ -195,14 +184,12 @@ LIES = {
     "a model of another name": (lambda folder: (folder / MODEL).rename(folder / "model.onnx"), "it holds model.onnx"),
     "no digest": (say(digest=...), "no digest"),
     "words for cells": (say(action_cells="ten"), r"card.action_cells must be .* in \[2, 50\], got 'ten'"),
-    "words for what it sees": (say(observation={"grid": "ten"}), "grid must be .*, got 'ten'"),
     "a changed model": (
         lambda folder: (folder / MODEL).write_bytes((folder / MODEL).read_bytes() + b"\x32\x01x"),
         "was changed",
     ),
     "a changed card": (say(origin="by us"), "was changed"),
-    "a linked model": (link(MODEL), "got a link"),
-    "a linked card": (link(CARD), "got a link"),
+    "a linked model": (link, "got a link"),
     "a sparse file of 2 GB": (lambda folder: os.truncate(folder / MODEL, 2**31), "too large"),
     "a pipe": (pipe, "a regular file"),
     "two policies": (put("policy.safetensors", b""), "holds two policies"),
@@ -217,8 +204,6 @@ LIES = {
         say(is_signed=True, observation={"grid": 10, "channels": ["own_positions"]}),
         r"observation uint8 \(8, 1, 10, 10\), the model takes seen",
     ),
-    "wrong channels": (say(is_signed=True, observation={"grid": 5}), r"uint8 \(8, 9, 5, 5\)"),
-    "wrong numbers": (say(is_signed=True, observation_dtype="float32"), "float32"),
     "wrong answers": (say(is_signed=True, action_cells=4), r"fractions \(8, 4, 4\)"),
     "discrete answers": (say(is_signed=True, action="discrete", action_cells=None), "whole numbers"),
     "no memory": (say(is_signed=True, state={"memory": "next"}), "the inputs of its state"),
@@ -249,25 +234,16 @@ def test_nan_in_a_game_is_the_policys_fault(tmp_path):
 
 TO_WHOLE = "f = Cast<to = 1>(x) m = ReduceMean<keepdims = 0>(f, axes) y = Cast<to = 7>(m)"
 WHOLE = parsed("uint8[n,1,5,5] x", "int64[n,5,5] y", "int64[1] axes = {1}", TO_WHOLE)
-FRACTIONS = parsed(
-    "uint8[n,1,5,5] x",
-    "float[n] y",
-    "int64[3] axes = {1,2,3}",
-    "f = Cast<to = 1>(x) y = ReduceMean<keepdims = 0>(f, axes)",
-)
 
 
 @pytest.mark.parametrize(
     ("model", "fields", "message"),
     [
         ("model.onnx", {}, "expected bytes"),
-        (follower(grid=10), {}, "do not agree"),
         (WHOLE, {}, "is to answer fractions"),
-        (FRACTIONS, {"action": "discrete", "action_cells": None}, "whole numbers"),
         (follower(), {"system": "formaton"}, "did you mean 'formation'"),
         (follower(), {"answers": "atractors"}, "did you mean 'attractors'"),
         (follower(), {"answers": "attractors"}, "is for densities"),
-        (follower(), {"answers": "attractors", "action": "command", "action_cells": None}, "the model gives answer"),
         (follower(), {"system": "direct"}, "direct takes those of kind 'accelerations'"),
     ],
 )
@@ -295,24 +271,11 @@ def test_densities_below_zero_are_warned_of(tmp_path):
     write(tmp_path / "normalised", model, replace(FOLLOWER, action="normalised"))
 
 
-@pytest.mark.parametrize(
-    "fields",
-    [
-        {"name": ""},
-        {"name": 5},
-        {"name": "a\nb"},
-        {"answers": ""},
-        {"action": "jump"},
-        {"action_cells": 1},
-        {"observation_dtype": "int8"},
-        {"channels_last": "no"},
-        {"flatten_actions": 1},
-        {"observation": {}},
-        {"state": [1]},
-        {"state": {"a": "c", "b": "c"}},
-    ],
-)
-def test_a_card_is_checked(fields):
-    (name,) = fields
-    with pytest.raises(ConfigError, match=f"card.{name} must be"):
-        OnnxCard(**({"name": "m"} | fields))
+def test_a_card_is_checked():
+    for name, value in (
+        ("name", ""), ("name", 5), ("name", "a\nb"), ("answers", ""), ("action", "jump"), ("action_cells", 1),
+        ("observation_dtype", "int8"), ("channels_last", "no"), ("flatten_actions", 1), ("observation", {}),
+        ("state", [1]), ("state", {"a": "c", "b": "c"}),
+    ):  # fmt: skip
+        with pytest.raises(ConfigError, match=f"card.{name} must be"):
+            OnnxCard(**({"name": "m"} | {name: value}))

