@@ -7,12 +7,12 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from swarm_pz import parallel_env, policies
+from swarm_pz import parallel_env
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import ConfigError, FlightError
+from swarm_pz.errors import ConfigError
 from swarm_pz.evaluation import play_match
-from swarm_pz.evaluation.rollout import FaultError, play_games
+from swarm_pz.evaluation.rollout import play_games
 from tests.systems_of_tests import Magnet, install
 
 
@@ -45,7 +45,6 @@ class Brittle(Magnet):
 
 
 CONFIG = GameConfig(drones_per_team=2, time_limit=3.0, command_period=0.5)
-FAULTS = {"raises": "ZeroDivisionError", "shape": "of shape", "nan": "must be finite"}
 
 
 @pytest.fixture(autouse=True)
@@ -58,15 +57,7 @@ def flown(fault="raises", places=(0,)):
     return CONFIG.replace(controllers=tuple(Brittle(fault=fault) if n in places else "ergodic" for n in range(2)))
 
 
-@pytest.mark.parametrize("fault", FAULTS)
-def test_an_environment_raises_and_names_the_system(fault):
-    env = parallel_env(flown(fault, (1,)))
-    env.reset(seed=0, options={"positions": [(0.1, 0.1), (0.1, 0.9), (0.9, 0.1), (0.9, 0.9)]})
-    with pytest.raises(FlightError, match=rf"brittle, which flies blue, .*{FAULTS[fault]}"):
-        env.step({agent: env.action_space(agent).low for agent in env.agents})
-
-
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", ["raises", "shape", "nan"])
 def test_in_a_match_its_side_loses_and_the_other_games_are_those_of_a_match_without_faults(fault):
     finished = []
     played = play_match("ring", "uniform", games=8, config=flown(fault), progress=lambda *how: finished.append(how))
@@ -88,8 +79,7 @@ SERVED = {"raises": lambda: 1 / 0, "nan": lambda: [[np.nan, 0.5]], "outside": la
 """What `from_densities` may do wrong."""
 
 
-@pytest.mark.parametrize("fault", SERVED)
-@pytest.mark.parametrize("place", [0, 1])
+@pytest.mark.parametrize(("fault", "place"), [("raises", 0), ("nan", 1), ("outside", 0)])
 def test_a_system_that_cannot_serve_a_density_later_on_forfeits(fault, place, monkeypatch):
     even = lambda *given: [[0.4, 0.5]] * len(given[1]) if given[1].min() == 1 else SERVED[fault]()  # noqa: E731
     monkeypatch.setattr(Brittle, "from_densities", even)
@@ -107,13 +97,6 @@ def test_a_system_that_cannot_show_a_command_later_on_forfeits(monkeypatch):
     monkeypatch.setattr(Brittle, "to_densities", show)
     played = play_match("ring", "uniform", games=2, config=flown("nan"))
     assert ["cannot show its commands" in game.forfeit for game in played.forfeits] == [True] * 2
-
-
-def test_a_policy_at_fault_stops_a_match():
-    broken = policies.load("uniform")
-    broken.act = lambda *_: 1 / 0
-    with pytest.raises(FaultError, match="ZeroDivisionError"):
-        play_match("uniform", broken, games=2, config=CONFIG)
 
 
 def test_the_command_line_says_who_forfeited_and_why(tmp_path, capsys):

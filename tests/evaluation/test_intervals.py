@@ -5,10 +5,9 @@ import pytest
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError
-from swarm_pz.evaluation import intervals, match, ratings
+from swarm_pz.evaluation import intervals, match
 from swarm_pz.evaluation.intervals import bootstrap, mean_with_interval, median_with_interval, rounded, wilson
 from swarm_pz.evaluation.match import MatchResult, paired_difference
-from swarm_pz.evaluation.ratings import SCALE, Results, rate
 from swarm_pz.evaluation.rollout import Game
 
 
@@ -74,12 +73,6 @@ def of_a_difference(generator):
     return paired_difference(*matches)[1:]
 
 
-def of_a_rating(generator):
-    won = generator.binomial(2, 1 / (1 + np.exp(-0.6)), size=60)
-    rated = rate(Results(("one", "other"), {(0, 1): np.stack([won, np.full(60, 2)], axis=1)}), anchor="other")
-    return rated.low[0], rated.high[0]
-
-
 @pytest.mark.parametrize(
     ("interval", "truth", "repeats"),
     [
@@ -87,15 +80,13 @@ def of_a_rating(generator):
         (lambda generator: median_with_interval(generator.exponential(1.0, 40))[1], np.log(2.0), 300),
         (of_a_win_rate, (SAME * AS_RED + (1 - SAME) * 2 * AS_EITHER) / (SAME + (1 - SAME) * 2), 100),
         (of_a_difference, 0.05, 100),
-        (of_a_rating, 1000.0 + SCALE * 0.6, 60),
     ],
-    ids=["mean", "median", "win rate", "difference", "rating"],
+    ids=["mean", "median", "win rate", "difference"],
 )
 def test_an_interval_covers_the_truth_as_often_as_it_says(interval, truth, repeats, monkeypatch):
     """The bounds leave room for chance and for bootstraps of small samples, but not for 85 % or 100 %."""
     monkeypatch.setattr(intervals, "RESAMPLES", 150)
     monkeypatch.setattr(match, "_RESAMPLES", 150)
-    monkeypatch.setattr(ratings, "_RESAMPLES", 80)
     generator = np.random.default_rng(0)
     ends = np.array([interval(generator) for _ in range(repeats)])
     assert 0.88 < ((ends[:, 0] <= truth) & (truth <= ends[:, 1])).mean() < 0.99

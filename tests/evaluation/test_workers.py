@@ -18,14 +18,6 @@ def double(number):
     return 2 * number
 
 
-@pytest.mark.parametrize("pool", [SerialExecutor, lambda: ThreadPoolExecutor(2)])
-def test_every_pool_does_every_task_once(pool):
-    kept = []
-    with pool() as workers:
-        share(workers, double, [(number,) for number in range(12)], lambda *done: kept.append(done))
-    assert sorted(kept) == [((number,), 2 * number) for number in range(12)]
-
-
 def test_one_process_is_this_one_and_more_are_others_of_which_one_that_ends_is_named():
     kept = []
     with open_pool(1) as alone, open_pool(2) as others:
