@@ -1,6 +1,7 @@
 """What commands print, write and refuse, and how they end."""
 
 import errno
+import functools
 import json
 import os
 import re
@@ -15,6 +16,7 @@ import minari
 import pytest
 
 import swarm_pz
+from swarm_pz import bench
 from swarm_pz.cli import learn, main, report
 from swarm_pz.config import GameConfig
 from swarm_pz.policies import exporting
@@ -89,7 +91,8 @@ def test_tournament_writes_the_ladder_and_goes_on(capsys):
 
 
 def test_bench_measures_every_api(capsys, monkeypatch):
-    monkeypatch.setattr("swarm_pz.bench.MIN_SECONDS", 0.0)
+    monkeypatch.setattr(bench, "MIN_SECONDS", 0.0)
+    monkeypatch.setattr(bench, "phases", functools.partial(bench.phases, games=2))
     run("bench --games 1 4 --drones 4 --repeats 1 --grid 10 --json speed.json --plot speed.png")
     measured = json.loads(Path("speed.json").read_text())
     apis = {row["api"] for row in measured["speeds"]}
@@ -165,19 +168,14 @@ def test_a_log_is_told_now_and_then_and_not_more_often(monkeypatch, capsys):
         ("train --recipe lnog", "--recipe must be 'quick' or 'long', got 'lnog'"),
         ("train --games 5", "games must be an even number"),
         ("league --games 5", "games must be an even number"),
-        ("sweep --games 5", "games must be an even number"),
-        (f"sweep --out {__file__} --total-steps 64", "is a file, not a folder"),
         ("sweep --seed 3", "seed must be left out: --seeds names them"),
         ("tournament ring", "two or more players"),
         (f"tournament ring uniform --out {__file__}", "is a file, not a folder"),
         ("bench --games 0", "games must be at least 1"),
         ("bench --drones 5", "drones must be even"),
         ("bench --drones 1000000", "nothing to measure"),
-        ("bench --plot /", "got the folder"),
         ("render --overlay potential --overlay-team both", "one team at a time"),
-        ("diagnose --side green", "red"),
         ("diagnose --out game.txt", "out must be a file .png"),
-        (f"diagnose --out {__file__}/game.png", "is a file, not a folder"),
         ("diagnose --json /", "got the folder"),
         ("trian --help", "there is no command 'trian'; did you mean 'train'? Known: "),
         ("evaluate --policy ring", "policy is written without --policy, as in: swarm-pz evaluate POLICY"),
@@ -189,15 +187,11 @@ def test_a_log_is_told_now_and_then_and_not_more_often(monkeypatch, capsys):
         ("dataset ring uniform --each --name a-v0", "name must be left out with each"),
         ("dataset ring uniform ring --each", "players must be different ones"),
         ("dataset ring nobody", "there is no policy 'nobody'"),
-        ("dataset nobody ring", "there is no policy 'nobody'"),
         ("dataset --recordings nowhere", "there is no recording"),
         ("dataset --recordings nowhere --game.time-limit 5", "game must be left out but for its observation"),
         ("evaluate ring --held-out --exploit", "one at a time"),
         ("evaluate ring --held-out --opponent halo", "opponent must be left out"),
-        ("evaluate ring --exploit --opponent halo", "opponent must be left out"),
         ("evaluate ring --resume", "left out without exploit, got (True, False)"),
-        ("evaluate ring --held-out --overwrite", "left out without exploit, got (False, True)"),
-        ("evaluate ring --held-out --json /", "expected the name of a file to write"),
         ("evaluate ring --exploit --games 7", "games must be even"),
         ("evaluate ring --exploit --ray auto", "ray must be left out without held_out"),
         ("evaluate ring --processes 2", "processes must be left out without held_out or exploit, got 2"),
@@ -224,7 +218,9 @@ def test_where_an_export_cannot_be_written_is_said_before_libraries_are_imported
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        *((command, "PLAYER") for command in ("evaluate", "tournament", "render", "diagnose", "play")),
+        ("evaluate", "PLAYER"),
+        ("tournament", "PLAYER"),
+        ("play", "PLAYER"),
         ("train", "Environment steps in all"),
         ("study", "withdraw"),
     ],

@@ -28,18 +28,18 @@ def work(number, times, reached, asks):
         reached.append("after")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize(
-    ("times", "asks", "reached", "where"),
+    ("number", "times", "asks", "reached", "where"),
     [
-        ({1}, True, [0, 1], ": 2 of 5 steps"),
-        ({1, 3}, False, [0, 1, 2], ""),  # a second one ends it at once
-        ({1}, False, [0, 1, 2, 3, 4], ""),  # nothing asked about it
-        ({"after"}, True, [0, 1, 2, 3, 4], ""),
+        (signal.SIGINT, {1}, True, [0, 1], ": 2 of 5 steps"),
+        (signal.SIGTERM, {1}, True, [0, 1], ": 2 of 5 steps"),
+        (signal.SIGINT, {1, 3}, False, [0, 1, 2], ""),  # a second one ends it at once
+        (signal.SIGINT, {1}, False, [0, 1, 2, 3, 4], ""),  # nothing asked about it
+        (signal.SIGTERM, {"after"}, True, [0, 1, 2, 3, 4], ""),
     ],
 )
 def test_a_signal_stops_the_work_and_the_line_that_goes_on_is_named(
-    times, asks, reached, where, number, capsys, monkeypatch
+    number, times, asks, reached, where, capsys, monkeypatch
 ):
     monkeypatch.setattr(report, "program", lambda: "./bin/swarm-pz")
     before, done = [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)], []
@@ -53,7 +53,6 @@ def test_a_signal_stops_the_work_and_the_line_that_goes_on_is_named(
 @pytest.mark.parametrize(
     ("given", "kept"),
     [
-        ([], ""),
         (["--overwrite", "--seed", "1"], "--seed 1 "),
         (["--out", "elsewhere", "--resume"], ""),
         (["--out=elsewhere", "--no-resume", "--no-overwrite", "--games", "2"], "--games 2 "),

@@ -91,15 +91,6 @@ def test_numbers_stand_under_their_headings_and_only_names_are_cut(columns, show
     assert columns != 120 or max(map(len, lines)) <= columns
 
 
-def test_exploitability_is_the_best_exploiters_win_rate_in_fresh_games(printed):
-    count = {"unique": [0] * 40, "count": lambda outcome: 10, "win_rate_interval": lambda: (0.14, 0.40)}
-    best = SimpleNamespace(**vars(MATCH) | {"policy": "seed-1"} | count)
-    found = SimpleNamespace(choice=[MATCH, best], exploiter=best, attackers=[best], competence=[MATCH])
-    text = " ".join(printed(lambda: tables.print_exploitability(found, "lasso", 640)))
-    assert "seed-1, an exploiter of lasso, trained for 640 steps" in text and "who is the best" in text
-    assert "exploitability: 25.0 % of 40 games, 95 % interval 14.0 to 40.0 %" in text
-
-
 def test_a_list_is_wrapped_on_a_terminal(printed):
     lines = printed(lambda: tables.print_named({"ring": "a word " * 40, "uniform": "even"}), 80)
     assert max(map(len, lines)) <= 80 and "uniform  even" in lines
