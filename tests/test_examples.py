@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import re
 import runpy
@@ -13,6 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import sb3_contrib
 import stable_baselines3
 import torch
 
@@ -82,13 +82,18 @@ def test_behaviour_cloning_makes_a_policy_that_training_starts_from(tmp_path, mo
     assert Path("after/policy.json").is_file()
 
 
+def shorter(algorithm, **settings):
+    return lambda *given, **named: algorithm(*given, **named | settings)
+
+
 @pytest.mark.parametrize("name", [name for name, one in examples.EXAMPLES.items() if "compat" in one.environment])
 def test_an_example_learns_and_plays_in_its_short_form(name, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(torch, "set_num_threads", lambda count: None)  # other tests have their own
-    monkeypatch.setattr(stable_baselines3, "PPO", functools.partial(stable_baselines3.PPO, n_steps=32))
+    monkeypatch.setattr(stable_baselines3, "PPO", shorter(stable_baselines3.PPO, n_steps=32))
+    monkeypatch.setattr(sb3_contrib, "RecurrentPPO", shorter(sb3_contrib.RecurrentPPO, n_steps=8, n_epochs=1))
     monkeypatch.setattr(sys, "argv", [name, "--steps", "128", "--games", "2", "--out", str(tmp_path)])
     runpy.run_path(str(examples.path_of(name)), run_name="__main__")
-    rollout = {"sb3_ppo": 4 * 32}.get(name, 64 * 64)  # a whole one at least
+    rollout = {"sb3_ppo": 4 * 32, "sb3_contrib_recurrent_ppo": 64 * 8}.get(name, 64 * 64)  # a whole one at least
     assert examples.commands_in(capsys.readouterr().out) == rollout
     for opponent in examples.OPPONENTS:
         figures = json.loads((tmp_path / f"{opponent}.json").read_text())

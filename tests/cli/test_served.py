@@ -156,7 +156,6 @@ def test_a_study_is_served_from_its_folder(served, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
-        ("participants = 4", "participants = 5", "participants must be a multiple of 2, for 2 conditions"),
         ('title = "late"', 'title = "late"\nopponent = "rign"', "condition 'late': opponent: .*did you mean 'ring'"),
         ("most = 3", 'most = 3\nopponent = "cornrs"', "practice.opponent: .*did you mean 'corners'"),
         ('title = "late"', 'title = "late"\nsystem = "flocing"', "condition 'late': .*did you mean 'flocking'"),

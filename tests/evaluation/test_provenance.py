@@ -38,7 +38,6 @@ def test_rules_are_those_of_each_game_and_not_of_what_a_learner_sees():
 
 def test_commands_print_and_write_the_rules_and_themselves(tmp_path, capsys):
     for words, files in {
-        "evaluate ring --games 2 --json out.json": ["out.json"],
         "diagnose ring noise --seconds 1 --json out.json": ["out.json"],
         "tournament ring uniform --processes 1 --games 2 --out 'my ladder'": ["ladder.json", "tournament.json"],
     }.items():

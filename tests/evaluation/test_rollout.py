@@ -1,7 +1,6 @@
 """One loop plays all games: a game is its seed, pair and side, whoever looks at it and whatever is played beside it."""
 
 import pickle
-from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -85,13 +84,6 @@ def test_a_game_goes_on_where_it_was_left_and_says_how_it_stands():
     np.testing.assert_allclose(seen, np.arange(1, 31) / 10)
     assert steps == [[0, 1]] * 3 and game.standing(1) == "a draw (3.0 s, red 1, blue 1)"
     assert (game.names(0), game.names(1)) == (("uniform", "halo"), ("halo", "uniform"))
-
-
-def test_a_clock_runs_for_every_answer_and_is_told_when_games_begin():
-    runs = []
-    clock = lambda games, begins: runs.append((games, begins)) or nullcontext()  # noqa: E731
-    Rollout("uniform", "halo", [0, 3], clock=clock).play(2.0)
-    assert runs == [(2, True)] * 4 + [(2, False)] * 2
 
 
 def test_a_policy_that_raises_is_named_with_its_place():

@@ -19,7 +19,7 @@ from tests.benchmarks.paper.given import flights, found_by, spread_around
 
 COVERED, SAME, ROUNDING = coverage.COVERED, permutation_invariance.SAME, permutation_invariance.ROUNDING
 NOISE = np.linspace(-0.02, 0.02, 20)
-BOUNDS = [(0.95, 0.01, True), (0.95, 0.5, False), (1.2, 0.1, False)]
+SURELY, PERHAPS = (0.95, 0.01, True), (0.95, 0.5, False)
 """A mean metric in times of its bound, how far seeds are apart, and whether it is surely at most the bound."""
 
 
@@ -33,9 +33,11 @@ def judged_at(mean, apart, seeds):
 # --- one command, any team --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("mean", "apart", "holds"), BOUNDS)
-@pytest.mark.parametrize("place", [(6, "ring"), (12, "two_spots")])
-def test_all_sizes_must_surely_cover_all_drawings(monkeypatch, mean, apart, holds, place):
+@pytest.mark.parametrize(
+    ("place", "mean", "apart", "holds"),
+    [((6, "ring"), *SURELY), ((6, "ring"), *PERHAPS), ((12, "two_spots"), *PERHAPS)],
+)
+def test_all_sizes_must_surely_cover_all_drawings(monkeypatch, place, mean, apart, holds):
     def fly(config, seeds, drawing):
         size, controller = config.drones_per_team[0], config.team_controllers[0]
         here = (size, drawing) == place and controller == "ergodic"
@@ -112,9 +114,11 @@ def test_a_permutation_moves_every_drone_with_all_that_is_its_own():
     assert permutation_invariance.distance(simulator, other, order).tolist() == [0.0, 0.0]
 
 
-@pytest.mark.parametrize(("mean", "apart", "holds"), BOUNDS)
-@pytest.mark.parametrize(("way", "target"), [(1, "uniform"), (2, "bimodal"), (0, "centre")])
-def test_all_targets_must_surely_be_covered_whoever_is_captured(monkeypatch, mean, apart, holds, way, target):
+@pytest.mark.parametrize(
+    ("way", "target", "mean", "apart", "holds"),
+    [(1, "uniform", *SURELY), (1, "uniform", *PERHAPS), (2, "bimodal", *PERHAPS), (0, "centre", *PERHAPS)],
+)
+def test_all_targets_must_surely_be_covered_whoever_is_captured(monkeypatch, way, target, mean, apart, holds):
     ways = [*fluctuation.CHANGES]
 
     def fly(config, seeds, name, changes):
@@ -253,7 +257,7 @@ def test_each_spot_of_the_drawing_lies_around_its_middle_and_the_target_is_what_
         ({"communication_radius": 0.2}, 2.0, False),  # hears less and surely does better
         ({"message_loss": 0.9}, 2.0, False),
         ({}, 2.6, False),  # lone drones are worse than a team that hears nobody
-        ({}, 1.6, False),
+        ({}, 1.6, False),  # or better
     ],
 )
 def test_talk_counts_where_no_step_to_less_of_it_helps_and_silence_is_loneliness(monkeypatch, changed, lone, holds):
@@ -296,7 +300,7 @@ def test_lone_drones_know_of_nobody_and_are_judged_together(monkeypatch):
     assert found == pytest.approx(reference.ergodic_metric(np.mean(places, axis=0), phi), rel=1e-6)
 
 
-@pytest.mark.parametrize(("times", "apart", "holds"), [(1.1, 0.02, True), (1.17, 0.2, False), (1.3, 0.02, False)])
+@pytest.mark.parametrize(("times", "apart", "holds"), [(1.1, 0.02, True), (1.17, 0.2, False)])
 def test_relays_mend_it_where_no_radius_is_surely_worse_than_silence(monkeypatch, times, apart, holds):
     def values(config, command, seeds, seconds):
         controller, here = config.controller, command is coverage.TARGETS["bimodal"]

@@ -70,19 +70,14 @@ def test_entrants_are_called_by_system_and_player():
     with pytest.raises(CommandError, match=r"there is no control system 'ergodig'; did you mean 'ergodic'"):
         choose_systems(["ergodig"])
     assert choose_systems(["direct", "direct"]) == ("direct",)
-
-
-def test_there_is_no_trained_policy_for_a_game_that_it_does_not_fit():
-    assert trained_for("direct", GameConfig(drones_per_team=3)) is None
+    assert trained_for("direct", GameConfig(drones_per_team=3)) is None, "it does not fit"
 
 
 def test_the_pilot_chooses_who_takes_most_points_and_then_who_wins_soonest(contest):
     assert best_scripts(contest) == {"direct": "direct/tighten"}
     played(contest, {"direct/scatter": [("win", 8.0, 4), ("win", 11.0, 6), ("win", 10.0, 5), ("draw", 20.0, 10)]})
     assert best_scripts(contest) == {"direct": "direct/scatter"}
-
-
-def test_a_game_that_is_lost_early_does_not_make_the_wins_sooner(contest):
+    # A game that is lost early does not make the wins sooner.
     lost_late, lost_early = (
         [("win", won, 4), ("loss", lost, 4), ("draw", 20.0, 4), ("draw", 20.0, 4)]
         for won, lost in ((10.0, 19.0), (11.0, 5.0))

@@ -83,25 +83,20 @@ def test_traits_that_are_corrupt_or_of_another_seed_are_refused_by_name(kept, tm
         measure_all()
 
 
-def test_the_pilot_and_the_contest_play_as_many_games_as_each_is_to(tmp_path, monkeypatch, measured):
+def test_the_command_makes_the_ladder_that_it_was_asked_for(tmp_path, monkeypatch, capsys, measured):
     monkeypatch.setattr(making, "best_scripts", lambda trial: {"direct": "direct/hold"})
     monkeypatch.setattr(making, "trained_for", lambda system, game: "direct/scatter")
-    results = make(TINY.replace(games=4), tmp_path, tmp_path, processes=1)
-    pilot, contest = (
-        len((tmp_path / part / "games.jsonl").read_text().splitlines()) for part in (making.PILOT, making.CONTEST)
-    )
-    assert (pilot, contest) == (4 * 2, 3 * 4), "four scripts play the adversary, and three entrants each other"
-    (compared,) = results["trained_and_script"]
-    assert (compared["one"], compared["other"]) == ("direct/scatter", "direct/hold")
-
-
-def test_the_command_makes_the_ladder_that_it_was_asked_for(tmp_path, monkeypatch, capsys, measured):
-    options = "--only direct --games 2 --pilot-games 2 --starts 2 --seconds 1 --processes 1 --game.drones-per-team 2"
+    options = "--only direct --games 4 --pilot-games 2 --starts 2 --seconds 1 --processes 1 --game.drones-per-team 2"
     words = [*options.split(), "--game.time-limit", "2", "--folder", str(tmp_path)]
     monkeypatch.setattr(sys, "argv", ["systems_ladder", *words])
     main()
     assert f"systems: {tmp_path / 'systems.md'}\n" in capsys.readouterr().out
-    assert json.loads((tmp_path / "systems.json").read_text())["config"] == json.loads(json.dumps(TINY.to_dict()))
+    results = json.loads((tmp_path / "systems.json").read_text())
+    assert results["config"] == json.loads(json.dumps(TINY.replace(games=4).to_dict()))
+    pilot, contest = (len((tmp_path / part / "games.jsonl").read_text().splitlines()) for part in ("pilot", "contest"))
+    assert (pilot, contest) == (4 * 2, 3 * 4), "four scripts play the adversary, and three entrants each other"
+    (compared,) = results["trained_and_script"]
+    assert (compared["one"], compared["other"]) == ("direct/scatter", "direct/hold")
     monkeypatch.setattr(sys, "argv", ["systems_ladder", "--game.controllers", "direct"])
     with pytest.raises(SystemExit, match=r"game.controllers must be left"):
         main()
