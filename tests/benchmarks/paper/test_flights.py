@@ -57,14 +57,6 @@ def test_all_sizes_must_surely_cover_all_drawings(monkeypatch, place, mean, apar
     assert found["statistic"]["6_and_24_apart_ring_flocking"] == 1.0
 
 
-def test_maps_are_apart_by_the_share_of_time_that_is_elsewhere():
-    one, other = np.zeros((2, 2, 2)), np.zeros((2, 2, 2))
-    one[:, 0, 0] = 1.0
-    other[0, 1, 1] = 1.0
-    other[1] = 0.25
-    assert scale_invariance.apart(one, other).tolist() == [1.0, 0.75]
-
-
 @pytest.mark.parametrize(
     ("farthest", "mean", "apart", "holds"),
     [(0.5, 0.9, 0.1, True), (2.0, 0.0, 0.1, False), (0.5, 0.9, 0.8, False), (0.5, -0.9, 0.8, False)],
@@ -338,16 +330,6 @@ def test_memory_is_why_where_each_longer_one_surely_makes_the_worst_radius_bette
     found = found_by(short_memory)
     assert found["supported"] == holds
     assert found["statistic"]["at_4_s_over_2_s"] == pytest.approx(worst[4.0] / worst[2.0], rel=1e-5)
-
-
-def test_steps_that_surely_fall_are_counted_and_the_worst_is_told_in_times_of_hearing_nobody():
-    means = np.array([[1.0, 2.0, 2.0, 1.5, 3.0], [1.0, 2.0, 3.0, 4.0, 5.0]])
-    noise = np.random.default_rng(0).normal(0.0, 0.01, (20, 2, 5))
-    assert talk.steps_that_fall(means + noise).tolist() == [1, 0]
-    quiet, loud = [[1.0, 3.0, 2.0], [5.0, 4.0, 4.0]], [[0.0, 0.0, 1.0], [0.5, 0.25, 1.0]]
-    values = np.array([[quiet, loud], [quiet, loud]])  # (seeds, memories, targets, radii)
-    values[1] *= 3.0
-    assert talk.times_silence(values).tolist() == [1.5, 0.5]
 
 
 # --- drones that fail -------------------------------------------------------------------------------------
