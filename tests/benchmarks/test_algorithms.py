@@ -44,7 +44,9 @@ def line(method, seed, score, digests=None):
 
 
 @pytest.mark.parametrize("method", [name for name, one in METHODS.items() if not one.meets_itself])  # as the next test
-def test_a_method_learns_and_what_it_learned_is_a_player(method, small, played, tmp_path):
+def test_a_method_learns_and_what_it_learned_is_a_player(method, small, played, tmp_path, monkeypatch):
+    if method in ("recurrent-ppo", "ppo-mlp"):  # an example, and tests of exporting, export such networks
+        monkeypatch.setattr(runs, "export_model", lambda *given: load("champion", GameConfig()).write(given[3]))
     budget = Budget(commands=64, points=1, games=50)
     run = Run(method, 0, budget, tmp_path / "player")
     if method == "dqn":
