@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import Executor, Future
 
 import numpy as np
 import pytest
@@ -21,7 +20,6 @@ from swarm_pz.errors import CommandError, ConfigError, PolicyError, ResultsError
 from swarm_pz.evaluation import ladder
 from swarm_pz.evaluation.ledger import GAMES, SETTINGS, folder_lock
 from swarm_pz.evaluation.match import play_match
-from swarm_pz.evaluation.processes import LostTaskError
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_block
 
 SHORT = GameConfig(time_limit=4.0, drones_per_team=2)
@@ -307,17 +305,6 @@ def test_a_player_that_cannot_be_made_has_lost_nothing(tmp_path):
     with pytest.raises(PolicyError, match="ring cannot be made: AttributeError"):
         tournament.play()
     assert not (tmp_path / GAMES).exists()
-
-
-def test_games_whose_process_died_are_named(tmp_path):
-    class Dying(Executor):
-        def submit(self, *_):
-            future = Future()
-            future.set_exception(LostTaskError)
-            return future
-
-    with pytest.raises(ResultsError, match="died while these were played: ring against uniform"):
-        Tournament(("ring", "uniform"), CONFIG, tmp_path, load).play(pool=Dying())
 
 
 COMMAND = """
