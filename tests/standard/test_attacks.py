@@ -5,12 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from swarm_pz import policies
-from swarm_pz.config import ObservationConfig
 from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.standard import attacks
 from swarm_pz.standard.games import PlayerFactory, attacked
-from swarm_pz.training.config import TrainConfig
+from swarm_pz.training import exploit
+from swarm_pz.training.exploit import fixed_learner
 
 GAMES = {
     "siege wins": ([[2.0, 0.0, 0.0]], [0.0, 0.0]),
@@ -53,25 +52,15 @@ def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_p
     assert [done for done, _ in shown] == [1, tiny.robust.search_games + 1]
 
 
-def test_an_exploiter_learns_by_the_protocol_and_sees_as_its_target_does(tiny, tmp_path, monkeypatch):
-    class EnoughError(Exception):
-        pass
-
+def test_an_exploiter_learns_by_the_protocol_and_the_settings_whose_figures_compare(tiny, tmp_path, monkeypatch):
     given = {}
 
     def make(policy, folder, **options):
         given.update(options, policy=policy)
-        raise EnoughError
+        raise KeyboardInterrupt
 
-    target, seen = policies.load("champion"), ObservationConfig(grid=50)
-    theirs = TrainConfig.from_dict(target.card["training"])
-    theirs = theirs.replace(game=theirs.game.replace(observation=seen), width=24, action_cells=5)
-    target.card = target.card | {"training": theirs.to_dict()}
-    monkeypatch.setattr(policies, "load", lambda *_: target)
-    monkeypatch.setattr("swarm_pz.training.exploit.make_exploiter", make)
-    with pytest.raises(EnoughError):
-        attacks.learn("champion", 3, tiny, tmp_path / "work", lambda: False, print, target.digest)
-    learner = given["learner"]
-    assert given["policy"] == "champion" and learner.game.rules_hash == tiny.game.rules_hash
+    monkeypatch.setattr(exploit, "make_exploiter", make)
+    with pytest.raises(KeyboardInterrupt):
+        attacks.learn("champion", 3, tiny, tmp_path / "work", lambda: False, print)
+    assert given["policy"] == "champion" and given["learner"] == fixed_learner("champion", tiny.game, 256)
     assert (given["resume"], given["steps"], given["seed"]) == (False, 256, tiny.robust.seed + 3)
-    assert (learner.game.observation, learner.width, learner.action_cells, learner.threads) == (seen, 24, 5, 1)

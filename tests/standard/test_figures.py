@@ -85,12 +85,6 @@ def test_robust_is_the_worse_attack_and_a_fifth_of_the_score(tiny):
     assert said["tracks"]["robust"]["score"] == 0.0 and said["score"] == pytest.approx(0.8)
 
 
-def test_a_game_that_a_pair_played_twice_counts_once(tiny):
-    lines = games(tiny, lambda policy, track, name, number: "win" if number % 2 else "loss")
-    same = [one._replace(fingerprint="same") if one.number < 2 else one for one in lines]
-    assert Results(same, tiny).pairs[0][0].tolist() == [[0.5, 1.0], [1.0, 2.0]]
-
-
 def test_an_interval_is_over_training_seeds_if_there_are_several_or_else_over_pairs_of_games(tiny):
     said = of(tiny, lambda policy, *_: "win" if policy else "loss", policies=2)
     assert said["interval_over"] == "training seeds"

@@ -9,9 +9,8 @@ import pytest
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
 
-from swarm_pz.errors import Stopped
 from swarm_pz.training import callbacks
-from swarm_pz.training.callbacks import Account, Checkpoint, PeriodicEvaluation, Progress, RunState
+from swarm_pz.training.callbacks import Account, Progress, RunState
 from swarm_pz.training.ppo import Training
 from tests.training.runs import TINY, quiet
 
@@ -32,9 +31,9 @@ class Watch(BaseCallback):
     def _on_step(self):
         return True
 
-    @staticmethod
-    def moves(seen):
-        return [not np.array_equal(before, after) for before, after in itertools.pairwise(seen)]
+
+def moves(seen):
+    return [not np.array_equal(before, after) for before, after in itertools.pairwise(seen)]
 
 
 def test_exploration_fades_and_the_actor_is_held_while_the_critic_learns_first(tmp_path):
@@ -44,8 +43,7 @@ def test_exploration_fades_and_the_actor_is_held_while_the_critic_learns_first(t
     assert [step for step, _ in watch.explored] == [0, 32, 64, 96, 128]
     assert [spread for _, spread in watch.explored] == pytest.approx([-0.5, -0.9, -1.3, -1.7, -2.1])
     assert run.exploration() == pytest.approx(math.exp(-2.5))
-    assert watch.moves(watch.actor) == [False, False, True, True]
-    assert watch.moves(watch.critic) == [True] * 4
+    assert moves(watch.actor) == [False, False, True, True] and moves(watch.critic) == [True] * 4
 
 
 class Model(SimpleNamespace):
@@ -83,59 +81,13 @@ def test_running_figures_are_of_the_latest_256_games_and_the_time_of_all_sitting
     assert state.exploration(10**6) == pytest.approx(math.exp(TINY.final_log_std))
 
 
-def test_an_evaluation_is_a_match_of_its_own_against_the_first_opponent_and_is_written_down(monkeypatch):
-    played = []
-    summary = {
-        "win_rate": 0.25, "win_rate_ci95": [0.125, 0.5], "wins": 2, "losses": 3, "games": 8, "mean_share": 0.4375,
-    }  # fmt: skip
-
-    def play_match(policy, opponent, **given):
-        played.append((policy, opponent.name, given))
-        return SimpleNamespace(summary=lambda: summary)
-
-    monkeypatch.setattr(callbacks, "play_match", play_match)
-    config = TINY.replace(opponents=("halo", "noise"), evaluation_games=8, seed=5, threads=3, evaluate_every=100)
-    state = RunState(config, seconds=12.34)
-    state.recent.extend([(True, 0.5), (False, 0.25), (False, 0.0)])
-    evaluation = begin(PeriodicEvaluation(state, lambda: "the tactic as it stands"))
-    for step in (0, 40, 99, 100, 199, 230, 329, 330):
-        begin(evaluation, step).on_rollout_start()
-    settings = {"games": 8, "seed": 1_000_005, "config": config.game, "threads": 3}
-    assert played == 4 * [("the tactic as it stands", "halo", settings)]
-    assert [record["step"] for record in state.records] == [0, 100, 230, 330]
-    assert state.records[0] == {
-        "step": 0, "seconds": 12.3, "win_rate": 0.25, "win_rate_low": 0.125, "win_rate_high": 0.5,
-        "loss_rate": 3 / 8, "share": 0.4375, "training_share": 0.25,
-    }  # fmt: skip
-
-
-def test_a_checkpoint_is_written_every_so_often_and_where_the_run_is_to_stop():
-    saved, stops = [], []
-    checkpoint = Checkpoint(
-        RunState(TINY.replace(checkpoint_every=100)),
-        lambda: saved.append(checkpoint.num_timesteps),
-        lambda: bool(stops),
-        lambda: "so far",
-    )
-    begin(checkpoint, 50)
-    for step in (50, 149, 150, 249, 260, 359, 360):
-        checkpoint.model.num_timesteps = step
-        checkpoint.on_step()
-        checkpoint.on_rollout_start()
-    assert saved == [150, 260, 360]
-    stops.append("now")
-    with pytest.raises(Stopped, match="so far"):
-        checkpoint.on_rollout_start()
-    assert saved == [150, 260, 360, 360]
-
-
 @pytest.mark.parametrize("is_terminal", [False, True])
 def test_progress_tells_how_far_and_how_fast_every_tenth_or_in_place(clock, capsys, monkeypatch, is_terminal):
     monkeypatch.setattr("sys.stdout.isatty", lambda: is_terminal)
     state, said = RunState(TINY.replace(total_steps=10_000)), []
     state.records.append({"step": 1500, "win_rate": 0.75, "share": 0.625})
     progress = begin(Progress(state, said.append), 2000)
-    for step in (2400, 2800, 3200, 3900, 5200, 11_000):
+    for step in (2400, 2800, 3200, 11_000):
         clock.seconds += 40.0
         progress.model.num_timesteps = step
         progress.on_step()
@@ -148,7 +100,6 @@ def test_progress_tells_how_far_and_how_fast_every_tenth_or_in_place(clock, caps
     assert [line.split()[:6] for line in said] == [
         ["24%", "2,400", "steps", "10/s", "12:40", "left"],
         ["32%", "3,200", "steps", "10/s", "11:20", "left"],
-        ["52%", "5,200", "steps", "16/s", "5:00", "left"],
-        ["100%", "11,000", "steps", "38/s", "0:00", "left"],
+        ["100%", "11,000", "steps", "56/s", "0:00", "left"],
     ]
     assert "evaluated at 1,500: won 75%, share 0.62" in said[0]

@@ -41,25 +41,6 @@ def _no_film(monkeypatch):
     monkeypatch.setattr("swarm_pz.analysis.video.film_game", lambda *_, **__: "not filmed")
 
 
-@pytest.fixture
-def stops_at(monkeypatch):
-    """Send this process a signal once a run has had so many steps."""
-    on_step = Account._on_step
-
-    def arrange(steps, number=signal.SIGINT):
-        sent = []
-
-        def step(self):
-            if self.num_timesteps >= steps and not sent:
-                sent.append(number)
-                os.kill(os.getpid(), number)
-            return on_step(self)
-
-        monkeypatch.setattr(Account, "_on_step", step)
-
-    return arrange
-
-
 def run(arguments, capsys):
     """Run a command; return its status, and what it said."""
     try:
@@ -76,51 +57,52 @@ def line_that_goes_on(said):
     return arguments
 
 
-def contents(folder):
-    return {path: path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()}
+def contents(folder, names):
+    return {path: path.read_bytes() for path in Path(folder).rglob(names) if path.is_file()}
 
 
-def test_training_twice_loses_nothing(capsys):
-    assert run(TRAIN, capsys)[0] == 0
-    before = contents("runs/first")
-    status, said = run([*TRAIN, "--out", "runs/first", "--seed", "1"], capsys)
-    assert status == 2
-    for part in ("runs/first holds a finished run of 64 steps", "--resume", "--overwrite", "--out runs/first-2"):
-        assert part in said
+@pytest.fixture
+def stop_and_go_on(capsys, monkeypatch):
+    """Send a signal to a command once its run has had some steps, and go on by the line that it then says."""
+    on_step, sent = Account._on_step, []
+
+    def stop_and_go_on(command, number, folder, steps, total):
+        def step(self):
+            if self.num_timesteps >= steps - 12 and not sent:
+                sent.append(number)
+                os.kill(os.getpid(), number)
+            return on_step(self)
+
+        monkeypatch.setattr(Account, "_on_step", step)
+        status, said = run(command, capsys)
+        assert status == 130 and f"{folder} is saved at step {steps} of {total}" in said
+        assert read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] == steps
+        assert not list(Path("runs").rglob(".*draft*"))
+        status, refused = run([*command, "--out", str(Path("runs", Path(folder).parts[1]))], capsys)
+        assert status == 2 and "--resume" in refused and "--overwrite" in refused, "what was begun is not replaced"
+        status, _ = run(line_that_goes_on(said), capsys)
+        assert status == 0 and read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] >= total
+
+    return stop_and_go_on
+
+
+def test_a_stopped_training_goes_on_and_the_next_one_leaves_it_as_it_is(stop_and_go_on, capsys):
+    stop_and_go_on(TRAIN, signal.SIGTERM, "runs/first", 32, 64)
+    before = contents("runs/first", "*")
     status, said = run([*TRAIN, "--seed", "1"], capsys)
     assert status == 0 and "policy: runs/first-2" in said
-    assert contents("runs/first") == before
+    assert contents("runs/first", "*") == before
 
 
-def test_resuming_what_is_finished_says_so_and_trains_nothing(capsys):
-    assert run(LEAGUE, capsys)[0] == 0
-    weights = {path: path.read_bytes() for path in Path("runs").rglob("policy.safetensors")}
+def test_a_stopped_league_goes_on_and_a_finished_one_says_so_and_trains_nothing(stop_and_go_on, capsys):
+    stop_and_go_on(LEAGUE, signal.SIGINT, "runs/league/main", 64, 96)
+    weights = contents("runs", "policy.safetensors")
     status, said = run([*LEAGUE, "--resume"], capsys)
     assert status == 0 and "it has had 96 of 96 steps" in said and "training for" not in said
-    assert {path: path.read_bytes() for path in Path("runs").rglob("policy.safetensors")} == weights != {}
+    assert contents("runs", "policy.safetensors") == weights != {}
 
 
-@pytest.mark.parametrize(
-    ("command", "number", "folder", "steps", "total"),
-    [
-        (TRAIN, signal.SIGTERM, "runs/first", 32, 64),
-        (LEAGUE, signal.SIGINT, "runs/league/main", 64, 96),
-        (EXPLOIT, signal.SIGINT, "runs/exploiter/seed-0", 256, 300),
-    ],
-)
-def test_a_signal_stops_at_a_checkpoint_and_the_line_that_is_said_goes_on(
-    command, number, folder, steps, total, stops_at, capsys, monkeypatch
-):
+def test_a_stopped_search_for_exploiters_goes_on(stop_and_go_on, monkeypatch):
     monkeypatch.setitem(sys.modules, "cma", None)  # no search that does not learn
-    if command is EXPLOIT:
-        Training(TINY.replace(total_steps=32), Path("runs/target"), say=quiet).run()
-    stops_at(steps - 12, number)
-    status, said = run(command, capsys)
-    assert status == 130 and f"{folder} is saved at step {steps} of {total}" in said
-    assert read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] == steps
-    assert not list(Path("runs").rglob(".*draft*"))
-    status, _ = run([*command, "--out", str(Path("runs", Path(folder).parts[1]))], capsys)
-    assert status == 2, "what was begun is not replaced"
-    status, said = run(line_that_goes_on(said), capsys)
-    assert status == 0 and (Path(folder) / CHECKPOINT).exists()
-    assert read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] >= total
+    Training(TINY.replace(total_steps=32), Path("runs/target"), say=quiet).run()
+    stop_and_go_on(EXPLOIT, signal.SIGINT, "runs/exploiter/seed-0", 256, 300)

@@ -135,7 +135,5 @@ def test_wrong_actions_and_options_are_refused_and_pictures_are_of_every_rows_ga
             env.step(actions)
     with pytest.raises(ConfigError, match="did you mean 'num_games'"):
         DronesVecEnv(num_game=2)
-    with pytest.raises(AttributeError, match="games of a DronesVecEnv share"):
-        env.set_attr("seed", 3)
     pictures = env.get_images()
     assert len(pictures) == 4 and (pictures[0] == pictures[1]).all() and not (pictures[0] == pictures[2]).all()

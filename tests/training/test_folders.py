@@ -24,7 +24,6 @@ def leave_run(folder, steps=64, total=128):
     [
         (CHECKPOINT, "torn", "that cannot be read"),
         ("policy.json", json.dumps({"steps": 5}), "a policy trained for 5 steps"),
-        ("policy.json", "torn", "that cannot be read"),
         ("policy.json", json.dumps({"steps": "five"}), "that cannot be read"),
         (SEARCH, json.dumps({"target": "halo"}), "a search for what beats halo"),
         (SEARCH, "[]", "that cannot be read"),

@@ -15,7 +15,6 @@ from swarm_pz import policies
 from swarm_pz.config import CHANNELS, MOTION_CHANNELS, CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, KindError, OutputError, PolicyError
 from swarm_pz.evaluation.match import play_match
-from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.policy import load
 from swarm_pz.simulator.spawn import random_start
 from swarm_pz.spaces.actions import command_from_action
@@ -56,6 +55,10 @@ def test_the_folder_holds_the_policy_with_its_story_and_how_the_run_went(trained
     assert [record["step"] for record in history["records"]] == [0, 32, 64] and history["records"] == run.history
     assert TrainConfig.from_dict(json.loads((folder / "config.json").read_text())) == TINY
     assert list((folder / "tensorboard").iterdir())
+    found = play_match(policy, "uniform", games=2, seed=1_000_000, config=TINY.game).summary()
+    expected = {"win_rate": found["win_rate"], "loss_rate": found["losses"] / 2, "share": found["mean_share"]}
+    expected |= dict(zip(("win_rate_low", "win_rate_high"), found["win_rate_ci95"], strict=True))
+    assert run.history[-1].items() >= expected.items(), "of what is written, on seeds that are those of no training"
     assert (card["config_hash"], card["steps"], policy.name) == (TINY.game.hash, 64, "tiny")
     for story in (policy.card, card, history):
         assert GameConfig.from_dict(story["rules"]).rules_hash == story["rules_hash"] == TINY.game.rules_hash
@@ -121,26 +124,15 @@ def test_the_settings_reach_the_algorithm(tmp_path, monkeypatch):
         assert model.lr_schedule(1.0) == pytest.approx(rate)
 
 
-def test_the_settings_reach_the_games_of_every_size(tmp_path, monkeypatch):
-    made = []
-
-    class Noted(SwarmVecEnv):
-        def __init__(self, game, num_envs, *, opponent, **given):
-            made.append((game, num_envs, opponent, given))
-            super().__init__(game, num_envs, opponent=opponent, **given)
-
-    monkeypatch.setattr(ppo, "SwarmVecEnv", Noted)
-    config = TINY.replace(sizes=(1, 3), action_cells=2, threads=2, opponents=("noise", "ring", "noise"), seed=5)
+def test_the_settings_reach_the_games_of_every_size(tmp_path):
+    config = TINY.replace(sizes=(1, 3), action_cells=2, threads=2, opponents=("noise", "ring", "noise"))
     run = Training(config, tmp_path, say=quiet)
-    games = [config.game.replace(drones_per_team=size) for size in (1, 3)]
-    assert [(game, count, given) for game, count, _, given in made] == [
-        (game, 2, {"action_cells": 2, "threads": 2, "seed": 5}) for game in games
-    ]
-    for *_, met, _ in made:
-        assert [player.name for player in met] == ["noise", "ring", "noise"] and met[0] is met[2]
-    assert made[0][2][0] is not made[1][2][0]
-    run.run()
-    assert LearnedPolicy.read(tmp_path, TINY.game).card["training"]["sizes"] == [1, 3]
+    for part, size in zip(run.env.venv.parts, (1, 3), strict=True):
+        simulator = part.duel.batch.simulator
+        assert (part.duel.config, part.num_envs) == (config.game.replace(drones_per_team=size), 2)
+        assert (part.action_space.shape, simulator.threads) == ((2, 2), 2)
+        assert set(part.opponent_names) == {"noise", "ring"}
+    run.env.close()
 
 
 def test_a_fresh_run_replaces_all_that_an_earlier_one_left_and_nothing_else(tmp_path):
@@ -220,15 +212,6 @@ def test_training_its_evaluations_and_the_matches_after_it_are_on_different_game
     assert not trained & evaluated and not trained & reported and not evaluated & reported
     run.learn(64, evaluation)
     assert evaluated & begun_by(evaluation.evaluate)  # the same ones every time, however far the run is
-
-
-def test_a_run_whose_steps_do_not_fill_its_rollouts_still_learns(tmp_path):
-    rates = []
-    run = Training(TINY.replace(total_steps=40), tmp_path, say=quiet)
-    schedule = run.model.lr_schedule
-    run.model.lr_schedule = lambda left: rates.append(schedule(left)) or rates[-1]
-    run.run()
-    assert min(rates) > 0.0
 
 
 class Gather(VecEnvWrapper):

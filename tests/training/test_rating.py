@@ -15,11 +15,11 @@ from swarm_pz.training import rating
 from swarm_pz.training.callbacks import Checkpoint
 from swarm_pz.training.pool import Member, Pool
 from swarm_pz.training.rating import Rating
-from swarm_pz.training.selfplay import League
-from tests.training.runs import LEAGUE, LEARNER, assert_same_weights, quiet
+from swarm_pz.training.selfplay import STATE, League
+from tests.training.runs import LEAGUE, LEARNER, assert_same_run, assert_same_weights, quiet
 
 LATER = LEAGUE.replace(
-    learner=LEARNER.replace(total_steps=192), async_delay=40, exploiter_every=64, snapshot_every=64, snapshot_score=1.0
+    learner=LEARNER.replace(total_steps=192), scripts=("noise", "ring"), async_delay=40, snapshot_score=1.0
 )
 """Exploiters begin at 64 and 160, and join at 128 and at the end."""
 
@@ -42,13 +42,13 @@ def assert_same(league, other):
     assert asdict(league.pool) == asdict(other.pool)
     for place in ("", *(member.source for member in league.pool.members if "/" in member.source)):
         assert_same_weights(*(LearnedPolicy.read(each.folder / place, LEARNER.game) for each in (league, other)))
-    games = [
+    games, others = (
         sorted(
             line.split('"thinking_ms"')[0] for line in (each.folder / "ratings/games.jsonl").read_text().splitlines()
         )
         for each in (league, other)
-    ]
-    assert games[0] == games[1] and len(set(games[0])) == len(games[0])
+    )
+    assert games == others and len(set(games)) == len(games)
 
 
 def test_an_exploiter_joins_between_two_deals_and_at_the_end(alone):
@@ -73,14 +73,24 @@ def test_whoever_works_for_a_league_it_is_the_same(alone, tmp_path, monkeypatch)
     assert not list((tmp_path / "exploiters").rglob("checkpoint*"))
 
 
-def test_a_league_that_was_stopped_while_others_worked_for_it_goes_on_as_the_same(alone, tmp_path):
+def test_a_league_that_was_stopped_again_and_again_goes_on_as_the_same(alone, tmp_path):
+    """In its first deal, where an exploiter is to begin, and while that is trained and a snapshot rated."""
+
+    def stop_at(steps, league):
+        with pytest.raises(Stopped):
+            league.run(lambda: league.pool.until > 0 and league.main.model.num_timesteps >= steps)
+        return league.pool
+
     league = League(LATER, tmp_path, say=quiet)
-    with pytest.raises(Stopped):
-        league.run(lambda: league.main.model.num_timesteps >= 96)
-    assert league.pool.target and league.pool.unrated
-    league = League(LATER, tmp_path, resume=True, say=quiet)
+    early = (tmp_path / STATE).read_text()
+    for steps in (0, 64, 96):
+        pool = stop_at(steps, league)
+        (tmp_path / STATE).write_text(early)  # as if it had been killed between writing the one file and the other
+        league = League(LATER, tmp_path, resume=True, say=quiet)
+    assert pool.target and pool.unrated
     league.run()
     assert_same(league, alone)
+    assert_same_run(league.main, alone.main)
 
 
 def test_a_snapshot_is_rated_among_all_scripts_the_first_and_the_latest(tmp_path, monkeypatch):
@@ -112,5 +122,4 @@ def test_a_snapshot_is_rated_among_all_scripts_the_first_and_the_latest(tmp_path
     assert then == ["played", ("results", "uniform")]
     assert (config.game, folder) == (LEARNER.game, tmp_path / "ratings")
     assert config.budget_ms >= 60_000  # a machine that stalls is no reason to lose
-    assert loader("ring", LEARNER.game).name == "ring"
     assert loader.places["snapshots/snapshot_0"] == str(tmp_path / "snapshots" / "snapshot_0")

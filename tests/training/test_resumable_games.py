@@ -8,24 +8,24 @@ from swarm_pz.training.resumable_games import ResumableGames
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 from tests.training.runs import TINY
 
-GAME = TINY.game.replace(drones_per_team=1)
-CALM = GAME.replace(capture=CaptureConfig(enabled=False))  # none ends before its last step
-FIRST, NEXT = ["noise", "ring"], ["uniform", "blind_ring"]
+CALM = TINY.game.replace(drones_per_team=1, capture=CaptureConfig(enabled=False))  # none ends before its last step
 
 
 def load(opponent, game):
     return policies.load(opponent.name, game)
 
 
-def begun(make):
-    env = make()
+def make(*cycles, opponents=("noise",)):
+    """Return batches of a game each for every opponent, which end after so many steps."""
+    parts = [SwarmVecEnv(CALM, len(opponents), opponent=list(opponents), max_cycles=count) for count in cycles]
+    return ResumableGames(StackedVecEnv(parts), opponents)
+
+
+def begun(*cycles, **given):
+    env = make(*cycles, **given)
     env.seed(3)
     env.reset()
     return env
-
-
-def make():
-    return ResumableGames(SwarmVecEnv(GAME, 2, opponent=FIRST, seed=3), FIRST)
 
 
 def step(env):
@@ -43,43 +43,22 @@ def met(env):
 
 
 def test_restored_games_end_against_those_they_began_with_and_the_next_meet_those_dealt_last():
-    env, again = begun(make), make()
-    env.deal([policies.load(name, GAME) for name in NEXT], NEXT)
-    step(env)
-    assert env.ages.tolist() == [1, 1]
-    _, same = again.restore(*env.state(), load)
-    assert same
-    assert met(again) == met(env) == [["noise", "uniform"], ["ring", "blind_ring"]]
-
-
-def test_where_one_game_begins_the_others_are_stored_with_whom_they_play():
-    def make_uneven():
-        parts = [SwarmVecEnv(CALM, 1, opponent="noise", max_cycles=cycles) for cycles in (2, 5)]
-        return ResumableGames(StackedVecEnv(parts), ["noise"])
-
-    env, again = begun(make_uneven), make_uneven()
-    env.deal([policies.load("uniform", CALM)], ["uniform"])
-    for _ in range(3):
+    first, following = ("noise", "ring"), ("uniform", "blind_ring")
+    env, again = begun(2, 5, opponents=first), make(2, 5, opponents=first)
+    env.deal([policies.load(name, CALM) for name in following], following)
+    for number in range(12):
         step(env)
-    assert env.ages.tolist() == [1, 3]
-    _, same = again.restore(*env.state(), load)
-    assert same
-    assert met(again) == met(env) == [["uniform", "uniform"], ["noise", "uniform"]]
-
-
-def test_no_more_actions_are_kept_than_the_oldest_unfinished_game_has_had():
-    env = begun(make)
-    for _ in range(12):
-        step(env)
-        _, arrays = env.state()
-        assert len(arrays["actions"]) == env.ages.max() <= 5
+        assert len(env.state()[1]["actions"]) == env.ages.max() <= 5, "no more than the oldest game has had"
+        if number == 2:
+            story, arrays = env.state()
+            assert env.ages.tolist() == [1, 1, 3, 3]
+            _, same = again.restore(story, arrays, load)
+            assert same
+    assert met(again) == [["uniform"] * 2, ["blind_ring"] * 2, ["noise", "uniform"], ["ring", "blind_ring"]]
 
 
 def test_games_that_came_out_sooner_here_start_afresh():
-    def make_calm(cycles):
-        return ResumableGames(SwarmVecEnv(CALM, 2, opponent="noise", max_cycles=cycles), ["noise"])
-
-    env, again = begun(lambda: make_calm(5)), make_calm(3)
+    env, again = begun(5, opponents=("noise", "noise")), make(3, opponents=("noise", "noise"))
     for _ in range(4):
         step(env)
     observations, same = again.restore(*env.state(), load)

@@ -15,10 +15,12 @@ from swarm_pz.training.sweep import sweep
 from tests.elsewhere import Elsewhere
 from tests.training.runs import LEARNER, assert_same_weights, have_same_weights, quiet
 
+RUN = LEARNER.replace(total_steps=64)
+
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
-    return sweep(LEARNER, (3, 5), tmp_path_factory.mktemp("alone"), SerialExecutor(), say=quiet)
+    return sweep(RUN, (3, 5), tmp_path_factory.mktemp("alone"), SerialExecutor(), say=quiet)
 
 
 def assert_same(policies, others):
@@ -28,7 +30,7 @@ def assert_same(policies, others):
 
 
 def test_every_seed_is_the_run_that_trains_it_alone(alone, tmp_path):
-    assert_same([alone[1]], [Training(LEARNER.replace(seed=5), tmp_path, say=quiet).run()])
+    assert_same([alone[1]], [Training(RUN.replace(seed=5), tmp_path, say=quiet).run()])
     assert not have_same_weights(*alone)
 
 
@@ -36,19 +38,19 @@ def test_whoever_trains_them_they_are_the_same(alone, tmp_path):
     said, shown = [], []
     with ThreadPoolExecutor(1) as pool:
         show = {"say": said.append, "show": lambda *steps: shown.append(steps)}
-        assert_same(alone, sweep(LEARNER, (3, 5), tmp_path / "here", pool, **show))
-    assert f"{tmp_path}/here/seed-5: trained" in said and any("128 steps, won " in line for line in said)
-    assert shown[-1] == (256, 256)
+        assert_same(alone, sweep(RUN, (3, 5), tmp_path / "here", pool, **show))
+    assert f"{tmp_path}/here/seed-5: trained" in said and any("64 steps, won " in line for line in said)
+    assert shown[-1] == (128, 128)
     (tmp_path / "there").mkdir()
     pool = Elsewhere(tmp_path / "there")
-    assert_same(alone, sweep(LEARNER, (3, 5), tmp_path / "far", pool, say=quiet))
+    assert_same(alone, sweep(RUN, (3, 5), tmp_path / "far", pool, say=quiet))
     assert pool.given == ["train_one", "train_one"] and not list((tmp_path / "there").iterdir())
 
 
 def test_what_was_stopped_goes_on_and_what_is_trained_stays(alone, tmp_path, monkeypatch):
     looks = iter([False, True])
     with pytest.raises(Stopped):
-        sweep(LEARNER, (3, 5), tmp_path, SerialExecutor(), should_stop=lambda: next(looks), say=quiet)
+        sweep(RUN, (3, 5), tmp_path, SerialExecutor(), should_stop=lambda: next(looks), say=quiet)
     resumed, train_one = [], sweeps.train_one
 
     def train(config, *given):
@@ -57,18 +59,18 @@ def test_what_was_stopped_goes_on_and_what_is_trained_stays(alone, tmp_path, mon
 
     monkeypatch.setattr(sweeps, "train_one", train)
     for _ in range(2):
-        assert_same(alone, sweep(LEARNER, (3, 5), tmp_path, SerialExecutor(), say=quiet))
+        assert_same(alone, sweep(RUN, (3, 5), tmp_path, SerialExecutor(), say=quiet))
     assert resumed == [3, 5]
     with pytest.raises(CheckpointError, match="seed-3 holds a policy that was trained otherwise"):
-        sweep(LEARNER.replace(gamma=0.5), (3,), tmp_path, SerialExecutor(), say=quiet)
+        sweep(RUN.replace(gamma=0.5), (3,), tmp_path, SerialExecutor(), say=quiet)
 
 
 def test_what_other_machines_cannot_have_and_seeds_that_are_the_same_are_refused(tmp_path):
     (tmp_path / "mine").mkdir()
-    config = LEARNER.replace(opponents=("uniform", str(tmp_path / "mine")))
+    config = RUN.replace(opponents=("uniform", str(tmp_path / "mine")))
     with pytest.raises(ConfigError, match="must be installed there, got the folder"):
         sweep(config, (0,), tmp_path / "out", Elsewhere(tmp_path))
     for seeds in ((), (1, 1)):
         with pytest.raises(ConfigError, match="seeds must be different"):
-            sweep(LEARNER, seeds, tmp_path / "out", SerialExecutor())
+            sweep(RUN, seeds, tmp_path / "out", SerialExecutor())
     assert not (tmp_path / "out").exists()

@@ -6,13 +6,13 @@ from stable_baselines3.common.vec_env import VecMonitor
 
 from swarm_pz import policies
 from swarm_pz.config import BLUE, CaptureConfig, GameConfig, ObservationConfig
-from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 COARSE = GameConfig(observation=ObservationConfig(grid=10), drones_per_team=3)
 STILL = np.zeros((4, 10, 10), np.float32)
+CALM = CaptureConfig(enabled=False)  # else a game may end with its first step
 
 
 def stacked(*sizes, **options):
@@ -76,49 +76,16 @@ def test_only_the_games_that_have_ended_start_anew_and_have_infos_each_its_own()
         assert ended[2].max() == 255 and not seen[row, 2].any()  # trails
 
 
-def test_games_follow_the_stream_of_their_seed_and_may_be_left_out():
-    def starts(leave_out=(0, 0)):
-        env, places = SwarmVecEnv(COARSE, 2, seed=7), []
-        for number in range(3):
-            if number == 1:
-                env.skip(np.array(leave_out))
-            env.reset()
-            places.append(env.duel.batch.simulator.positions.copy())
-        return np.stack(places)
-
-    given, skipped = starts(), starts((1, 0))
-    np.testing.assert_array_equal(skipped[1:, 1], given[1:, 1])
-    np.testing.assert_array_equal(skipped[1, 0], given[2, 0])
-    for row, stream in enumerate(np.random.SeedSequence(7).spawn(2)):
-        alone = DuelEnv(COARSE)
-        for number, seed in enumerate(stream.spawn(3)):
-            alone.duel.reset([seed], np.zeros(1, np.int64))
-            np.testing.assert_array_equal(alone.duel.batch.simulator.positions[0], given[number, row])
-
-
 def test_all_keywords_at_once_are_kept(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 4)
-    env = SwarmVecEnv(
-        GameConfig(time_limit=20, capture=CaptureConfig(enabled=False)),  # else a game may end with its first step
-        4,
-        drones_per_team=(1, 3),
-        observation=ObservationConfig(grid=10),
-        command_cells=6,
-        opponent=["ring", "noise"],
-        side="blue",
-        max_cycles=7,
-        threads=3,
-        action="command",
-        action_cells=3,
-        flatten_actions=True,
-        observation_dtype="float32",
-        channels_last=True,
-    )
+    rules = {"time_limit": 20, "capture": CALM, "drones_per_team": (1, 3), "command_cells": 6}
+    played = {"opponent": ["ring", "noise"], "side": "blue", "max_cycles": 7, "threads": 3}
+    formats = {"action": "command", "action_cells": 3, "flatten_actions": True, "observation_dtype": "float32"}
+    env = SwarmVecEnv(None, 4, observation=ObservationConfig(grid=10), channels_last=True, **rules, **played, **formats)
     seen, batch = env.reset(), env.duel.batch
-    assert (batch.max_cycles, batch.simulator.threads, env.num_envs) == (7, 3, 4)
-    assert (batch.config.time_limit, batch.config.team_sizes, batch.config.command_cells) == (20, (1, 3), 6)
+    assert (batch.max_cycles, batch.simulator.threads) == (7, 3)
+    assert batch.config == GameConfig(observation=ObservationConfig(grid=10), **rules)
     assert [(info["opponent"], info["side"], info["size"]) for info in env.reset_infos] == [(0, 1, 1), (1, 1, 1)] * 2
-    assert env.opponent_names == ["ring", "noise"] and env.command_names == ()
     assert seen.shape == (4, 10, 10, 9) and seen.dtype == np.float32
     np.testing.assert_allclose(seen[..., 7], 0.25, atol=0.003)
     env.step(np.tile(np.eye(9, dtype=np.float32)[6], (4, 1)))
@@ -130,8 +97,7 @@ def test_the_interface_that_sb3_expects():
     parts = [SwarmVecEnv(COARSE, 2, seed=0), SwarmVecEnv(COARSE, 3, max_cycles=4, seed=0)]
     env = StackedVecEnv(parts)
     assert env.get_attr("num_envs") == [2, 2, 3, 3, 3]
-    assert (env.get_attr("num_envs", [4, 0]), env.get_attr("num_envs", 1)) == ([3, 2], [2])
-    assert parts[1].get_attr("num_envs", [0, 2]) == [3, 3]
+    assert (env.get_attr("num_envs", [4, 0]), parts[1].get_attr("num_envs", 1)) == ([3, 2], [3])
     for one in (env, parts[0]):
         assert one.env_is_wrapped(VecMonitor, [0]) == [False] and one.render_mode == "rgb_array"
         with pytest.raises(AttributeError, match="no method 'deal'"):
@@ -193,8 +159,4 @@ def test_stacked_batches_are_dealt_by_the_names_that_are_said_and_share_no_oppon
             part.deal([policies.load("noise", GameConfig())], ["old friend"])
 
     one = policies.load("noise", GameConfig())
-    for given in ([one], [one, one]):
-        named = ["old friend"] * len(given)
-        np.testing.assert_array_equal(
-            targets(lambda env, given=given, named=named: env.deal(given, named)), targets(apart)
-        )
+    np.testing.assert_array_equal(targets(lambda env: env.deal([one], ["old friend"])), targets(apart))
