@@ -10,13 +10,19 @@ from minari.dataset.minari_storage import MinariStorage
 from swarm_pz.config import CaptureConfig, ObservationConfig
 from swarm_pz.datasets import record_table
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import OutputError, RecordingError
+from swarm_pz.errors import RecordingError
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.sandbox import Sandbox
 from tests.play.recordings.test_format import CONFIG, record
 
 SMALL = ObservationConfig(grid=10)
+
+
+@pytest.fixture
+def near(monkeypatch):
+    """Do here what is done in a process of its own, which takes seconds to begin."""
+    monkeypatch.setattr(Sandbox, "do", lambda _, path, work, *given: work(*given))
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +68,7 @@ def test_an_episode_is_the_recorded_game_second_by_second(recorded, tmp_path):
 OTHER = CONFIG.replace(game=CONFIG.game.replace(capture=CaptureConfig(threshold=0.9)))
 
 
+@pytest.mark.usefixtures("near")
 @pytest.mark.parametrize(
     ("spoil", "player", "message"),
     [
@@ -92,14 +99,12 @@ def winner(folder):
     return Recording.read(folder / "a.jsonl").end.outcome
 
 
-def test_a_recording_that_is_not_there_and_a_dataset_that_is_are_refused(tmp_path):
+def test_a_recording_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(RecordingError, match="there is no recording"):
         record_table([tmp_path / "none.jsonl"], root=tmp_path / "out")
-    (tmp_path / "out/swarm-person-v0").mkdir(parents=True)
-    with pytest.raises(OutputError, match="is there already"):
-        record_table([tmp_path], root=tmp_path / "out")
 
 
+@pytest.mark.usefixtures("near")
 def test_both_seats_of_the_games_that_count_see_them_from_their_own_side(recorded, tmp_path):
     (tmp_path / "a.jsonl").write_bytes(recorded)
     record(tmp_path / "b.jsonl", ticks=60)  # nobody played it to its end
@@ -126,10 +131,10 @@ def test_both_seats_of_the_games_that_count_see_them_from_their_own_side(recorde
     assert [(one["side"], one["opponent"], one["seed"]) for one in about] == [("red", "ring", 1), ("blue", "P1", 1)]
 
 
+@pytest.mark.usefixtures("near")
 def test_a_recording_that_plays_differently_here_is_refused(recorded, tmp_path, monkeypatch):
     (tmp_path / "a.jsonl").write_bytes(recorded)
     found = SimpleNamespace(faults=(), verified=False, first_difference=7)
     monkeypatch.setattr(Playback, "verify", lambda playback: found)
-    monkeypatch.setattr(Sandbox, "do", lambda _, path, work, *given: work(*given))
     with pytest.raises(RecordingError, match=r"a.jsonl plays differently here from tick 7"):
         record_table([tmp_path], root=tmp_path / "out")

@@ -114,9 +114,7 @@ def test_a_program_joins_a_room_or_opens_one_as_the_page_can(asked, opens):
     [
         ({"drones": 5}, r"drones.*settings are red, blue, time_limit"),
         ({"red": 1000}, r"200 - at `\$.settings.red`"),
-        ({"seed": -1}, r"\$.seed"),
         ({"room": "ABCD", "red": 5}, "no settings"),
-        ({"room": "ABCD", "seed": 5}, "no seed"),
     ],
 )
 def test_settings_that_no_room_has_are_refused_before_anybody_is_asked(asked, said):

@@ -47,9 +47,7 @@ def test_the_systems_that_are_told_are_those_that_are_installed(monkeypatch):
     assert told["magnet"].about == "Everybody flies to one place." and told["magnet"].takes == "place"
 
 
-@pytest.mark.parametrize(
-    "form", [[], [[0.0, 0.0]], [[0.0, 0.0]] * 3 + [[0.0]], [[0.0, 2.0]] * 4, [["a", "b"]] * 4, {"0": [1, 2]}]
-)
+@pytest.mark.parametrize("form", [[], [[0.0, 0.0]] * 3 + [[0.0]], [[0.0, 2.0]] * 4, [["a", "b"]] * 4, {"0": [1, 2]}])
 def test_what_is_no_command_is_refused(form):
     with pytest.raises(CommandError, match="red's command"):
         read_form(form, system_of("direct"), GAME, "red's command")

@@ -130,11 +130,10 @@ def test_a_command_at_the_table_is_sent_be_it_the_same_again():
     assert weights == [[2.0, 2.0], [2.0, 4.0], [2.0, 6.0]]
 
 
-def holds(game, team, density):
-    return game.holds(game.reader.read(team, 0, density))
-
-
 def test_who_asks_at_every_step_hands_in_only_what_is_not_held():
+    def holds(game, team, density):
+        return game.holds(game.reader.read(team, 0, density))
+
     evenly, aside = np.full((10, 10), 1 / 3), corner(0, 0)
     game = LiveGame(TableConfig(game=GameConfig.preset("released")), seed=0)
     assert holds(game, RED, evenly) and not holds(game, RED, aside)

@@ -12,7 +12,6 @@ import pytest
 
 from swarm_pz.cli import main
 from swarm_pz.config import TEAM_NAMES, CaptureConfig, GameConfig
-from swarm_pz.errors import MissingExtraError
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.lsl import Markers
 from swarm_pz.play.recordings.format import CapturedLine, ClockLine, EndLine, InForceLine
@@ -139,12 +138,6 @@ def test_a_library_that_breaks_ends_no_game(caplog):
     markers._outlet = Broken()
     markers.note("P01.block1.game1", CapturedLine(team=0, drone=1, tick=2))
     assert "has not taken the marker" in caplog.text and "P01.block1.game1" in caplog.text
-
-
-def test_without_pylsl_the_extra_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pylsl", None)
-    with pytest.raises(MissingExtraError, match=r"pylsl is not installed; install it with: .*lab"):
-        Markers()
 
 
 def test_the_command_takes_one_name_or_none(capsys):

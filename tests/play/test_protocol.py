@@ -70,9 +70,9 @@ def test_a_label_is_any_line_of_text(label):
     assert protocol.decode_client(protocol.encode(protocol.Create(label=label))).label == label
 
 
-@pytest.mark.parametrize("form", [[[0.5, 0.5, 1.0]], {"shape": "ring", "centre": [0.5, 0.5]}])
-def test_a_command_may_have_the_form_of_its_kind(form):
-    assert protocol.decode_client(json.dumps({"type": "command", "number": 1, "command": form})).command == form
+def test_a_command_may_have_the_form_of_its_kind():
+    for form in ([[0.5, 0.5, 1.0]], {"shape": "ring", "centre": [0.5, 0.5]}):
+        assert protocol.decode_client(json.dumps({"type": "command", "number": 1, "command": form})).command == form
 
 
 # --- what is published ----------------------------------------------------------------------------

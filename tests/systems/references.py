@@ -138,12 +138,15 @@ def decided_by_rounding(state: SimpleNamespace, reference: FlockingReference) ->
 # --- coverage: every grid point to its nearest drone, every cell a polygon --------------------------------------------
 
 
+def shares(cells: int, place: float) -> Floats:
+    """Return how much each cell of a row counts at a place, where an image is interpolated linearly."""
+    at = min(max(place * cells - 0.5, 0.0), cells - 1.0)
+    return np.maximum(0.0, 1.0 - np.abs(np.arange(cells) - at))
+
+
 def value(image: Floats, x: float, y: float) -> float:
     """Return an image's bilinear interpolation at a place."""
-    cells = len(image)
-    at = [min(max(place * cells - 0.5, 0.0), cells - 1.0) for place in (x, y)]
-    along_x, along_y = (np.maximum(0.0, 1.0 - np.abs(np.arange(cells) - one)) for one in at)
-    return float(along_y @ image @ along_x)
+    return float(shares(len(image), y) @ image @ shares(len(image), x))
 
 
 def densities(system: Coverage, flight: Flight) -> tuple[Floats, Floats]:
@@ -159,8 +162,8 @@ def densities(system: Coverage, flight: Flight) -> tuple[Floats, Floats]:
 
 def spread(image: Floats, side: int) -> Floats:
     """Return an image at the centres (side, side) of the grid."""
-    centres = (np.arange(side) + 0.5) / side
-    return np.array([[value(image, x, y) for x in centres] for y in centres])
+    along = np.array([shares(len(image), centre) for centre in (np.arange(side) + 0.5) / side])
+    return along @ image @ along.T
 
 
 class Cells:

@@ -147,10 +147,8 @@ def test_a_recording_that_breaks_off_is_read_up_to_there(tmp_path):
     [
         (lambda text: b"", "empty"),
         (lambda text: text[text.index(b"\n") + 1 :], "first line"),
-        (lambda text: text + text, "first line"),
         (lambda text: text.replace(b'"version":2', b'"version":3', 1), "version 3, expected 2"),
         (lambda text: text.replace(b'"tick":3,', b'"tick":-3,'), "line"),
-        (lambda text: b"\xff\xfe" + text, "line 1"),
         (lambda text: b'{"x":' + b"[" * 60_000 + b"\n" + text, "line 1"),
     ],
 )
@@ -195,7 +193,6 @@ def picture(tick, drones=8):
 
 
 NONSENSE = CommandLine(team=1, number=4, density=[[2.0] * 10] * 10, received_ms=0.0, tick=0)
-NOTHING = CommandLine(team=1, number=4, density=None, received_ms=0.0, tick=0)
 END = EndLine(outcome="draw", tick=9, sizes=(4, 4), ms=0.0, ended_by="time")
 SEAT = SeatLine(team=0, event="connected", ms=0.0)
 
@@ -211,8 +208,6 @@ def of(lines):
         ([CapturedLine(tick=1, drone=8, team=0)], "line 2 of a.jsonl: drone must be below 8"),
         ([InForceLine(team=1, number=4, tick=0, ms=0.0)], "lacks command 4 of team 1"),
         ([NONSENSE], "command 4 of team 1"),
-        ([NOTHING], "command 4 of team 1"),
-        ([FrameLine(tick=3, data="abc")], "frame at tick 3 is corrupt"),
         ([FrameLine(tick=3, data="AQID")], "frame at tick 3 is corrupt"),
         ([frame_line(picture(6, drones=7), 6)], "frame at tick 6 has another number of drones"),
         ([frame_line(picture(6), 9)], "frame at tick 9 shows tick 6"),

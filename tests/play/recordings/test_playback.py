@@ -93,7 +93,6 @@ def nudged(values, by):
         lambda frame: {"velocities": nudged(frame.velocities, 2 * FASTEST / 32767)},
         lambda frame: {"teams": 1 - frame.teams},
         lambda frame: {"fields": np.zeros((2, 50, 50), np.uint8)},
-        lambda frame: {"altitudes": np.zeros(8)},
     ],
 )
 def test_a_frame_that_shows_anything_else_is_the_first_difference(change, recorded):

@@ -25,6 +25,7 @@ def played(tmp_path_factory):
     """Give the file of a whole game: a person who draws three times, against a policy."""
     path = tmp_path_factory.mktemp("games") / "honest.jsonl"
     record(path, config=CALM, both=True, every=20, strokes=[STROKE])
+    assert fault_of(path) == "", "an honest game verifies"
     return path
 
 
@@ -44,11 +45,6 @@ def place_of(lines, kind, nth=0, **fields):
     """Return where the nth line of a kind stands."""
     fits = [i for i, line in enumerate(lines) if line["type"] == kind and fields.items() <= line.items()]
     return fits[nth]
-
-
-def test_an_honest_game_verifies(played):
-    assert fault_of(played) == ""
-    assert sum(line["type"] == "command" and line["team"] == 0 for line in plain_lines(played)) == 3
 
 
 # --- with the chain as it was ---------------------------------------------------------------------
@@ -71,11 +67,8 @@ def test_any_byte_that_is_changed_is_named_with_its_line(played, tmp_path):
     ("damage", "named"),
     [
         (lambda lines: lines[:9] + lines[10:], "line 10 of"),
-        (lambda lines: lines[:10] + lines[9:], "line 11 of"),
         (lambda lines: [*lines[:9], lines[10], lines[9], *lines[11:]], "line 10 of"),
-        (lambda lines: lines[:5] + lines[-1:], "line 6 of"),
         (lambda lines: lines[:-1], "unfinished"),
-        (lambda lines: [*lines[:9], lines[9][:-20], *lines[10:]], "line 10 of"),
         (lambda lines: [*lines[:9], b"\x00" * len(lines[9]), *lines[10:]], "line 10 of"),
         (lambda lines: [*lines[:9], lines[9].replace(b":", b": ", 1), *lines[10:]], "line 10 of"),
         (lambda lines: [line[:-28] + b"}" for line in lines], "line 1 of"),
@@ -104,14 +97,9 @@ def given(kind, nth=0, *, of=None, **values):
     return forge
 
 
-def keeping(kind, keep):
-    """Return a forger who cuts out those lines of a kind, by their number among them, that are not kept."""
-
-    def forge(lines):
-        counted = itertools.count()
-        return [line for line in lines if line["type"] != kind or keep(next(counted))]
-
-    return forge
+def most_frames_dropped(lines):
+    counted = itertools.count()
+    return [line for line in lines if line["type"] != "frame" or next(counted) % 10 == 0]
 
 
 def with_line(line, kind, nth=0, **of):
@@ -193,28 +181,22 @@ CAPTURE = {"type": "captured", "tick": 30, "drone": 0, "team": 1}
         (given("end", outcome="red"), "draw"),
         (given("end", outcome="stopped", ended_by="server"), "draw"),
         (given("end", ended_by="capture"), "ended by 'time', not by 'capture'"),
-        (given("end", ended_by="left"), "ended by 'time', not by 'left'"),
         (given("end", sizes=[6, 0]), "3 to 3"),
         (given("end", tick=61), "tick must be at most 60"),
         (given("game", seed=2), "differs at 0"),
         (given("game", red={"kind": "policy", "policy": "uniform"}), "draws nothing"),
         (given("game", red={"kind": "free"}), "red (free)"),
-        (given("game", blue={"kind": "person", "label": "P2"}), "blue (person)"),
         (as_another_seat, "red (policy)"),
         (given("game", origin={"recording": "b.jsonl", "tick": 0, "lines": 100_000}), "origin.lines"),
-        (as_taken_over(10**6), "is of before tick 1000000"),
         (as_taken_over(0), "is of after tick 0"),
         (as_taken_over(30, 0), "is of before tick 30"),
         (taken_over_at(10, drawn_otherwise), "not that of its strokes"),
         (taken_over_at(10, followed_too_soon), "cannot come into force"),
         (scaled, "1 for its largest value"),
         (taken_over_at(2, lambda past: [*past, AWAY]), "is of after tick"),
-        (keeping("frame", lambda number: False), "differs at 0"),
-        (keeping("frame", lambda number: number % 10 == 0), "differs at 3"),
-        (keeping("in_force", lambda number: False), "had to come into force"),
+        (most_frames_dropped, "differs at 3"),
         (in_force_dropped, "command 3 of red had to come into force"),
         (given("in_force", -1, of={"team": 0}, number=2), "command 3 of red had to come into force"),
-        (given("in_force", 0, team=1, of={"team": 0}), "of red had to come into force"),
         (given("command", 0, of={"team": 0}, density=np.eye(10).tolist()), "not that of its strokes"),
         (given("command", 0, of={"team": 1}, density=np.eye(10).tolist()), "differs at"),
         (given("command", 0, of={"team": 1}, timing={"input_ms": 1.0, "sent_ms": 2.0}), "has no clock"),
@@ -222,7 +204,6 @@ CAPTURE = {"type": "captured", "tick": 30, "drone": 0, "team": 1}
         (given("command", 2, of={"team": 0}, tick=2), "tick must be"),
         (with_line(AWAY, "command", 0, team=0), "was not there"),
         (with_line(CAPTURE, "frame", 10), "differs at 30"),
-        (with_line(CAPTURE | {"tick": 12}, "frame", 10), "tick must be"),
         (with_line(AWAY | {"team": 1, "event": "hidden"}, "frame", 10), "blue (policy)"),
         (with_line(AWAY | {"event": "failed"}, "frame", 10), "red (person)"),
         (with_line({"type": "painted", "team": 1, "number": 1, "ms": 1.0}, "frame", 10), "blue (policy)"),
@@ -244,7 +225,6 @@ def test_other_rules_with_their_own_hashes_play_another_game(played, tmp_path):
     table = TableConfig.from_dict(lines[0]["table"])
     for forged in (
         table.replace(game=table.game.replace(controller=table.game.controller.replace(max_acceleration=0.5))),
-        table.replace(game=table.game.replace(time_limit=1.0)),
         table.replace(game=table.game.replace(time_limit=4.0)),
         table.replace(min_command_interval=2.0),
         table.replace(mapping="paper"),
@@ -254,7 +234,7 @@ def test_other_rules_with_their_own_hashes_play_another_game(played, tmp_path):
         assert fault_of(tmp_path / "a.jsonl"), told
 
 
-@pytest.mark.parametrize("tick", [9, 10, 45])
+@pytest.mark.parametrize("tick", [10, 45])
 def test_a_game_that_was_taken_over_verifies_with_its_past(tick, tmp_path):
     record(tmp_path / "a.jsonl", ticks=50, config=CALM)
     lines = plain_lines(tmp_path / "a.jsonl")

