@@ -1,6 +1,7 @@
 """A study at a table of its own, and participants who do what they are asked."""
 
 import contextlib
+import functools
 import http.client
 import io
 import json
@@ -21,7 +22,8 @@ from websockets.exceptions import ConnectionClosed, InvalidMessage
 
 from swarm_pz import policies
 from swarm_pz.play import protocol
-from swarm_pz.play.server.serve import serve
+from swarm_pz.play.server import serve as serving
+from swarm_pz.play.server.policy_workers import PolicyWorkers
 from swarm_pz.play.studies.folder import StudyFolder
 from tests.play.conftest import COMMAND, Client
 
@@ -108,8 +110,9 @@ class NearStudyTable(StudyTable):
                 begun = contextlib.closing(StudyFolder.begin(self.file, self.folder))
                 with pytest.MonkeyPatch.context() as patch, begun as opened:
                     patch.setattr(uvicorn, "Server", Ending)
+                    patch.setattr(serving, "PolicyWorkers", functools.partial(PolicyWorkers, processes=1))
                     how = {"port": 0, "folder": self.folder / "games", "countdown_s": 0.0, "say": said.put}
-                    serve(policies.load, {"uniform": "covers evenly"}, study=opened, **how)
+                    serving.serve(policies.load, {"uniform": "covers evenly"}, study=opened, **how)
             except BaseException as error:
                 said.put(error)
 

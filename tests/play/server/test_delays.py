@@ -1,7 +1,6 @@
 """Delays, and what a seat's client is shown: all of it, later, less often, or without what is hidden."""
 
 import asyncio
-import time
 from functools import partial
 
 import numpy as np
@@ -23,23 +22,6 @@ FIELDS = (np.arange(5000) % 251).astype(np.uint8).reshape(2, 50, 50)
 # --- what waits -----------------------------------------------------------------------------------
 
 
-async def test_all_come_later_and_in_order_and_how_long_they_waited_is_told():
-    line, measured, came, waited = DelayLine(30.0), Measured(30.0), asyncio.Queue(), []
-
-    def note(name, put):
-        came.put_nowait((name, time.monotonic() - put))
-
-    for name, pause in (("a", 0.01), ("b", 0.0), ("c", 0.02)):
-        line.put(partial(note, name, time.monotonic()), measured)
-        await asyncio.sleep(pause)
-    for expected in "abc":
-        name, seconds = await came.get()
-        waited.append(seconds)
-        assert name == expected
-    told = measured.told()
-    assert min(waited) >= 0.029 and (told.asked_ms, told.count) == (30.0, 3) and told.got_ms >= 29.0
-
-
 async def test_without_a_delay_it_is_done_at_once_and_what_still_waits_at_the_end_is_given_back():
     line, measured, done = DelayLine(0.0), Measured(0.0), []
     line.put(partial(done.append, "now"), measured)
@@ -55,12 +37,12 @@ async def test_without_a_delay_it_is_done_at_once_and_what_still_waits_at_the_en
     assert done == ["now", "a", "b"]
 
 
-@pytest.mark.parametrize(("waited", "got"), [([], None), ([50.0, 52.0, 900.0], 52.0)])
-def test_what_was_got_is_the_median(waited, got):
+def test_what_was_got_is_the_median():
     measured = Measured(50.0)
-    for ms in waited:
+    assert (measured.told().got_ms, measured.told().count) == (None, 0)
+    for ms in (50.0, 52.0, 900.0):
         measured.note(ms)
-    assert (measured.told().got_ms, measured.told().count) == (got, len(waited))
+    assert (measured.told().got_ms, measured.told().count) == (52.0, 3)
 
 
 # --- what is shown --------------------------------------------------------------------------------
@@ -116,7 +98,7 @@ def test_hidden_ground_and_targets_are_not_sent():
     np.testing.assert_allclose(keyframe.positions, PLACES, atol=1e-5)
 
 
-@pytest.mark.parametrize(("rate", "speed", "expected"), [(10, 1.0, 10), (7, 1.0, 7), (1, 1.0, 1), (10, 2.0, 5)])
+@pytest.mark.parametrize(("rate", "speed", "expected"), [(7, 1.0, 7), (1, 1.0, 1), (10, 2.0, 5)])
 def test_so_many_moments_are_shown_a_second_and_evenly_with_the_ground_of_those_left_out(rate, speed, expected):
     client, view = viewing(frame_rate=rate, speed=speed)
     for tick in range(1, 31):

@@ -60,45 +60,22 @@ async def test_policies_are_asked_once_a_command_period_and_only_when_they_have_
     assert len(both) == 2 and sorted(workers.paused) == sorted(workers.forgotten) == both, "both, once, at the end"
 
 
-@pytest.mark.parametrize(
-    ("fault", "reason"), [(PolicyError("no idea"), "no idea"), (RuntimeError("oh"), "it could not be asked")]
-)
-async def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(fault, reason, tmp_path):
+async def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(tmp_path):
     async def answer(seat):
         if len(workers.asked) > 2:
-            raise fault
+            raise PolicyError("no idea") if seat.team == RED else RuntimeError("oh")
         return np.eye(10)
 
     workers, table = Workers(answer), TableConfig(game=GameConfig(command_period=0.2))
     with opened(tmp_path, workers, table, time_limit=None) as room:
         client = watched(room)
         await until(lambda: len(client.notices) >= 2)
-        assert sorted(client.notices[:2]) == [f"{name} keeps its last command: {reason}" for name in ("one", "two")]
+        told = ["one keeps its last command: no idea", "two keeps its last command: it could not be asked"]
+        assert sorted(client.notices[:2]) == told
         await ticks(room, room.session.game.tick + 3)
         recording = read(room)
     assert {line.team for line in recording.of(SeatLine) if line.event == "failed"} == {0, 1}
     assert len(recording.of(CommandLine)) == 2
-
-
-async def test_an_answer_after_the_end_is_nobodys(tmp_path):
-    late = asyncio.Event()
-
-    async def answer(seat):
-        if len(workers.asked) > 2:
-            try:
-                await asyncio.sleep(60)
-            finally:
-                late.set()
-        return np.ones((10, 10))
-
-    workers = Workers(answer)
-    with opened(tmp_path, workers, TableConfig(game=GameConfig(command_period=0.2)), time_limit=None) as room:
-        watched(room)
-        await until(lambda: len(workers.asked) == 4)
-        room.stop()
-        await asyncio.wait_for(late.wait(), 30)
-        recording = read(room)
-    assert len(recording.of(CommandLine)) == 2 and recording.end.outcome == "stopped"
 
 
 async def test_ticks_are_caught_up_two_at_a_time_and_then_time_slips(tmp_path):
@@ -215,10 +192,8 @@ async def test_a_fault_of_the_server_stops_the_game_and_is_told(tmp_path):
     ("happens", "ended_by"),
     [
         (lambda room, red, blue: room.leave(red), "left"),
-        (lambda room, red, blue: room.disconnect(blue), "left"),
         (lambda room, red, blue: (room.disconnect(blue), room.resume(blue, room.seats[1])), "server"),
         (lambda room, red, blue: (room.resume(Client(), room.seats[1]), room.disconnect(blue)), "server"),
-        (lambda room, red, blue: (room.leave(red), room.leave(blue)), "left"),
     ],
 )
 async def test_a_game_that_somebody_left_says_so_and_shows_no_more_once_it_is_stopped(happens, ended_by, tmp_path):

@@ -23,7 +23,7 @@ from tests.play.server.test_client_handler import Hall
 from tests.play.server.test_room import Client
 
 pytestmark = pytest.mark.anyio
-HERE, THERE = "192.0.2.1", "192.0.2.2"
+HERE, THERE, FEW = "192.0.2.1", "192.0.2.2", 8
 
 
 @pytest.fixture
@@ -40,6 +40,12 @@ def clock(monkeypatch):
     made = SimpleNamespace(now=1000.0)
     monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: made.now))
     return made
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """Let an address have few rooms."""
+    monkeypatch.setattr(module, "MOST_ROOMS_OF_ADDRESS", FEW)
 
 
 def fill(lobby, address, count, *, watched=False, **settings):
@@ -77,8 +83,8 @@ def test_rooms_in_which_nobody_has_been_for_long_are_closed_and_no_others(lobby)
     assert watched.last_used > time.monotonic() - 10
 
 
-def test_there_are_no_more_rooms_than_allowed_in_all_and_of_an_address(lobby, clock, monkeypatch):
-    rooms = fill(lobby, HERE, MOST_ROOMS_OF_ADDRESS, watched=True)
+def test_there_are_no_more_rooms_than_allowed_in_all_and_of_an_address(lobby, clock, few, monkeypatch):
+    rooms = fill(lobby, HERE, FEW, watched=True)
     clock.now += 60.0
     with pytest.raises(RefusedError, match=r"as much as 1\.0 rooms .* 0\.0 left for your network") as refused:
         fill(lobby, HERE, 1)
@@ -110,9 +116,9 @@ def test_rooms_count_by_what_they_take_and_a_first_one_may_be_the_dearest(lobby,
     assert costs[0] == 1.0 and costs[0] < costs[1] < costs[2] and costs[3] == 2.0
 
 
-def test_of_the_rooms_of_an_address_that_nobody_is_in_the_one_that_was_longest_so_gives_way(lobby, clock):
+def test_of_the_rooms_of_an_address_that_nobody_is_in_the_one_that_was_longest_so_gives_way(lobby, clock, few):
     (others,) = fill(lobby, THERE, 1)
-    rooms = fill(lobby, HERE, MOST_ROOMS_OF_ADDRESS)
+    rooms = fill(lobby, HERE, FEW)
     rooms[3].watch(Client())
     for place, room in enumerate(rooms):
         room.last_used = float(place)
@@ -123,11 +129,11 @@ def test_of_the_rooms_of_an_address_that_nobody_is_in_the_one_that_was_longest_s
     assert {room.code for room in (others, *more)} <= set(lobby.rooms)
 
 
-def test_an_address_opens_so_many_rooms_at_once_and_then_one_a_second(lobby, clock):
-    fill(lobby, HERE, MOST_ROOMS_OF_ADDRESS)
+def test_an_address_opens_so_many_rooms_at_once_and_then_one_a_second(lobby, clock, few):
+    fill(lobby, HERE, FEW)
     with pytest.raises(RefusedError, match="too fast") as refused:
         fill(lobby, HERE, 1)
-    assert refused.value.code == "full" and len(lobby.rooms) == MOST_ROOMS_OF_ADDRESS, "and none gave way"
+    assert refused.value.code == "full" and len(lobby.rooms) == FEW, "and none gave way"
     fill(lobby, THERE, 1)
     clock.now += 2.0
     lobby.close_idle_rooms()
@@ -140,29 +146,31 @@ def test_an_address_opens_so_many_rooms_at_once_and_then_one_a_second(lobby, clo
 
 
 async def test_recorded_games_are_listed_while_one_is_read_and_off_the_event_loop(lobby, tmp_path, monkeypatch):
-    (tmp_path / "20260101T000000Z-ABCD-1.jsonl").write_text("{}\n")
-    (tmp_path / "no name.jsonl").write_text("{}\n")
-    (tmp_path / "20260102T000000Z-ABCD-1.jsonl").symlink_to(tmp_path / "no name.jsonl")
+    names = [f"2026010{day}T000000Z-ABCD-1.jsonl" for day in (1, 2)]
+    for name in (*names, "no name.jsonl", "notes.txt"):
+        (tmp_path / name).write_text("{}\n")
+    (tmp_path / "20260103T000000Z-ABCD-1.jsonl").symlink_to(tmp_path / "no name.jsonl")
     threads, may_end, summary_of = [], threading.Event(), summary.summary_of
     monkeypatch.setattr(
         summary, "summary_of", lambda path: threads.append(threading.current_thread()) or summary_of(path)
     )
+    monkeypatch.setattr(lobby._replays, "warm", lambda: None)  # no process is needed here
     lobby._replays.reader._worker.do(may_end.wait)
     listed = await lobby.recordings()
     may_end.set()
-    assert [game.name for game in listed] == ["20260101T000000Z-ABCD-1.jsonl"]
+    assert [game.name for game in listed] == names[::-1], "the latest first"
     assert threads and threading.main_thread() not in threads
 
 
-@pytest.mark.parametrize("name", ["none.jsonl", "../secret.jsonl", "link.jsonl", "folder.jsonl", "pipe.jsonl"])
-def test_only_regular_files_of_the_folder_itself_are_served(name, lobby, tmp_path):
+def test_only_regular_files_of_the_folder_itself_are_served(lobby, tmp_path):
     (tmp_path.parent / "secret.jsonl").write_text("secret")
     (tmp_path / "link.jsonl").symlink_to(tmp_path.parent / "secret.jsonl")
     (tmp_path / "folder.jsonl").mkdir()
     os.mkfifo(tmp_path / "pipe.jsonl")
     (tmp_path / "game.jsonl").write_text("{}\n")
-    with pytest.raises(RecordingError):
-        lobby.find_recording(name)
+    for name in ("none.jsonl", "../secret.jsonl", "link.jsonl", "folder.jsonl", "pipe.jsonl"):
+        with pytest.raises(RecordingError):
+            lobby.find_recording(name)
     assert lobby.find_recording("game.jsonl") == tmp_path / "game.jsonl"
 
 

@@ -43,13 +43,6 @@ async def workers(request):
     made.close()
 
 
-def waiting_loader(name, config, system):
-    """Load a policy as soon as there is a file, whose name is that of the policy; others at once."""
-    while name.startswith("/") and not Path(name).exists():
-        time.sleep(0.01)
-    return Faulty("")
-
-
 class Numbered(Faulty):
     """Says by its command in which process it thinks."""
 
@@ -57,7 +50,10 @@ class Numbered(Faulty):
         return np.full((len(rows), 10, 10), os.getpid() % 9973 / 9973)
 
 
-def numbered(name, config, system):
+def waiting_loader(name, config, system):
+    """Load a policy as soon as there is a file, whose name is that of the policy; others at once."""
+    while name.startswith("/") and not Path(name).exists():
+        time.sleep(0.01)
     return Numbered(name)
 
 
@@ -104,25 +100,23 @@ async def test_a_fault_stays_with_its_policy(workers, snapshot):
 # --- loading --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("workers", [(waiting_loader, {"processes": 2})], indirect=True)
-async def test_a_policy_that_loads_for_long_keeps_no_other_from_answering(workers, snapshot, tmp_path):
-    slow = seat(str(tmp_path / "loaded"))
-    await workers.load(seat("one"))
-    loading = asyncio.create_task(workers.load(slow))
-    await workers.ask(seat("one"), snapshot, SEED, begins=True)
-    assert not loading.done()
-    Path(slow.policy).touch()
-    await loading
+@pytest.mark.parametrize("workers", [(waiting_loader, {"processes": 3})], indirect=True)
+async def test_seats_of_a_policy_share_processes_and_who_must_load_has_another_that_keeps_nobody_waiting(
+    workers, snapshot, tmp_path
+):
+    async def process_of(place):
+        return (await workers.ask(place, snapshot, SEED, begins=True))[0, 0]
 
-
-@pytest.mark.parametrize("workers", [(numbered, {"processes": 3})], indirect=True)
-async def test_seats_of_a_policy_share_processes_and_the_last_one_is_for_who_must_load(workers, snapshot):
-    numbers = []
-    for place in (*(replace(seat("many"), key=k) for k in range(5)), seat("other")):
+    many, other = [replace(seat("many"), key=k) for k in range(5)], seat(str(tmp_path / "loaded"))
+    for place in many:
         await workers.load(place)
-        numbers.append((await workers.ask(place, snapshot, SEED, begins=True))[0, 0])
-    *shared, other = numbers
-    assert len(set(shared)) == 2 and sorted(map(shared.count, set(shared))) == [2, 3] and other not in shared
+    loading = asyncio.create_task(workers.load(other))
+    shared = [await process_of(place) for place in many]
+    assert not loading.done()
+    Path(other.policy).touch()
+    await loading
+    assert len(set(shared)) == 2 and sorted(map(shared.count, set(shared))) == [2, 3]
+    assert await process_of(other) not in shared
 
 
 @pytest.mark.parametrize("workers", [(waiting_loader, {})], indirect=True)

@@ -177,11 +177,6 @@ async def until(holds, seconds=120.0):
     raise AssertionError("it did not come to that")
 
 
-def first_in_force(recording):
-    """Return the tick of each team's first command."""
-    return {line.team: line.tick for line in reversed(recording.of(InForceLine))}
-
-
 # --- seats ----------------------------------------------------------------------------------------
 
 
@@ -331,7 +326,7 @@ async def test_policies_load_while_the_room_waits_and_act_from_the_first_tick_on
         answered.set()
         await ticks(room, 4)
         recording = read(room)
-    assert first_in_force(recording) == {0: 0, 1: 0}
+    assert {(line.team, line.tick) for line in recording.of(InForceLine)} == {(0, 0), (1, 0)}
     assert all(line.received_ms <= 0.0 for line in recording.of(CommandLine))
 
 
@@ -402,7 +397,7 @@ async def test_the_start_is_in_view_in_the_countdown_and_what_is_commanded_then_
     assert Playback(recording).verify().verified
 
 
-@pytest.mark.parametrize("how", ["not ready", "leaves", "is cut off"])
+@pytest.mark.parametrize("how", ["leaves", "is cut off"])
 async def test_who_does_not_play_after_all_calls_the_countdown_off(how, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "PAUSE_S", 0.0)
     with opened(tmp_path, countdown_s=600.0) as room:
@@ -410,9 +405,7 @@ async def test_who_does_not_play_after_all_calls_the_countdown_off(how, tmp_path
         give(room, red, protocol.CommandMessage(1, density=EYE))
         start, seat = decode_frame(red.bytes[0]).positions, room.seats[1]
         token = seat.token
-        if how == "not ready":
-            room.ready(blue, False)
-        elif how == "leaves":
+        if how == "leaves":
             room.leave(blue)
             room.sit(blue, "blue", "")
         else:

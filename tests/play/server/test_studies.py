@@ -162,13 +162,10 @@ async def test_a_participant_is_led_from_consent_to_a_game(tmp_path):
         again = await asked(host, "done", step=form["id"], answers={"hand": "right"})
         assert told == again, "our answer was lost, and is repeated"
         assert await asked(host, "done", step=told["step"]["id"]) == told, "whatever a page says, a game must be played"
-        assert [line.get("answers") for line in lines_of(folder_of(folder), "P01")] == [None, None, {"hand": "left"}]
+        kept = lines_of(SimpleNamespace(folder=folder.path), "P01")
+        assert [line.get("answers") for line in kept] == [None, None, {"hand": "left"}]
         row = host._row(0)
         assert (row["step"], row["block"], row["where"]) == ("block1.practice1", "alone", "here")
-
-
-def folder_of(folder):
-    return SimpleNamespace(folder=folder.path)
 
 
 async def test_a_window_is_the_participants_until_it_falls_silent_or_another_is_told_to_go_on(tmp_path):
@@ -258,16 +255,18 @@ async def test_who_is_nobody_what_no_page_says_and_what_is_corrupt_is_told_to_th
             await studies._read(Request({"type": "http"}, receive=lambda: asyncio.sleep(60)), 100)
 
 
-@pytest.mark.parametrize(("fault", "status"), [(ZeroDivisionError(), 500), (OSError(28, "full"), 503)])
-async def test_whatever_goes_wrong_a_page_hears_words(fault, status, tmp_path, monkeypatch, caplog):
+async def test_whatever_goes_wrong_a_page_hears_words(tmp_path, monkeypatch, caplog):
     def fail(number):
-        raise fault
+        raise faults.pop(0)
 
+    faults = [OSError(28, "full"), ZeroDivisionError()]
     with begun(tmp_path) as folder:
+        host = StudyHost(folder, Rooms())
         monkeypatch.setattr(folder, "settle", fail)
-        told = await posted(StudyHost(folder, Rooms()), "state")
-    assert told[0] == status and "please tell whoever runs" in told[1]["fault"]
-    assert ("Traceback" in caplog.text) == (status == 500), "a full disk is no fault of ours"
+        for status in (503, 500):
+            told = await posted(host, "state")
+            assert told[0] == status and "please tell whoever runs" in told[1]["fault"]
+            assert ("Traceback" in caplog.text) == (status == 500), "a full disk is no fault of ours"
 
 
 def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, monkeypatch):

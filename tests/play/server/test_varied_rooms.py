@@ -209,15 +209,6 @@ async def test_a_shared_seat_is_a_players_without_automatic_responses(tmp_path):
         assert workers.forgotten == workers.loaded, "its helper goes with the player"
 
 
-def test_a_seat_that_takes_no_densities_cannot_be_shared(tmp_path):
-    table = TableConfig(game=GameConfig(), factors=(HELPED, NONE))
-    with (
-        pytest.raises(Exception, match="red cannot share its command with two"),
-        opened(tmp_path, table=table, red_system="flocking"),
-    ):
-        pass
-
-
 # --- when commands count --------------------------------------------------------------------------
 
 
