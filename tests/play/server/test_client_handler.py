@@ -3,6 +3,7 @@
 import asyncio
 import json
 import re
+import shutil
 import threading
 from pathlib import Path
 from unittest.mock import Mock
@@ -123,10 +124,18 @@ def dot(number, width=0.1):
     return protocol.CommandMessage(number, strokes=[protocol.StrokeMessage("attract", width, [(0.5, 0.5)])])
 
 
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Give the file of a game of P1 against ring."""
+    path = tmp_path_factory.mktemp("recorded") / "a.jsonl"
+    record(path, ticks=60, config=CALM)
+    return path
+
+
 @pytest.fixture
-async def hall(tmp_path):
+async def hall(recorded, tmp_path):
     """Give a lobby with one recorded game."""
-    record(tmp_path / "a.jsonl", ticks=60, config=CALM)  # P1 against ring
+    shutil.copy(recorded, tmp_path)
     made = NearHall(tmp_path)
     yield made
     made.close()
@@ -135,7 +144,7 @@ async def hall(tmp_path):
 # --- rooms ----------------------------------------------------------------------------------------
 
 
-async def test_an_opponent_faces_whoever_opens_a_room(hall):
+async def test_an_opponent_faces_whoever_opens_a_room_and_two_policies_are_watched(hall):
     for seat, facing in (("red", 1), ("blue", 0), ("watch", 1)):
         guest = Guest(hall)
         assert guest.say(protocol.Create(seat=seat, opponent="ring", label="P1")) is None
@@ -143,6 +152,8 @@ async def test_an_opponent_faces_whoever_opens_a_room(hall):
         assert (seats[facing].policy, seats[1 - facing].policy) == ("ring", "")
         assert seats[1 - facing].label == ("" if seat == "watch" else "P1")
         assert guest.say(protocol.Leave()) is None and not hall.rooms
+    guest.say(protocol.Create(seat="watch", player="ring", opponent="uniform"))
+    assert [seat.policy for seat in hall.room().seats] == ["ring", "uniform"] and guest.say(dot(1)) == "out_of_turn"
 
 
 async def test_what_a_client_says_reaches_its_room_and_its_connection(hall):
@@ -188,19 +199,6 @@ async def test_what_is_out_of_turn_or_unknown_is_refused(hall):
     assert dumb.say(protocol.Ping(0.0)) == "out_of_turn", "the first message is a hello"
     dumb.handler.hear(None)
     assert (await dumb.refused(2)).code == "malformed", "bytes are no message"
-
-
-async def test_two_policies_are_watched_again_and_again(hall):
-    guest = Guest(hall)
-    settings = protocol.Settings(red=2, blue=2, time_limit=1.0, speed=2.0)
-    guest.say(protocol.Create(settings=settings, seat="watch", player="ring", opponent="uniform"))
-    room = hall.room()
-    assert [seat.policy for seat in room.seats] == ["ring", "uniform"]
-    for number in (1, 2):
-        guest.say(protocol.Ready())
-        await until(lambda number=number: room.phase == "over" and len([*hall.context.folder.glob("*-*-*")]) == number)
-        assert room.outcome == "draw"
-    assert guest.say(dot(1)) == "out_of_turn"
 
 
 async def test_who_is_cut_off_comes_back_by_their_token_and_who_leaves_does_not(hall):

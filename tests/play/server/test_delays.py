@@ -63,16 +63,6 @@ def state(phase, sizes=None, **more):
     return protocol.RoomState("ABCD", phase, protocol.Settings(), *seats, 0, sizes or [(2, 2)], 0.5, **more)
 
 
-def test_what_nothing_is_varied_of_is_passed_on_as_it_is():
-    client, view = viewing(command_delay_ms=500.0, share=0.5, helper="ring")
-    data, told = moment(7, FIELDS), state("playing")
-    view.show(data, 7)
-    view.send_bytes(encode_target(0, 1, FIELDS[0]))
-    view.send(told)
-    assert client.frames == [(data, 7)] and client.frames[0][0] is data
-    assert len(client.bytes) == 1 and client.messages == [told]
-
-
 @pytest.mark.parametrize("team", [0, 1])
 def test_hidden_opponents_are_nowhere_in_what_is_sent(team):
     client, view = viewing(team, hide=("opponents",))

@@ -101,7 +101,7 @@ def test_rooms_count_by_what_they_take_and_a_first_one_may_be_the_dearest(lobby,
     """Forty rooms of 200 against 200 at double speed, from one address, slowed all others to a third."""
     large, opened = {"red": 200, "blue": 200, "speed": 2.0}, Counter()
     for address in (HERE, THERE, "192.0.2.3"):
-        for _ in range(20):
+        for _ in range(6):
             with contextlib.suppress(RefusedError):
                 fill(lobby, address, 1, watched=True, **large)
                 opened[address] += 1

@@ -2,7 +2,6 @@
 
 import asyncio
 import os
-import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -131,23 +130,3 @@ async def test_a_policy_that_nobody_waits_for_any_more_does_not_keep_its_process
     await workers.load(seat("one"))
     assert process._process is not busy
     assert (await workers.ask(seat("one"), snapshot, SEED, begins=True)).shape == (10, 10)
-
-
-@pytest.mark.parametrize("workers", [(waiting_loader, {})], indirect=True)
-async def test_workers_that_are_closed_while_a_process_starts_start_none(workers, monkeypatch, tmp_path):
-    starts, ended = threading.Event(), threading.Event()
-    begin = module._Process._start
-
-    def start(process):
-        starts.set()
-        ended.wait(10.0)
-        begin(process)
-
-    monkeypatch.setattr(module._Process, "_start", start)
-    loading = asyncio.create_task(workers.load(seat(str(tmp_path / "never"))))
-    while not starts.is_set():
-        await asyncio.sleep(0.01)
-    threading.Timer(0.2, ended.set).start()
-    workers.close()
-    with pytest.raises(PolicyError, match="the server is ending"):
-        await loading

@@ -452,7 +452,8 @@ async def test_a_countdown_that_is_called_off_leaves_the_last_game_in_view(tmp_p
         assert (state.phase, state.outcome, state.recording) == ("over", "stopped", over.recording)
 
 
-async def test_a_watcher_begins_two_policies_and_calls_them_off(tmp_path):
+async def test_a_watcher_begins_two_policies_calls_them_off_and_sees_them_again_and_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "PAUSE_S", 0.0)
     with opened(tmp_path, countdown_s=600.0) as room:
         client, other = watched(room), Client()
         room.watch(other)
@@ -463,6 +464,11 @@ async def test_a_watcher_begins_two_policies_and_calls_them_off(tmp_path):
         assert room.phase == "starting"
         room.ready(other, False)
         assert room.phase == "waiting"
+        object.__setattr__(room._context, "countdown_s", 0.0)
+        for _ in range(2):
+            room.ready(client, True)
+            await playing(room)
+            room.stop()
 
 
 async def test_a_game_that_nobody_can_write_down_does_not_begin(tmp_path):
