@@ -116,7 +116,6 @@ def test_an_invitation_is_drawn_for_rooms_and_addresses_of_this_table_and_no_oth
 
 
 def test_it_tells_its_figures_and_finishes_its_files_when_told_to_end(own_table):
-    assert own_table.status()["lateness_ms"] is None
     client = own_table.visit()
     client.play(opponent=None, blue=0, time_limit=None)
     client.say(protocol.CommandMessage(1, strokes=[RING]))
