@@ -77,7 +77,7 @@ def test_a_model_of_sb3_answers_the_same_and_plays(tmp_path, make, options):
     assert len(play_match(theirs, load("uniform", GAME), games=2, seed=0, config=GAME).games) == 2
 
 
-SQUASHED = {"squash_output": True}
+SQUASHED = {"squash_output": True, "ortho_init": False}  # else answers are too small for tanh to change them
 KINDS = {
     "A2C": (A2C, {"channels_last": True, "action": "command", "more": {"n_steps": 2}}),
     "PPO, squashed": (PPO, {"more": SHORT | {"use_sde": True}, "settings": SQUASHED}),
