@@ -26,7 +26,8 @@ record_match("ring", ["uniform"], root=Path(sys.argv[1]), games=1, config=GameCo
 """
 
 
-def test_a_full_disk_is_said_in_words_and_leaves_nothing(tmp_path):
+def test_a_full_disk_is_said_in_words_and_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # of what is imported meanwhile, Python would keep torn code
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, hard))  # the system then says "file too large"
     try:
