@@ -18,9 +18,11 @@ from __future__ import annotations
 import contextlib
 import gc
 import hashlib
+import importlib
 import logging
 from collections.abc import Callable
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,7 @@ from llvmlite.binding import Linkage
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import Codegen, JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import FunctionPass, LoweringPass, PassManager, register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering, NoPythonBackend
@@ -202,6 +205,7 @@ class EntryPoint(CPUDispatcher):
         self._cache = StampedCache(function)
 
     def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
+        _load_without_scipy()
         # numba makes millions of small objects, which Python's collector would go through again and again.
         was_enabled = gc.isenabled()
         gc.disable()
@@ -210,6 +214,23 @@ class EntryPoint(CPUDispatcher):
         finally:
             if was_enabled:
                 gc.enable()
+
+
+@cache
+def _load_without_scipy() -> None:
+    """Load numba's functions of arrays, but not `scipy.linalg`, which takes longer than all else that kernels need.
+
+    numba imports it to see whether there is BLAS, and again for a function that uses it; no kernel does.
+    """
+    from numba.np import linalg
+
+    if find_spec("scipy") is not None:
+        with global_compiler_lock:
+            look, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+            try:
+                importlib.import_module("numba.np.arraymath")
+            finally:
+                linalg.ensure_blas = look
 
 
 class _Files(IndexDataCacheFile):
