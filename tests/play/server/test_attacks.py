@@ -114,7 +114,7 @@ def test_a_flood_of_drawings_is_painted_twice_a_client_and_not_where_games_run(s
 
 
 def test_floods_of_openings_seeks_and_take_overs_are_one_at_a_time_and_not_where_games_run(still, elsewhere, tmp_path):
-    record(tmp_path / "a.jsonl", ticks=200, config=CALM)
+    record(tmp_path / "a.jsonl", ticks=100, config=CALM)
 
     async def script(hall):
         guest, attackers = peaceful(hall), [Attacker(hall) for _ in range(5)]
@@ -128,7 +128,7 @@ def test_floods_of_openings_seeks_and_take_overs_are_one_at_a_time_and_not_where
         for attacker in attackers:
             attacker.say(protocol.Pace(0.0))
             for tick in range(10):
-                attacker.say(protocol.Seek(20 * tick))
+                attacker.say(protocol.Seek(10 * tick))
         await until(lambda: len(elsewhere["picture"]) >= 5)
         await asyncio.sleep(0.2)
         assert len(elsewhere["picture"]) <= 2 * 5, "of ten"
