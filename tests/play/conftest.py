@@ -20,7 +20,14 @@ from swarm_pz.play.frames import FRAME, TARGET, decode_frame
 SLOW_MS = 120_000
 """What pages wait for anything, games and their recordings too, on the slowest machine."""
 expect.set_options(timeout=SLOW_MS)
-COMMAND = "from swarm_pz.cli import main; main()"
+COMMAND = """
+import functools
+from swarm_pz.cli import main
+from swarm_pz.play.server import serve
+serve.PolicyWorkers = functools.partial(serve.PolicyWorkers, processes=2)
+main()
+"""
+"""The command line, with two processes for policies at most: to start one takes seconds of a processor."""
 
 
 class Table:
