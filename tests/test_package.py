@@ -27,14 +27,14 @@ def test_the_public_surface_is_what_all_says():
     assert public - {"version"} == set(swarm_pz.__all__)
 
 
-def test_the_package_imports_nothing_heavy_and_folders_of_the_users_own_do_not_hide_ours(tmp_path):
+def test_the_package_and_its_kernels_import_nothing_heavy_and_folders_of_the_users_own_do_not_hide_ours(tmp_path):
     for name in ("policies", "training", "tests", "benchmarks"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("MINE = True\n")
-    heavy = ["torch", "stable_baselines3", "PIL", "pygame", "matplotlib", "tyro", "rich"]
+    heavy = ["torch", "stable_baselines3", "PIL", "pygame", "matplotlib", "tyro", "rich", "scipy.linalg"]
     heavy += ["swarm_pz.policies", "swarm_pz.training"]
     code = (
-        f"import sys, swarm_pz; print([name for name in {heavy} if name in sys.modules]); "
+        f"import sys, swarm_pz; swarm_pz.Simulator().reset([0]); print([it for it in {heavy} if it in sys.modules]); "
         "import policies, training; from swarm_pz import policies as ours; import swarm_pz.training; "
         "print(policies.MINE, training.MINE, type(ours.load('ring')).__name__)"
     )
