@@ -33,7 +33,8 @@ def _looked_up(
     group: str,
     where: tuple[tuple[str, float], ...],  # noqa: ARG001 - else what is installed meanwhile is not found
 ) -> tuple[importlib.metadata.EntryPoint, ...]:
-    return tuple(sorted(look(group=group), key=lambda point: (not is_own(point), origin(point), point.value)))
+    found = [(origin(point), point) for point in look(group=group)]  # once each: it takes the package's whole metadata
+    return tuple(point for name, point in sorted(found, key=lambda it: (it[0] != "swarm-pz", it[0], it[1].value)))
 
 
 def registered_in(group: str) -> dict[str, importlib.metadata.EntryPoint]:
