@@ -203,7 +203,7 @@ def tournament(
         out: Folder of the tournament: games.jsonl, ladder.md, ladder.json and ladder.png.
         game: The rules.
     """
-    need("cli", "choix", "matplotlib.figure")
+    need("cli", "choix", "matplotlib")
     from swarm_pz import policies
     from swarm_pz.evaluation import ladder
     from swarm_pz.evaluation.tournament import Tournament, TournamentConfig

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib.util
 import json
 import os
 import shlex
@@ -42,9 +43,13 @@ def program() -> str:
 
 
 def need(extra: str, *modules: str) -> None:
-    """Raise MissingExtraError if a module is missing that an extra installs: before any work is done."""
+    """Raise MissingExtraError if a module is missing that an extra installs: before any work is done.
+
+    They are looked for, and imported where they are used: libraries that draw and rate take seconds.
+    """
     for module in modules:
-        require_extra(module, extra)
+        if importlib.util.find_spec(module) is None:
+            require_extra(module, extra)
 
 
 def print_rules(game: GameConfig, note: str = "") -> None:

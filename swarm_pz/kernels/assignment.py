@@ -16,13 +16,15 @@ from swarm_pz.kernels.arrays import Float64s, Int64s
 def assign(costs: Float64s, columns: Int64s) -> None:
     """Write the column of each row into `columns` (n,), each taken once, so that the sum of costs (n, n) is least."""
     count = len(costs)
-    row_prices, column_prices, shortest = np.zeros(count), np.zeros(count), np.empty(count)
-    rows, path, left = np.full(count, -1), np.full(count, -1), np.empty(count, np.int64)
+    row_prices, column_prices, shortest = np.empty(count), np.empty(count), np.empty(count)
+    rows, path, left = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count, np.int64)
     seen_rows, seen_columns = np.empty(count, np.bool_), np.empty(count, np.bool_)
-    columns[:] = -1
+    for i in range(count):  # one by one: filling whole arrays takes seconds to compile
+        row_prices[i], column_prices[i], rows[i], path[i], columns[i] = 0.0, 0.0, -1, -1, -1
     for first in range(count):
-        left[:] = np.arange(count - 1, -1, -1)  # so that equal costs leave row i column i
-        seen_rows[:], seen_columns[:], shortest[:] = False, False, np.inf
+        for i in range(count):
+            left[i] = count - 1 - i  # so that equal costs leave row i column i
+            seen_rows[i], seen_columns[i], shortest[i] = False, False, np.inf
         row, sink, length, remaining = first, -1, 0.0, count
         while sink < 0:
             seen_rows[row] = True

@@ -13,7 +13,7 @@ import numpy as np
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint64s
 from swarm_pz.kernels.capture import Boards, add_up, find_captured
-from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard, who_hears_whom
+from swarm_pz.kernels.controllers.communication import Communication, Crew, ergodic_among_heard, who_hears_whom
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
 from swarm_pz.kernels.dynamics import move
 from swarm_pz.kernels.fourier import differ
@@ -400,11 +400,16 @@ def take_up(
         e = rows[place]
         for number in range(len(teams)):
             team = teams[number]
-            is_same = (asked[place, number] == commands[e, team]).all()
-            if flown_by[e, team] == ERGODIC or (is_same and holds):
+            if flown_by[e, team] == ERGODIC:
                 continue
-            former[e, team] = commands[e, team]
-            commands[e, team] = asked[place, number]
+            is_held = holds
+            for k in range(asked.shape[2]):  # one by one: copying whole arrays takes seconds to compile
+                is_held = is_held and asked[place, number, k] == commands[e, team, k]
+            if is_held:
+                continue
+            for k in range(asked.shape[2]):
+                former[e, team, k] = commands[e, team, k]
+                commands[e, team, k] = asked[place, number, k]
             commanded[e, team] = ticks[e]
 
 
@@ -418,9 +423,22 @@ def are_decided(teams: Int8s) -> Bools:
 
 
 @entry_point
-def find_heard(games: Games, rows: Int64s, crews: Int8s, communication: Communication, heard: Bools) -> None:
-    """Write whether drone i hears drone j in the solve of this tick, (n, N, N) `[i, j]`, among crews (n, N)."""
+def find_heard(
+    positions: Float32s,
+    crews: Int8s,
+    rows: Int64s,
+    seeds: Uint64s,
+    ticks: Int64s,
+    communication: Communication,
+    heard: Bools,
+) -> None:
+    """Write whether drone i hears drone j in the solve of this tick, (n, N, N) `[i, j]`, among crews (n, N).
+
+    The others are as of `Games`, whose other arrays would take seconds to compile.
+    """
     for place in range(len(rows)):
         e = rows[place]
-        crew = with_teams(swarm_of(games, e), crews[place])
-        heard[place] = who_hears_whom(crew, communication, games.seeds[e], games.ticks[e])
+        found = who_hears_whom(Crew(positions[e], crews[place]), communication, seeds[e], ticks[e])
+        for i in range(heard.shape[1]):  # one by one: copying whole arrays takes seconds to compile
+            for j in range(heard.shape[2]):
+                heard[place, i, j] = found[i, j]

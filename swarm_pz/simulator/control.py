@@ -263,7 +263,8 @@ class Control:
         unknown = np.float32(np.nan)
         if self._communication.is_local:
             heard = np.empty((*own.shape, own.shape[1]), np.bool_)
-            find_heard(games, rows, np.where(own, 0, -1).astype(np.int8), self._communication, heard)
+            crews = np.where(own, 0, -1).astype(np.int8)
+            find_heard(games.positions, crews, rows, games.seeds, games.ticks, self._communication, heard)
             heard &= own[:, :, None] & own[:, None, :]
         else:
             heard = own[:, :, None] & own[:, None, :]

@@ -317,7 +317,7 @@ main()
 
 def test_ctrl_c_ends_a_tournament_with_the_line_that_goes_on(tmp_path):
     """What its processes have played by then are the games that one process plays."""
-    folder, count = tmp_path / "my ladder", "20000"  # more than anybody waits for
+    folder, count = tmp_path / "my ladder", "1000"  # more than anybody waits for
     options = ["--game.time-limit", "4", "--game.drones-per-team", "2", "--games", count]
     words = ["tournament", *FOUR, *options, "--out", str(folder)]
     code = [sys.executable, "-c", COMMAND, *words]

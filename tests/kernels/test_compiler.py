@@ -12,8 +12,7 @@ from numba import njit
 
 from swarm_pz.kernels import kernel
 from swarm_pz.kernels.compiler import _WholeCompiler
-from swarm_pz.kernels.fourier import make_targets
-from swarm_pz.simulator.commands import make_target
+from swarm_pz.kernels.game import are_decided
 
 
 def picky(values: np.ndarray) -> float:
@@ -36,11 +35,11 @@ def test_a_part_is_for_kernels_may_raise_and_is_no_function_of_pythons():
 
 def test_an_entry_point_runs_its_own_code_in_the_process_that_compiled_it_too():
     """A function that others may stand in for could be another entry point's: games would go another way."""
-    make_target(np.ones((10, 10)), 10)
-    compiled = make_targets.signatures[0]
+    are_decided(np.zeros((1, 2), np.int8))
+    compiled = are_decided.signatures[0]
     shared = {}
     for name, options in (("usual", {}), ("ours", {"pipeline_class": _WholeCompiler})):
-        function = njit(**options)(make_targets.py_func)
+        function = njit(**options)(are_decided.py_func)
         function.compile(compiled)
         defined = function.overloads[compiled].library.get_defined_functions()
         shared[name] = [one.name for one in defined if one.linkage == Linkage.linkonce_odr]
@@ -53,9 +52,9 @@ def test_without_a_private_part_of_numba_kernels_do_the_same_and_it_is_said_once
     code = """
 from numba.core.compiler import CompileResult; del CompileResult._find_referenced_environments
 import numpy as np
-from swarm_pz.simulator import make_target
-print(make_target(np.arange(100.0).reshape(10, 10), 10)[1].tobytes().hex())
+from swarm_pz.kernels.game import are_decided
+print(are_decided(np.array([[0, 1], [1, 1], [0, 0]], np.int8)).tolist())
 """
     plain = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)  # noqa: S603
-    assert plain.stdout.strip() == make_target(np.arange(100.0).reshape(10, 10), 10)[1].tobytes().hex()
+    assert plain.stdout == "[False, True, True]\n"
     assert plain.stderr.count("not a version that swarm-pz was tested with (CompileResult has no _find_ref") == 1

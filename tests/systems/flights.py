@@ -84,8 +84,8 @@ def solve(
 def find_not_finite(name: str, states: int, seed: int) -> int:
     """Let a system solve for so many extreme states; return in how many an acceleration is not finite, or too large."""
     generator, found = np.random.default_rng(seed), 0
-    for first in range(0, states, 40):
-        count, drones = min(40, states - first), int(generator.choice([1, 2, 5, 12]))
+    for first in range(0, states, 20):
+        count, drones = min(20, states - first), int(generator.choice([1, 2, 5, 12]))
         radius, loss = generator.choice([None, 0.0, 0.2]), float(generator.choice([0.0, 0.3]))
         config = game_of(name, drones, controller=ControllerConfig(communication_radius=radius, message_loss=loss))
         commands = [sampled(name, config, generator, count) for _ in range(2)]

@@ -13,7 +13,7 @@ import numpy as np
 
 from swarm_pz.config import GameConfig
 from swarm_pz.kernels import kernel
-from swarm_pz.kernels.arrays import Bools, Float32s, Int64s
+from swarm_pz.kernels.arrays import Bools, Float32s, Int8s, Int64s
 from swarm_pz.kernels.controllers.ergodic import (
     ErgodicParameters,
     Scratch,
@@ -40,6 +40,15 @@ class Communication(NamedTuple):
     """Whether drones pass on what they hear."""
 
 
+class Crew(NamedTuple):
+    """What decides who can hear whom: of a `Swarm`, all that matters here."""
+
+    positions: Float32s
+    """(N, 2) map widths."""
+    teams: Int8s
+    """(N,) -1 for a drone that takes no part."""
+
+
 def communication_parameters(config: GameConfig) -> Communication:
     """Return who can hear whom in a game; drones that may fail are heard by nobody when they have."""
     radius, loss = config.controller.communication_radius, config.controller.message_loss
@@ -52,7 +61,7 @@ def communication_parameters(config: GameConfig) -> Communication:
 
 
 @kernel
-def hears(i: int, j: int, swarm: Swarm, communication: Communication, seed: np.uint64, tick: int) -> bool:
+def hears(i: int, j: int, swarm: Swarm | Crew, communication: Communication, seed: np.uint64, tick: int) -> bool:
     """Whether drone j's own message reaches drone i in the solve at this tick; everybody hears oneself."""
     positions, teams = swarm.positions, swarm.teams
     if i == j:
@@ -67,7 +76,7 @@ def hears(i: int, j: int, swarm: Swarm, communication: Communication, seed: np.u
 
 
 @kernel
-def who_hears_whom(swarm: Swarm, communication: Communication, seed: np.uint64, tick: int) -> Bools:
+def who_hears_whom(swarm: Swarm | Crew, communication: Communication, seed: np.uint64, tick: int) -> Bools:
     """Return whether drone i hears drone j in the solve at this tick, (N, N) `[i, j]`, also through others.
 
     With relays, i hears j where a chain of messages leads from j to i: the transitive closure (Warshall, A theorem

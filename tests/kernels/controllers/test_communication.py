@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from numba import njit
 
 from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig
-from swarm_pz.kernels.controllers.communication import communication_parameters, who_hears_whom
-from swarm_pz.kernels.game import swarm_of
+from swarm_pz.kernels.controllers.communication import communication_parameters
+from swarm_pz.kernels.game import find_heard
 from swarm_pz.simulator import Simulator
 from tests.kernels.states import PEACE, SOFT, assert_mirrored, put, random_state, solved
 from tests.reference import ControllerReference, basis
@@ -47,9 +46,10 @@ def test_it_does_what_its_slow_mirror_does(how, fails):
     assert farther > 0 or how != "relays"
 
 
-@njit
 def heard_in_game(games, parameters, luck):
-    return who_hears_whom(swarm_of(games, 0), parameters, luck, 3)
+    heard, first = np.empty((1, 20, 20), np.bool_), np.zeros(1, np.int64)
+    find_heard(games.positions, games.teams, first, np.array([luck]), first + 3, parameters, heard)
+    return heard[0]
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.6])
