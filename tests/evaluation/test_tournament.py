@@ -71,6 +71,11 @@ def without_times(folder):
     return sorted([{k: v for k, v in game.items() if k != "thinking_ms"} for game in games], key=str)
 
 
+@pytest.fixture(autouse=True)
+def few_resamples(monkeypatch):
+    monkeypatch.setattr("swarm_pz.evaluation.ratings._RESAMPLES", 20)
+
+
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """A tournament of four that nobody interrupted."""

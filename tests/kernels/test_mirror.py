@@ -11,14 +11,12 @@ from tests.kernels.states import random_state, solved
 from tests.reference import move
 
 
-@pytest.mark.parametrize(
-    ("seed", "seconds", "largest_team"), [(0, 20, 40), (1, 20, 12), (2, 20, 40), (3, 4, 400)], ids=str
-)
+@pytest.mark.parametrize(("seed", "seconds", "largest_team"), [(0, 12, 40), (1, 20, 12), (3, 4, 400)], ids=str)
 def test_no_drone_changes_sides_other_than_in_the_reference(seed, seconds, largest_team):
     assert mismatches(seed, seconds, largest_team) == 0
 
 
-@pytest.mark.parametrize(("states", "largest_swarm"), [(20, 30), (3, 800)])
+@pytest.mark.parametrize(("states", "largest_swarm"), [(12, 30), (3, 800)])
 def test_accelerations_match_the_reference(states, largest_swarm):
     # Many drones are solved some at a time.
     for errors in controller_errors(states, seed=1, largest_swarm=largest_swarm):

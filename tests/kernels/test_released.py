@@ -27,8 +27,8 @@ def changed(targets: np.ndarray, previous: np.ndarray) -> np.ndarray:
 
 def test_solves_and_captures_of_whole_games_are_the_references():
     # At full length: python -m benchmarks.mirror_released
-    found, seed = Mirrored(), 0
-    while found.solves < 80:
+    found, seed = Mirrored(), 1
+    while found.solves < 40:
         play(seed, 4, found, largest_team=12)
         seed += 1
     assert found.mismatches == 0

@@ -88,7 +88,7 @@ def test_a_command_is_the_same_in_any_memory_order():
     assert_same_game(simulators[0], 0, simulators[1], 0)
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(seed=st.integers(0, 2**32), red=st.integers(1, 12), blue=st.integers(1, 12))
 def test_drones_are_conserved_stay_inside_and_push_no_harder_than_allowed(seed, red, blue):
     simulator = Simulator(GameConfig(drones_per_team=(red, blue)))
