@@ -17,8 +17,9 @@ from benchmarks.csv_table import write_csv
 from benchmarks.paper import style
 from benchmarks.paper.curves import COLOURS, DASHES
 from swarm_pz.errors import require_extra
+from swarm_pz.evaluation.intervals import middle
 from swarm_pz.files import draft_of
-from swarm_pz.standard.aggregate import drawn_runs, interquartile_mean, interval
+from swarm_pz.standard.aggregate import drawn_runs, interquartile_mean, resampled
 
 PAGE, PICTURE, TABLE = "algorithms.md", "images/algorithms.png", "tables/algorithms.csv"
 OPPONENTS = ("uniform", *SCRIPTS)
@@ -37,8 +38,8 @@ class Estimate:
     @classmethod
     def of(cls, scores: Array) -> Estimate:
         """Return that of scores (seeds, opponents)."""
-        low, high = interval(functools.partial(drawn_runs, scores), lambda drawn: np.array(interquartile_mean(drawn)))
-        return cls(interquartile_mean(scores), float(low), float(high))
+        low, high = middle(interquartile_mean(resampled(functools.partial(drawn_runs, scores))))
+        return cls(float(interquartile_mean(scores)), float(low), float(high))
 
     def __str__(self) -> str:
         return f"{self.value:.2f} ({self.low:.2f} to {self.high:.2f})"

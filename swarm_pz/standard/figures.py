@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.errors import ResultsError
-from swarm_pz.evaluation.intervals import mean_with_interval, rounded, wilson
+from swarm_pz.evaluation.intervals import mean_with_interval, middle, rounded, wilson
 from swarm_pz.evaluation.ledger import distinct
 from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.survival import kaplan_meier, survival_curve
@@ -17,9 +17,9 @@ from swarm_pz.standard.aggregate import (
     drawn_pairs,
     drawn_runs,
     interquartile_mean,
-    interval,
     performance_profile,
     probability_of_improvement,
+    resampled,
 )
 from swarm_pz.standard.games import LEARNED, SEARCHED, Line, all_tracks
 from swarm_pz.standard.protocol import Protocol
@@ -66,20 +66,24 @@ class Results:
         """Return the games of a policy in a task, in order."""
         return sorted(self._games[policy, *task], key=lambda line: line.number)
 
-    def draw(self, generator: np.random.Generator) -> Array:
-        """Return scores drawn anew: training seeds if there are several, else pairs of games."""
+    def draw(self, generator: np.random.Generator, count: int) -> Array:
+        """Return scores (count, policies, tasks) drawn anew: training seeds if there are several, else pairs."""
         if self.policies > 1:
-            return drawn_runs(self.scores, generator)
-        return drawn_pairs(self.pairs[0], generator)
+            return drawn_runs(self.scores, generator, count)
+        return drawn_pairs(self.pairs[0], generator, count)
 
     def of_tracks(self, scores: Array) -> Array:
-        """Return one number of each track, and their mean last: the interquartile mean, of attacks the worse."""
+        """Return one number of each track, and their mean last: the interquartile mean, of attacks the worse.
+
+        Axes before those of policies and tasks stay.
+        """
         names = [track for track, _ in self.tasks]
         found = []
         for track in dict.fromkeys(names):
-            part = scores[:, [name == track for name in names]]
-            found.append(float(part.mean(axis=0).min()) if track == ROBUST else interquartile_mean(part))
-        return np.array([*found, np.mean(found)])
+            part = scores[..., [name == track for name in names]]
+            found.append(part.mean(axis=-2).min(axis=-1) if track == ROBUST else interquartile_mean(part))
+        tracks = np.stack(found, axis=-1)
+        return np.concatenate([tracks, tracks.mean(axis=-1, keepdims=True)], axis=-1)
 
 
 def task_of(line: Line) -> tuple[str, str]:
@@ -98,8 +102,8 @@ def _pairs(games: Sequence[Line]) -> Array:
 
 def figures(results: Results) -> dict[str, Any]:
     """Return what a report says about its games, as plain values."""
-    values = results.of_tracks(results.scores)
-    low, high = interval(results.draw, results.of_tracks)
+    values, drawn = results.of_tracks(results.scores), resampled(results.draw)
+    low, high = middle(results.of_tracks(drawn))
     tracks = list(dict.fromkeys(track for track, _ in results.tasks))
     return {
         "score": _short(values[-1]),
@@ -114,7 +118,7 @@ def figures(results: Results) -> dict[str, Any]:
             for place, track in enumerate(tracks)
         },
         "uniform": _how_soon(results),
-        "profile": _profile(results),
+        "profile": _profile(results, drawn),
     }
 
 
@@ -167,14 +171,11 @@ def _how_soon(results: Results) -> dict[str, Any]:
     }
 
 
-def _profile(results: Results) -> dict[str, Any]:
-    def profile(scores: Array) -> Array:
-        return performance_profile(scores, THRESHOLDS)
-
-    low, high = interval(results.draw, profile)
+def _profile(results: Results, drawn: Array) -> dict[str, Any]:
+    low, high = middle(performance_profile(drawn, THRESHOLDS))
     return {
         "score_above": list(THRESHOLDS),
-        "share": _short(profile(results.scores)),
+        "share": _short(performance_profile(results.scores, THRESHOLDS)),
         "low": _short(low),
         "high": _short(high),
     }
@@ -183,10 +184,10 @@ def _profile(results: Results) -> dict[str, Any]:
 def improvement(results: Results, baseline: Results) -> dict[str, Any]:
     """Return how likely a run of the entry is better than one of the baseline, over all tasks."""
 
-    def draw(generator: np.random.Generator) -> Array:
-        ours, theirs = results.draw(generator), baseline.draw(generator)
-        return np.array([probability_of_improvement(ours, theirs)])
+    def draw(generator: np.random.Generator, count: int) -> Array:
+        both = ((results.draw(generator, 1)[0], baseline.draw(generator, 1)[0]) for _ in range(count))
+        return np.array([probability_of_improvement(*drawn) for drawn in both])
 
-    low, high = interval(draw, lambda drawn: drawn)
+    low, high = middle(resampled(draw))
     value = probability_of_improvement(results.scores, baseline.scores)
-    return {"probability": _short(value), "ci95": _short([low[0], high[0]])}
+    return {"probability": _short(value), "ci95": _short([low, high])}
