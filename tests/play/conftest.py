@@ -179,9 +179,14 @@ def own_table(tmp_path):
 # --- browsers -------------------------------------------------------------------------------------
 
 
+FEW_PICTURES = "requestAnimationFrame = ((later) => (act) => setTimeout(() => later(act), 80))(requestAnimationFrame)"
+"""Ten pictures a second: nobody looks, and a processor paints them all."""
+
+
 def new_page(browser, width=360, height=640, **how):
     """Give an empty page, on a device of its own."""
     page = browser.new_context(viewport={"width": width, "height": height}, **how).new_page()
+    page.context.add_init_script(FEW_PICTURES)
     page.context.set_default_timeout(SLOW_MS)
     return page
 
