@@ -17,6 +17,7 @@ from playwright.sync_api import expect
 from swarm_pz.play.climbers import Climber
 from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, PaintedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
+from tests.kernels.compiled import make
 from tests.play.conftest import Table, new_page
 from tests.play.pages import (
     INK,
@@ -62,6 +63,8 @@ def lab(tmp_path_factory):
 @pytest.fixture(scope="module")
 def table(tmp_path_factory, lab):
     """Give a server that all journeys share, and whose page may be held in frames of the lab's pages."""
+    for kind in ("paper", "variants"):  # else the first game of each waits for a compiler
+        make(kind)
     server = Table(tmp_path_factory.mktemp("games"), "--ladder", "--embed", lab[1])
     yield server
     server.end()
