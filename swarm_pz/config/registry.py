@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.metadata
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from swarm_pz.config.installed import FAULTS, entry_points, is_own, origin, registered_in
@@ -111,14 +111,15 @@ def system_of(choice: str | ControlSystem) -> ControlSystem:
     """
     if not isinstance(choice, str):
         return choice
-    return _make(system_class(choice), f"controllers: {_said(_find(choice))}")
+    return _make(system_class(choice), lambda: _said(_find(choice)))
 
 
-def _make(kind: type[ControlSystem], said: str) -> ControlSystem:
+def _make(kind: type[ControlSystem], said: Callable[[], str]) -> ControlSystem:
+    """Return a control system with its usual numbers; `said` is asked for its name only where it cannot be made."""
     try:
         return kind()
     except FAULTS as error:
-        raise ConfigError(f"{said} cannot be made: {repr_of(error)}") from error
+        raise ConfigError(f"controllers: {said()} cannot be made: {repr_of(error)}") from error
 
 
 def about(name: str) -> str:
@@ -149,8 +150,8 @@ def read_choice(choice: Any) -> str | ControlSystem:
     if isinstance(choice, str):
         _find(choice)
         return choice
-    if isinstance(choice, type) and issubclass(choice, ControlSystem):
-        choice = _make(choice, f"controllers: {choice.__qualname__}")
+    if isinstance(kind := choice, type) and issubclass(kind, ControlSystem):
+        choice = _make(kind, lambda: kind.__qualname__)
     if not isinstance(choice, ControlSystem):
         raise ConfigError(
             f"controllers must be the name of a control system, one of them, or a pair of these, got {choice!r}; "

@@ -8,7 +8,7 @@ import hashlib
 import importlib.metadata
 import importlib.util
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +23,16 @@ _PACKAGES = ("swarm-pz", "numpy", "numba", "torch", "stable-baselines3")
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that results depend on, as far as they are installed."""
-    found = {"python": platform.python_version()}
+    return {"python": platform.python_version(), **dict(_packages(importlib.metadata.version))}
+
+
+@functools.lru_cache(maxsize=2)  # to look takes tens of milliseconds, and every checkpoint asks; what runs is loaded
+def _packages(look: Callable[[str], str]) -> tuple[tuple[str, str], ...]:
+    found = []
     for name in _PACKAGES:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            found[name] = importlib.metadata.version(name)
-    return found
+            found.append((name, look(name)))
+    return tuple(found)
 
 
 @functools.cache
