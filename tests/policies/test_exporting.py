@@ -17,7 +17,6 @@ from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import exporting
 from swarm_pz.policies.onnx_policy import MODEL, OnnxPolicy
 from swarm_pz.policy import load
-from swarm_pz.policy.model_policy import ModelPolicy
 from swarm_pz.spaces.observation import observation_space
 
 SEEN = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions", "time_left"))
@@ -53,32 +52,17 @@ FLAT = {"action_cells": 3, "flatten_actions": True}
 SHORT = {"n_steps": 2, "batch_size": 2}
 
 
-def made(make, path, observation=SEEN, kind="MlpPolicy", more=SHORT, settings=None, **options):
+def made(make, path, more=SHORT, settings=None, **options):
     """Return a model, and its policy as `load_model` gives it once it was saved."""
-    env = DuelEnv(GAME, observation=observation, **options)
-    model = make(kind, env, policy_kwargs={"net_arch": [8]} | (settings or {}), device="cpu", seed=0, **more)
+    env = DuelEnv(GAME, observation=SEEN, **options)
+    model = make("MlpPolicy", env, policy_kwargs={"net_arch": [8]} | (settings or {}), device="cpu", seed=0, **more)
     model.save(path / "model.zip")
     return model, exporting.load_model(path / "model.zip")
 
 
-@pytest.mark.parametrize(
-    ("make", "options"),
-    [
-        (DQN, {"action": "discrete", "observation_dtype": "float32", "more": {"buffer_size": 10}}),
-        (PPO, {"observation": ObservationConfig(kind="entities"), "kind": "MultiInputPolicy"}),
-    ],
-)
-def test_a_model_of_sb3_answers_the_same_and_plays(tmp_path, make, options):
-    model, policy = made(make, tmp_path, **options)
-    exporting.export_model(policy, GAME, ERGODIC, tmp_path / "out", "mine")
-    ours, theirs = ModelPolicy(model, GAME), load(tmp_path / "out", GAME)
-    seen = boards(ours, 10)
-    np.testing.assert_allclose(theirs.act(seen, np.arange(10)), ours.act(seen, np.arange(10)), atol=1e-5)
-    assert len(play_match(theirs, load("uniform", GAME), games=2, seed=0, config=GAME).games) == 2
-
-
 SQUASHED = {"squash_output": True, "ortho_init": False}  # else answers are too small for tanh to change them
 KINDS = {
+    "DQN": (DQN, {"action": "discrete", "observation_dtype": "float32", "more": {"buffer_size": 10}}),
     "A2C": (A2C, {"channels_last": True, "action": "command", "more": {"n_steps": 2}}),
     "PPO, squashed": (PPO, {"more": SHORT | {"use_sde": True}, "settings": SQUASHED}),
     "SAC": (SAC, {"action": "command", "more": {"buffer_size": 10}}),
@@ -88,42 +72,53 @@ KINDS = {
 
 @pytest.mark.parametrize("name", KINDS)
 def test_the_network_that_is_exported_decides_and_limits_as_its_kind_of_model_does(tmp_path, monkeypatch, name):
-    """The others above go through a file, which takes seconds; here the network is asked that would be written."""
+    """Other tests go through a file, which takes seconds; here the network is asked that would be written."""
 
     def keep(network, *_, **__):
         kept.append(network)
         raise InterruptedError
 
     make, options = KINDS[name]
-    kept, (model, policy) = [], made(make, tmp_path, **FLAT, **options)
+    kept, (model, policy) = [], made(make, tmp_path, **({} if make is DQN else FLAT), **options)
     monkeypatch.setattr(torch.onnx, "export", keep)
     with pytest.raises(InterruptedError):
         exporting.export_model(policy, GAME, ERGODIC, tmp_path / "out", "mine")
-    seen = np.random.default_rng(0).integers(0, 256, (10, *model.observation_space.shape)).astype(np.uint8)
+    space = batch_space(model.observation_space, 10)
+    space.seed(0)
+    seen = space.sample()
     expected, _ = model.predict(seen, deterministic=True)
     with torch.no_grad():
-        np.testing.assert_allclose(kept[0](torch.from_numpy(seen)).numpy(), expected, atol=1e-5)
+        answered = kept[0](torch.from_numpy(seen)).numpy()
+    if make is DQN:  # it answers what each command is worth, and the best one is sent
+        np.testing.assert_array_equal(answered.argmax(axis=1), expected)
+    else:
+        np.testing.assert_allclose(answered, expected, atol=1e-5)
 
 
-def test_a_model_with_memory_remembers_each_game_and_its_form_is_on_the_card(tmp_path):
-    kinds = {"lstm_hidden_size": 6, "n_lstm_layers": 2}
-    form = {"observation_dtype": "float32", "channels_last": True, "action": "command"}
-    model, _ = made(RecurrentPPO, tmp_path, kind="MlpLstmPolicy", settings=kinds, **form, **FLAT)
+def test_a_model_of_sb3_that_sees_lists_and_remembers_each_game_answers_the_same_and_plays(tmp_path):
+    kinds, seen = {"lstm_hidden_size": 6, "n_lstm_layers": 2}, ObservationConfig(kind="entities")
+    model = RecurrentPPO(
+        "MultiInputLstmPolicy", DuelEnv(GAME, observation=seen, action="command", **FLAT), device="cpu", seed=0,
+        policy_kwargs={"net_arch": [8]} | kinds, **SHORT,
+    )  # fmt: skip
     for part in model.policy.lstm_actor.parameters():
         torch.nn.init.normal_(part)
-    exporting.export_model(model.policy, GAME, ERGODIC, tmp_path / "out", "mine")
+    model.save(tmp_path / "model.zip")
+    exporting.export_model(exporting.load_model(tmp_path / "model.zip"), GAME, ERGODIC, tmp_path / "out", "mine")
     theirs = load(tmp_path / "out", GAME)
     assert theirs.card.state == {"hidden": "next_hidden", "cell": "next_cell"}
     theirs.reset([0, 1], np.array([3, 9]))
     memory, begins, format_ = None, np.ones(2, bool), theirs.card.format(GAME, ERGODIC)
     assert format_.observation_space == model.observation_space
+    shown = boards(theirs, 8)
     for step in range(4):
-        seen = np.random.default_rng(step).integers(0, 256, (2, 3, 10, 10)).astype(np.uint8)
-        expected, memory = model.predict(format_.show(seen), memory, begins, deterministic=True)
+        now = {name: values[2 * step : 2 * step + 2] for name, values in shown.items()}
+        expected, memory = model.predict(now, memory, begins, deterministic=True)
         begins = np.array([False, step == 1])
-        np.testing.assert_allclose(theirs.act(seen, np.array([3, 9])), format_.read(expected, 2), atol=1e-5)
+        np.testing.assert_allclose(theirs.act(now, np.array([3, 9])), format_.read(expected, 2), atol=1e-5)
         if step == 1:
             theirs.reset([2], np.array([9]))
+    assert len(play_match(theirs, load("uniform", GAME), games=2, seed=0, config=GAME).games) == 2
 
 
 def test_what_is_no_model_of_sb3_or_of_another_game_is_refused(tmp_path):
