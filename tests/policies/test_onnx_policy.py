@@ -12,7 +12,7 @@ import pytest
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError, KindError, OutputError, PolicyError
 from swarm_pz.evaluation.match import play_match
-from swarm_pz.policies import onnx_policy
+from swarm_pz.policies import onnx_checks, onnx_policy
 from swarm_pz.policies.onnx_policy import CARD, MODEL, OnnxCard, write
 from swarm_pz.policy import load, load_players
 from swarm_pz.spaces.densities import named_commands
@@ -21,6 +21,20 @@ from tests.policies.onnx_of_tests import follower, parsed
 GAME = GameConfig(drones_per_team=2, time_limit=4.0)
 SEEN = ObservationConfig(grid=5, channels=("opposing_positions",))
 FOLLOWER = OnnxCard(name="follower", origin="by hand", observation=SEEN, action="command", action_cells=5)
+
+
+@pytest.fixture(autouse=True)
+def _tried_here(monkeypatch):
+    """Try models in this process: that another does it, and dies in its place, is tested in test_onnx_checks."""
+
+    def tried(data):
+        try:
+            return onnx_checks.inspect(data)
+        except onnx_checks.ModelError as error:
+            return str(error)
+
+    monkeypatch.setattr(onnx_checks, "_tried", tried)
+    monkeypatch.setattr(onnx_checks, "_known", {})
 
 
 @pytest.fixture
@@ -90,13 +104,17 @@ def test_every_form_of_images_and_densities_plays(tmp_path, other):
     assert answered[0, 9, 9] == pytest.approx(np.exp(-4.0))
 
 
-def test_discrete_answers_are_numbers_of_commands(tmp_path):
-    """Those that are values instead, as a network of Stable-Baselines3 gives them, are exported in test_exporting."""
+@pytest.mark.parametrize(
+    ("output", "last"),
+    [("float[n,57] values", ""), ("int64[n] number", "number = ArgMax<axis = 1, keepdims = 0>(values)")],
+)
+def test_discrete_answers_are_numbers_of_commands_or_what_each_is_worth(tmp_path, output, last):
     model = parsed(
         "uint8[n,1,5,5] x",
-        "int64[n] number",
-        "int64[1] axis = {1}",
-        "f = Cast<to = 1>(x) flat = Flatten(f) number = ArgMax<axis = 1, keepdims = 0>(flat)",
+        output,
+        "int64[1] from = {0}, int64[1] to = {57}, int64[1] axis = {1}",
+        f"""f = Cast<to = 1>(x) flat = Flatten(f) wide = Concat<axis = 1>(flat, flat, flat)
+        values = Slice(wide, from, to, axis) {last}""",
     )
     write(tmp_path / "m", model, OnnxCard(name="m", observation=SEEN, action="discrete"))
     seen = np.zeros((2, 1, 5, 5), np.uint8)
