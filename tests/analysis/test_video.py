@@ -72,7 +72,7 @@ def test_the_last_picture_is_in_the_film_however_many_are_left_out(tmp_path, pic
 
 def test_overlays_are_in_films_and_in_stills(tmp_path, pictures):
     for name in ("a.png", "a.mp4"):
-        film_game("ring", "uniform", tmp_path / name, config=GAME, overlays=OVERLAYS)
+        film_game("ring", "uniform", tmp_path / name, speed=1e6, config=GAME, overlays=OVERLAYS)
     game = Rollout("ring", "uniform", [0], config=GAME)
     painter = Painter(("ring", "uniform"), overlays=OVERLAYS, layout=PICTURE)
     assert pictures[0] == painter.size
