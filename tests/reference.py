@@ -156,21 +156,29 @@ def move(
     accelerations: NDArray[np.floating],
     dt: float = 1 / 30,
     speed_factor: float = 1.0,
+    min_speed: float = 0.0,
 ) -> tuple[Floats, Floats]:
     """One tick of semi-implicit Euler: v' = v + u dt, then p' = p + g v' dt, then the walls; g is the speed factor.
 
     A position that would leave the unit interval stops at its end, and that component of the velocity becomes 0.
+
+    With a least airspeed, v' is lengthened to it where it is shorter, towards the middle from rest, and a wall turns
+    that component of the velocity round.
     """
     new_positions = np.array(positions, dtype=np.float64)
     new_velocities = np.array(velocities, dtype=np.float64)
     for drone in range(len(new_positions)):
+        new = [new_velocities[drone, axis] + float(accelerations[drone, axis]) * dt for axis in (0, 1)]
+        if math.hypot(*new) < min_speed:
+            heading = new if math.hypot(*new) > 1e-6 else [0.5 - new_positions[drone, axis] for axis in (0, 1)]
+            new = [min_speed * part / math.hypot(*heading) for part in heading]
         for axis in (0, 1):
-            velocity = new_velocities[drone, axis] + float(accelerations[drone, axis]) * dt
+            velocity, at_wall = new[axis], 0.0 if min_speed == 0.0 else -new[axis]
             position = new_positions[drone, axis] + speed_factor * velocity * dt
             if position < 0.0:
-                position, velocity = 0.0, 0.0
+                position, velocity = 0.0, at_wall
             elif position > 1.0:
-                position, velocity = 1.0, 0.0
+                position, velocity = 1.0, at_wall
             new_positions[drone, axis] = position
             new_velocities[drone, axis] = velocity
     return new_positions, new_velocities

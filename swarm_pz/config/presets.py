@@ -8,6 +8,8 @@ from swarm_pz.config.sections import CaptureConfig, ControllerConfig, DynamicsCo
 
 PRESETS: dict[str, dict[str, Any]] = {
     "paper": {},
+    # Drones that must keep flying: nobody can park, as docs/parking.md measures.
+    "fixed_wing": {"dynamics": DynamicsConfig(min_speed=0.3)},
     # The authors' published variant, without two slips: its code looks the field up with x and y swapped,
     # and adds a negative minimum instead of subtracting it.
     "released": {

@@ -258,17 +258,25 @@ class DynamicsConfig(Config):
         leaves no trail; it can be captured where it stands.
     repair_rate : float
         Returns of a failed drone to work, with an empty memory, per second.
+    min_speed : float
+        Least airspeed, in units of velocity, as of fixed-wing drones: a slower one is brought to it along its heading,
+        from rest towards the middle, and walls turn velocities round. 0: drones may stop, and walls stop them. Drones
+        that must fly cannot fail.
     """
 
     speed_factor: float = 1.0
     failure_rate: float = 0.0
     repair_rate: float = 0.0
+    min_speed: float = hash_exempt(0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_number(self.speed_factor, "dynamics.speed_factor", 1e-3, 10.0)
         check_number(self.failure_rate, "dynamics.failure_rate", 0.0, 1e3)
         check_number(self.repair_rate, "dynamics.repair_rate", 0.0, 1e3)
+        check_number(self.min_speed, "dynamics.min_speed", 0.0, 2.0)
+        stands = self.min_speed == 0.0 or self.failure_rate == 0.0
+        check(stands, "dynamics.failure_rate", self.failure_rate, "0 with a min_speed: failed drones stand still")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -93,6 +93,8 @@ class RuleParameters(NamedTuple):
     tick: np.float32
     drift: np.float32
     """Map widths travelled in a tick per unit of velocity."""
+    min_speed: np.float32
+    """In units of velocity; 0: drones may stop."""
     ticks_per_control_period: int
     ticks_per_second: int
     capture_enabled: bool
@@ -329,7 +331,7 @@ def advance_game(
                 solve_with_variants(games, e, swarm, variants, controller, scratch, boards)
             for i in range(num_drones):
                 saturate(accelerations[i], controller.max_acceleration)
-        move(positions, velocities, accelerations, rules.tick, rules.drift)
+        move(positions, velocities, accelerations, rules.tick, rules.drift, rules.min_speed)
         slot = games.ticks[e] % trails.shape[0]
         extend_trails(positions, teams, slot, trails, boards)
         # Not in one line: only a test for None alone is decided when compiling.

@@ -25,6 +25,7 @@ def rule_parameters(config: GameConfig) -> RuleParameters:
     return RuleParameters(
         tick=np.float32(tick),
         drift=np.float32(tick * config.dynamics.speed_factor),
+        min_speed=np.float32(config.dynamics.min_speed),
         ticks_per_control_period=TICKS_PER_CONTROL_PERIOD,
         ticks_per_second=TICKS_PER_SECOND,
         capture_enabled=config.capture.enabled,

@@ -23,13 +23,13 @@ def test_accelerations_match_the_reference(states, largest_swarm):
         assert errors.max() < 1e-3
 
 
-@pytest.mark.parametrize("factor", [0.8, 1.0])
-def test_motion_matches_the_reference(factor):
+@pytest.mark.parametrize(("factor", "least"), [(0.8, 0.0), (1.0, 0.0), (1.0, 0.3)])
+def test_motion_matches_the_reference(factor, least):
     state = random_state(np.random.default_rng(7), 200)
     state.positions[:100] = state.positions[:100].round()  # at walls
-    simulator = solved(state, dynamics=DynamicsConfig(speed_factor=factor))
+    simulator = solved(state, dynamics=DynamicsConfig(speed_factor=factor, min_speed=least))
     accelerations = simulator.games.accelerations[0].astype(float)
-    positions, velocities = move(state.positions, state.velocities, accelerations, speed_factor=factor)
+    positions, velocities = move(state.positions, state.velocities, accelerations, speed_factor=factor, min_speed=least)
     np.testing.assert_allclose(simulator.positions[0], positions, atol=1e-6)
     np.testing.assert_allclose(simulator.velocities[0], velocities, atol=1e-5)
     assert (positions[:, 0] == 0.0).any() and (positions[:, 0] == 1.0).any()

@@ -1,0 +1,162 @@
+"""Opponents drawn from a generator: each game's seed draws an opponent of its own from a kind's family.
+
+Two sets of kinds have nothing in common: `TRAINING`, which `generated` plays and policies may train against, and
+`TEST`, which only measures. The kinds of `TEST` have no registered names, so that no training run finds them.
+
+A kind's numbers are a game's `View.traits`, uniform in [0, 1) and the same to its end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.policies.scripted import CLOCK, OPPONENTS, Tactic, View, tactic
+from swarm_pz.spaces.densities import disc
+
+Array = NDArray[np.float64]
+
+
+def _scaled(trait: Array, low: float, high: float) -> Array:
+    """Return numbers in [low, high) for traits, even on a logarithmic scale."""
+    return np.asarray(low * (high / low) ** trait)
+
+
+def _anywhere(view: View, first: int) -> Array:
+    """Return a point (n, 2) of each game, half of the coordinates at a wall: so every corner and edge comes up."""
+    traits = view.traits[:, first : first + 2]
+    return np.where(traits < 0.25, 0.04, np.where(traits >= 0.75, 0.96, 2.0 * traits - 0.5))
+
+
+def _seconds(view: View, trait: Array, shortest: float, longest: float) -> Array:
+    """Return the turns (n,) made since the start by what takes a period between two numbers of commands."""
+    return np.asarray(view.steps / _scaled(trait, shortest, longest))
+
+
+def _spot(view: View, places: Array, width: Array) -> Array:
+    """Return a Gaussian (n, A, A) around places (n, 2) of widths (n,)."""
+    return np.asarray(disc(view.distance_from(places) / width[:, None, None], 1.0))
+
+
+def _around(centres: Array, radius: Array, turns: Array) -> Array:
+    """Return the points (n, 2) of circles after some turns."""
+    angles = 2.0 * np.pi * turns
+    return np.asarray(centres + radius[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+
+
+@tactic(sees=CLOCK)
+def hide(view: View) -> Array:
+    """Send everyone to one place, of any width, and never change it."""
+    return _spot(view, _anywhere(view, 0), _scaled(view.traits[:, 2], 0.03, 0.3))
+
+
+@tactic(sees=CLOCK)
+def circle(view: View) -> Array:
+    """Send everyone around a circle, either way round, in 8 to 60 s."""
+    traits = view.traits
+    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _seconds(view, traits[:, 1], 8.0, 60.0) + traits[:, 2]
+    places = _around(0.35 + 0.3 * traits[:, 3:5], 0.1 + 0.35 * traits[:, 5], turns)
+    return _spot(view, places, _scaled(traits[:, 6], 0.05, 0.2))
+
+
+@tactic(sees=CLOCK)
+def pulse(view: View) -> Array:
+    """Spread from one place and return to it, in 5 to 30 s."""
+    traits = view.traits
+    phase = 2.0 * np.pi * (_seconds(view, traits[:, 2], 5.0, 30.0) + traits[:, 3])
+    return _spot(view, _anywhere(view, 0), _scaled(0.5 + 0.5 * np.sin(phase), 0.05, 0.5))
+
+
+@tactic(sees=CLOCK)
+def tilt(view: View) -> Array:
+    """Be denser towards one side, which turns in 20 to 200 s."""
+    traits = view.traits
+    angles = 2.0 * np.pi * (_seconds(view, traits[:, 0], 20.0, 200.0) + traits[:, 1])
+    across = (view.x - 0.5) * np.cos(angles)[:, None, None] + (view.y - 0.5) * np.sin(angles)[:, None, None]
+    return np.asarray(np.exp(_scaled(traits[:, 2], 1.0, 12.0)[:, None, None] * (across - 0.75)))
+
+
+TRAINING = (hide, circle, pulse, tilt)
+"""The kinds that policies may train against."""
+
+
+@tactic(sees=CLOCK)
+def generated(view: View) -> Array:
+    """Play one of the kinds to train against, drawn anew for each game: half of the games `hide`."""
+    kinds = np.maximum(np.floor(6.0 * view.traits[:, -1]).astype(int) - 2, 0)
+    return np.select([kinds[:, None, None] == number for number in range(4)], [kind.play(view) for kind in TRAINING])
+
+
+@tactic(sees=CLOCK)
+def strip(view: View) -> Array:
+    """Stay along a line across the square, at any angle, and never change it."""
+    traits = view.traits
+    angles = np.pi * traits[:, 0]
+    along = (view.x - 0.5) * np.cos(angles)[:, None, None] + (view.y - 0.5) * np.sin(angles)[:, None, None]
+    offset = 0.96 * (traits[:, 1] - 0.5)
+    return np.asarray(disc((along - offset[:, None, None]) / _scaled(traits[:, 2], 0.03, 0.15)[:, None, None], 1.0))
+
+
+@tactic(sees=CLOCK)
+def nooks(view: View) -> Array:
+    """Stay in two corners, unequally, and never change it."""
+    traits = view.traits
+    first = (4.0 * traits[:, 0]).astype(int)
+    second = (first + 1 + (3.0 * traits[:, 1]).astype(int)) % 4
+    corners, width = (
+        np.array([[0.04, 0.04], [0.96, 0.04], [0.96, 0.96], [0.04, 0.96]]),
+        _scaled(traits[:, 2], 0.03, 0.2),
+    )
+    return _spot(view, corners[first], width) + traits[:, 3, None, None] * _spot(view, corners[second], width)
+
+
+@tactic(sees=CLOCK)
+def spiral(view: View) -> Array:
+    """Wind from the middle to the walls and back, a turn in 6 to 30 s."""
+    traits = view.traits
+    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _seconds(view, traits[:, 1], 6.0, 30.0) + traits[:, 2]
+    radius = 0.25 - 0.2 * np.cos(2.0 * np.pi * _seconds(view, traits[:, 3], 20.0, 90.0))
+    return _spot(view, _around(np.full((len(turns), 2), 0.5), radius, turns), _scaled(traits[:, 4], 0.05, 0.2))
+
+
+@tactic(sees=CLOCK)
+def patrol(view: View) -> Array:
+    """Run along the walls, either way round, in 15 to 90 s."""
+    traits = view.traits
+    way = 4.0 * (
+        (np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _seconds(view, traits[:, 1], 15.0, 90.0) + traits[:, 2]) % 1.0
+    )
+    places = np.stack([np.clip(np.abs(way - 2.5) - 0.5, 0.0, 1.0), np.clip(1.5 - np.abs(way - 1.5), 0.0, 1.0)], axis=1)
+    return _spot(view, 0.06 + 0.88 * places, _scaled(traits[:, 3], 0.04, 0.15))
+
+
+@tactic(sees=OPPONENTS, grid=25)
+def mirror(view: View) -> Array:
+    """Go to the mirror image of the opponents' mean position, across either axis or the middle."""
+    traits = view.traits
+    flips = np.stack([traits[:, 0] < 2 / 3, traits[:, 0] >= 1 / 3], axis=1)
+    place = view.mean_position("opposing")
+    return _spot(view, np.where(flips, 1.0 - place, place), _scaled(traits[:, 1], 0.05, 0.25))
+
+
+@tactic(sees=("own_positions",), grid=25)
+def rest(view: View) -> Array:
+    """Stay around where its own drones are."""
+    return _spot(view, view.mean_position("own"), _scaled(view.traits[:, 0], 0.03, 0.15))
+
+
+@tactic(sees=CLOCK)
+def waves(view: View) -> Array:
+    """Hold a random image of Fourier modes for 4 to 20 s, and then another."""
+    traits = view.traits
+    number = np.floor(_seconds(view, traits[:, 0], 4.0, 20.0))
+    image = np.zeros((len(number), *view.x.shape))
+    for mode, (across, up) in enumerate(((0, 1), (1, 0), (1, 1), (0, 2), (2, 0), (2, 1), (1, 2), (2, 2))):
+        # Another weight in [-1, 1) for each image: multiples of an irrational number fill the unit interval evenly.
+        weight = 2.0 * ((traits[:, 1 + mode] + number * (0.6180339887 + 0.1 * mode)) % 1.0) - 1.0
+        image += weight[:, None, None] * np.cos(np.pi * across * view.x) * np.cos(np.pi * up * view.y)
+    return np.asarray(np.exp(2.0 * image))
+
+
+TEST: tuple[Tactic, ...] = (strip, nooks, spiral, patrol, mirror, rest, waves)
+"""The kinds that only measure."""
