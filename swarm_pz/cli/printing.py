@@ -89,19 +89,22 @@ def print_ladder(ladder: dict[str, Any]) -> None:
                 entry["kind"],
                 f"{entry['rating']:.0f}",
                 f"{low:.0f} to {high:.0f}",
+                f"{100 * entry['mixture_share']:.0f}",
+                f"{100 * entry['points_against_mixture']:.1f}",
                 *(str(entry[name]) for name in ("wins", "draws", "losses")),
                 figure(entry["median_seconds"], 0),
                 figure(entry["thinking_ms"], 1),
             )
         )
     _print(
-        ("player", "kind", "rating", "95 %", "won", "drawn", "lost", "median s", "ms"),
+        ("player", "kind", "rating", "95 %", "mix\n%", "from\nmix %", "won", "drawn", "lost", "median\ns", "ms"),
         lines,
         texts=2,
         title=f"{ladder['games_per_pairing']} games of every two, seed {ladder['seed']}",
         caption=f"{100 * field['cyclic_share']:.0f} % cyclic ({100 * field['cyclic_share_of_a_ladder']:.0f} % for a "
         f"true ladder); {field['cycles']} of {field['decided_triples']} clear "
-        "triples are cycles" + ("; planned players see the simulator itself" if is_any_planned else ""),
+        "triples are cycles; mix: share of the Nash mixture, and of the points against it"
+        + ("; planned players see the simulator itself" if is_any_planned else ""),
     )
 
 

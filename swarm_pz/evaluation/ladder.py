@@ -1,6 +1,7 @@
 """The ladder of a tournament as plain values, as a Markdown page, and as a picture.
 
-It has ratings, the results of every two players, and the cyclic part of these that ratings cannot explain.
+It has ratings, Nash averages, the results of every two players, and the cyclic part of these that ratings cannot
+explain.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 
 from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.provenance import provenance
-from swarm_pz.evaluation.ratings import ANCHOR, intransitivity, rate
+from swarm_pz.evaluation.ratings import ANCHOR, intransitivity, nash_average, rate
 from swarm_pz.evaluation.tournament import Tournament
 
 _ANCHOR = "uniform"
@@ -28,6 +29,8 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
     anchor = _ANCHOR if _ANCHOR in tournament.players else None
     ratings = rate(results, anchor)
     points, games = results.payoffs()
+    shares = points / np.where(games > 0, games, np.nan)
+    mixture, skills = nash_average(shares)
     order = np.argsort(-ratings.values, kind="stable")
     entries = []
     for i in order:
@@ -42,6 +45,8 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
                 "kind": tournament.kind(name),
                 "rating": round(float(ratings.values[i]), 1),
                 "rating_ci95": [round(float(ratings.low[i]), 1), round(float(ratings.high[i]), 1)],
+                "mixture_share": round(float(mixture[i]), 4),
+                "points_against_mixture": round(0.5 + float(skills[i]), 4),
                 "games": _count(won + drawn + lost),
                 "wins": _count(won),
                 "draws": _count(drawn),
@@ -53,7 +58,6 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
                 else None,
             }
         )
-    shares = points / np.where(games > 0, games, np.nan)
     field = intransitivity(results)
     return {
         "seed": tournament.config.seed,
@@ -91,6 +95,8 @@ def to_markdown(ladder: dict[str, Any], picture: str) -> str:
         f"Ratings are Bradley-Terry strengths on Elo's scale: 400 points are odds of ten to one, and {anchor}.",
         "A draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. If both games of a pair are",
         "identical, they count as one. `planned` players read the simulator itself, which sides may not.",
+        "The mixture is the equilibrium of the game in which both sides choose a player: nobody takes more than 50 %",
+        "of the points from it. Ratings depend on who else plays; points against the mixture change with no clones.",
         f"Rules: `{ladder['rules_hash']}`, of swarm-pz {ladder['versions']['swarm-pz']}.",
         "",
         "```bash",
@@ -99,13 +105,15 @@ def to_markdown(ladder: dict[str, Any], picture: str) -> str:
         "",
         f"![Ratings, and each player's share of the points against each other]({picture})",
         "",
-        "| | player | kind | rating | 95 % | won | drawn | lost | forfeits | median s | ms a command |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        "| | player | kind | rating | 95 % | share of the mixture, % | points against the mixture, % | won | drawn "
+        "| lost | forfeits | median s | ms a command |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for rank, entry in enumerate(ladder["players"], 1):
         low, high = entry["rating_ci95"]
         lines.append(
             f"| {rank} | `{entry['player']}` | {entry['kind']} | {entry['rating']:.0f} | {low:.0f} to {high:.0f} "
+            f"| {100 * entry['mixture_share']:.1f} | {100 * entry['points_against_mixture']:.1f} "
             f"| {entry['wins']} | {entry['draws']} | {entry['losses']} | {entry['forfeits']} "
             f"| {figure(entry['median_seconds'], 0)} | {figure(entry['thinking_ms'], 1)} |"
         )

@@ -1,8 +1,9 @@
-"""Ratings of a field from its games, with intervals, and how much of the results ratings leave out.
+"""Ratings of a field from its games, with intervals, what they leave out, and Nash averaging.
 
 The Bradley-Terry model gives player i a strength r_i such that i beats j with probability
 1 / (1 + exp(r_j - r_i)) (Bradley & Terry, "Rank analysis of incomplete block designs", Biometrika 39, 1952).
-Strengths cannot describe a field in which a beats b, b beats c and c beats a: see `intransitivity`.
+Strengths cannot describe a field in which a beats b, b beats c and c beats a: see `intransitivity`. They also depend on
+who else plays: see `nash_average`.
 """
 
 from __future__ import annotations
@@ -28,6 +29,9 @@ PRIOR = 0.5
 strong."""
 _RESAMPLES = 400
 _SIMULATIONS = 100
+_LP = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+_SLACKS, _TIGHT = (1e-9, 1e-8, 1e-7, 1e-6), 1e-6
+"""By how much a level may be exceeded later (rounding may ask for more), and the least dual value of a tight row."""
 
 
 @dataclass(frozen=True)
@@ -171,3 +175,56 @@ def intransitivity(results: Results) -> Intransitivity:
         triples=decided,
         strongest=tuple(results.players[i] for i in strongest),
     )
+
+
+def nash_average(shares: Array) -> tuple[Array, Array]:
+    """Return the equilibrium mixture of a field, and every player's skill against it.
+
+    Two sides each choose a player, and the points decide: a symmetric zero-sum game of value 0. Clones of a player
+    share its part of the mixture and change no skill.
+
+    Several equilibria may exist. Linear programs in a row choose one: they make the largest skill as small as possible,
+    then the next largest, and so on; then likewise the shares, so that equal players have equal ones. Both results are
+    unique. Players in the mixture of any equilibrium have skill 0, all others a negative one. (Maximum entropy, the
+    choice of Balduzzi et al., gives skills that clones may change.)
+
+    Parameters
+    ----------
+    shares : ndarray (n, n)
+        Each player's (row) share of the points against each other (column), a draw being half a point. The diagonal
+        does not count.
+
+    Returns
+    -------
+    mixture : ndarray (n,)
+        Share of each player, at least 0; the sum is 1.
+    skills : ndarray (n,)
+        Each player's share of the points against the mixture less one half, at most 0 within 1e-6.
+
+    References
+    ----------
+    Balduzzi, Tuyls, Perolat & Graepel, "Re-evaluating evaluation", NeurIPS 2018. Levels one after another: Marris, Liu,
+    Gemp, Piliouras & Lanctot, "Deviation ratings: a general, clone-invariant rating method", arXiv 2502.11645, 2025.
+    """
+    linprog = require_extra("scipy.optimize", "cli").linprog
+    n = len(shares)
+    advantage = (shares - shares.T) / 2.0
+    np.fill_diagonal(advantage, 0.0)
+    rows, levels = np.vstack([advantage, np.eye(n)]), np.ones(2 * n)
+    cost, total = np.append(np.zeros(n), 1.0), np.append(np.ones(n), 0.0)[None]
+    bounds = [(0.0, None)] * n + [(None, None)]  # the mixture, and the level that is sought
+    for begin in (0, n):
+        is_open = np.arange(2 * n) // n == begin // n
+        while is_open.any():
+            table = np.column_stack([rows, -1.0 * is_open])
+            for slack in _SLACKS:
+                limits = np.where(is_open, 0.0, levels + slack)
+                found = linprog(cost, table, limits, total, [1.0], bounds, options=_LP)
+                if found.success:
+                    break
+            # A row with a dual value is as large in every solution; those of the open rows sum to 1.
+            is_tight = is_open & (found.ineqlin.marginals < -_TIGHT)
+            levels[is_tight], mixture = found.fun, np.maximum(found.x[:n], 0.0)
+            is_open &= ~is_tight
+    mixture /= mixture.sum()
+    return mixture, np.asarray(advantage @ mixture)

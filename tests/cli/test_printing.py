@@ -8,7 +8,8 @@ from swarm_pz.cli import printing as tables
 
 LONG = "runs/a very long name of a folder, as people give them/with-more-of-it"
 ENTRY = {
-    "player": LONG, "kind": "learned", "rating": 1987.4, "rating_ci95": (1234.5, 2345.6), "wins": 12345,
+    "player": LONG, "kind": "learned", "rating": 1987.4, "rating_ci95": (1234.5, 2345.6),
+    "mixture_share": 0.25, "points_against_mixture": 0.5, "wins": 12345,
     "draws": 23456, "losses": 34567, "median_seconds": 4567.0, "thinking_ms": 5678.9,
 }  # fmt: skip
 LADDER = {
@@ -62,8 +63,8 @@ SHOWN = [
     ),
     (
         lambda: tables.print_ladder(LADDER),
-        "1987 1234 to 2346 12345 23456 34567 4567 5678.9",
-        ("kind rating 95 % won drawn lost median s ms", "10 % cyclic (2 % for a", "3 of 9 clear triples"),
+        "1987 1234 to 2346 25 50.0 12345 23456 34567 4567 5678.9",
+        ("kind rating 95 % % mix % won drawn lost s ms", "10 % cyclic (2 % for a", "3 of 9 clear triples"),
     ),
     (
         print_study,

@@ -45,10 +45,11 @@ def found(tmp_path, monkeypatch):
 
 def test_the_figures_of_a_tournament_are_those_of_its_lines(found):
     keys = ("player", "kind", "games", "wins", "draws", "losses", "forfeits", "median_seconds", "thinking_ms")
+    keys += ("mixture_share", "points_against_mixture")
     assert [tuple(entry[key] for key in keys) for entry in found["players"]] == [
-        ("a", "planned", 4, 3, 1, 0, 0, 5.0, 3.0),
-        ("c", "scripted", 3, 0.5, 1, 1.5, 1, 7.5, 7.5),
-        ("b", "learned", 3, 0.5, 0, 2.5, 0, 5.0, 4.0),
+        ("a", "planned", 4, 3, 1, 0, 0, 5.0, 3.0, 1.0, 0.5),
+        ("c", "scripted", 3, 0.5, 1, 1.5, 1, 7.5, 7.5, 0.0, 0.25),
+        ("b", "learned", 3, 0.5, 0, 2.5, 0, 5.0, 4.0, 0.0, 0.0),
     ]
     assert (found["seed"], found["budget_ms"], found["games_per_pairing"], found["anchor"]) == (5, 70.0, 2, None)
     assert found["payoffs"] == [[None, 0.75, 1.0], [0.25, None, 0.5], [0.0, 0.5, None]]
@@ -67,8 +68,8 @@ def test_the_page_says_everything_in_its_place(found):
         "cycles": 2, "decided_triples": 9,
     }  # fmt: skip
     page = ladder.to_markdown(found, "drawn.png")
-    assert "| 1 | `a` | planned | 1500 | 1450 to 1601 | 3 | 1 | 0 | 0 | 61 | 3.0 |\n" in page
-    assert "| 3 | `b` | learned | 700 | 600 to 800 | 0.5 | 0 | 2.5 | 0 | - | - |\n" in page
+    assert "| 1 | `a` | planned | 1500 | 1450 to 1601 | 100.0 | 50.0 | 3 | 1 | 0 | 0 | 61 | 3.0 |\n" in page
+    assert "| 3 | `b` | learned | 700 | 600 to 800 | 0.0 | 0.0 | 0.5 | 0 | 2.5 | 0 | - | - |\n" in page
     for words in ("`c` is 1000", "`0123456789abcdef`", "(drawn.png)", "25 %", "give 5 %", "2 of 9", "`x` beats"):
         assert words in page, words
     found |= {"anchor": None}

@@ -1,10 +1,10 @@
-"""Ratings are the Bradley-Terry model's, and what they leave out is measured."""
+"""Ratings are the Bradley-Terry model's, what they leave out is measured, and clones change no Nash average."""
 
 import numpy as np
 import pytest
 
 from swarm_pz.errors import CommandError
-from swarm_pz.evaluation.ratings import SCALE, Results, intransitivity, rate, strengths
+from swarm_pz.evaluation.ratings import SCALE, Results, intransitivity, nash_average, rate, strengths
 
 
 def field(shares, pairs, names):
@@ -91,3 +91,39 @@ def test_the_cyclic_share_is_told_beside_what_chance_would_give():
 def test_a_field_without_ratings_is_refused(results, anchor, message):
     with pytest.raises(CommandError, match=message):
         rate(results, anchor)
+
+
+@pytest.mark.parametrize(
+    ("shares", "mixture", "skills"),
+    [
+        ([[0.5, 1.0, 0.0], [0.0, 0.5, 1.0], [1.0, 0.0, 0.5]], [1 / 3, 1 / 3, 1 / 3], [0.0, 0.0, 0.0]),
+        ([[np.nan, 0.6, 0.9], [0.4, np.nan, 1.0], [0.1, 0.0, np.nan]], [1.0, 0.0, 0.0], [0.0, -0.1, -0.4]),
+        # Any mixture is an equilibrium: a solver's own choice would be one player.
+        (np.full((4, 4), 0.5), [0.25] * 4, [0.0] * 4),
+    ],
+    ids=["cycle", "dominant", "all equal"],
+)
+def test_nash_mixtures_are_those_of_games_solved_by_hand(shares, mixture, skills):
+    """A sign or a transposition that is wrong would put the mixture on who loses."""
+    found = nash_average(np.array(shares))
+    np.testing.assert_allclose(found, [mixture, skills], atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("steps", "seed"),
+    [(40, 0), (2, 7), (2, 11)],
+    ids=["one equilibrium", "several", "infeasible by rounding"],
+)
+def test_eight_clones_change_ranks_by_ratings_but_none_by_nash_averaging(steps, seed):
+    """Whoever enters copies of a player would otherwise move others; so would a solver's choice of an equilibrium."""
+    upper = np.triu(np.random.default_rng(seed).integers(0, steps + 1, (12, 12)) / steps, 1)
+    shares = upper + np.tril(1.0 - upper.T, -1) + np.eye(12) / 2.0
+    who = np.random.default_rng(1).permutation([*range(12), *[0] * 8])
+    cloned = np.where(who[:, None] == who, 0.5, shares[np.ix_(who, who)])
+    first = np.array([list(who).index(player) for player in range(12)])
+    mixture, skills = nash_average(cloned)
+    assert mixture.min() >= 0.0 and mixture.sum() == pytest.approx(1.0) and skills.max() < 1e-6
+    np.testing.assert_allclose(skills[first], nash_average(shares)[1], atol=1e-6)
+    assert np.ptp(mixture[who == 0]) < 1e-6
+    rated, again = (strengths((40.0 * table + 0.5) * (1.0 - np.eye(len(table)))) for table in (shares, cloned))
+    assert np.argsort(rated).tolist() != np.argsort(again[first]).tolist()
