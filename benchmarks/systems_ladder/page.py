@@ -43,11 +43,11 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
         *([["**Few and short games: this page only shows that everything works.**"]] * (config["games"] < _FEWEST)),
         *([line] for line in _answer(results)),
         [
-            "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell. Its team keeps",
-            "the ring around it, and captures drones that fly through. Coverage, formations and potential fields come",
-            "to rest if their command does not change, so nearly any command wins for them. This follows from the",
-            "paper's rule of capture, not from skill. Compare these systems by the time to a win and by the games",
-            "against each other.",
+            "**Hovering is solved: its value is a draw.** [A parked drone cannot be captured](parking.md), and it",
+            "captures drones that fly through its ring. Coverage, formations and potential fields come to rest if",
+            "their command does not change, so nearly any command wins for them. This follows from the paper's rule",
+            "of capture, not from skill. Compare these systems by the time to a win and by the games against each",
+            "other.",
         ],
         ["## Against the adversary"],
         [
