@@ -4,6 +4,7 @@
 `ergodic`               a density, covered over time
 `flocking`              attractors, one after the other, for a flock
 `coverage`              a density, each drone in the middle of its part
+`kernel_ergodic`        a density, by kernels in place of Fourier modes
 `potential_field`       what attracts, and what repels
 `formation`             a shape with a slot for every drone
 `leader_follower`       places of leaders, whom the rest follow

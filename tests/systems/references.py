@@ -20,6 +20,7 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.systems.coverage import Coverage
 from swarm_pz.systems.flocking import Flocking
 from swarm_pz.systems.formation import Formation
+from swarm_pz.systems.kernel_ergodic import KernelErgodic
 from swarm_pz.systems.leader_follower import LeaderFollower
 from swarm_pz.systems.potential_field import PotentialField
 from tests.kernels.states import SOFT, random_state, solved
@@ -299,6 +300,37 @@ def compare_potential_field(generator: Generator, number: int) -> float:
         return system.strength * total - system.friction * v[i]
 
     return error_of(system, flight, GameConfig(), expected)
+
+
+# --- ergodic control with kernels -------------------------------------------------------------------------------------
+
+KERNELS = (KernelErgodic(), KernelErgodic(gain=1.0, length=0.1, softening=0.05, damping=0.5, horizon=2))
+
+
+def compare_kernel_ergodic(generator: Generator, number: int) -> float:
+    system, config = KERNELS[number % 2], GameConfig(dynamics=some_speed(number))
+    flight = random_flight(generator, random_images(generator, (10, 10)), 1 + number % 40)
+    density, factor = flight.commands[0], config.dynamics.speed_factor
+    density = density / density.mean() if density.any() else np.ones((10, 10))
+
+    def slope(x: Floats, point: Floats) -> Floats:
+        """Return the gradient of k by x."""
+        distance = math.sqrt((x - point) @ (x - point) + system.softening**2)
+        return -math.exp(-distance / system.length) * (x - point) / distance
+
+    def ahead(p: Floats, v: Floats, h: int) -> Floats:
+        return np.clip(p + 0.1 * h * factor * v, 0.0, 1.0)
+
+    def expected(i, heard, p, v):
+        last, total, points = ahead(p[i], v[i], system.horizon), np.zeros(2), len(heard) * (system.horizon + 1)
+        for j in heard:
+            for h in range(system.horizon + 1):
+                total += slope(last, ahead(p[j], v[j], h)) / points
+        for row, column in np.ndindex(10, 10):
+            total -= slope(last, np.array([column + 0.5, row + 0.5]) / 10) * density[row, column] / 100
+        return -system.gain / factor * total - system.damping * v[i]
+
+    return error_of(system, flight, config, expected)
 
 
 # --- formations -------------------------------------------------------------------------------------------------------

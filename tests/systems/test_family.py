@@ -113,6 +113,7 @@ def test_a_configuration_keeps_a_system_with_numbers_of_its_own(name):
         ("formation", {"stiffness": -1.0, "damping": "x", "margin": 0.6}),
         ("leader_follower", {"leaders": 0, "appoint": "best", "foresight": -1.0, "leadership": 1.1,
                              "separation_radius": 0.0, "cohesion": -1.0, "margin": 0.6}),
+        ("kernel_ergodic", {"gain": -1.0, "length": 0.0, "softening": 0.0, "damping": np.nan, "horizon": -1}),
         ("potential_field", {"softening": 0.0, "strength": -1.0, "friction": np.inf, "wall": "high"}),
     ],
     indirect=["name"],
