@@ -1,8 +1,5 @@
 """Write the cards of the policies on the ladder: ratings of docs/tables/ladder.csv, pictures from a game each.
 
-At a table commands come into force some ticks late, so that nobody can be recognised by them: there a policy has the
-rating of what it plays as among strangers.
-
 python -m benchmarks.policy_cards
 """
 
@@ -14,10 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from swarm_pz.config import BLUE, TEAM_NAMES, GameConfig
+from swarm_pz.config import BLUE, TEAM_NAMES
 from swarm_pz.evaluation.rollout import Rollout, game_number
 from swarm_pz.policies.cards import FILE
-from swarm_pz.policy import load
 from swarm_pz.simulator.ergodicity import reconstruct
 
 LADDER = Path(__file__).parents[1] / "docs" / "tables" / "ladder.csv"
@@ -30,13 +26,6 @@ def ratings(table: str) -> dict[str, float]:
     """Return the ratings of the ladder's table by name; only those without an argument, which cards are for."""
     rows = csv.DictReader(table.splitlines())
     return {row["player"]: float(row["rating"]) for row in rows if ":" not in row["player"]}
-
-
-def ratings_at_table(table: str) -> dict[str, float]:
-    """Return the ratings of the ladder's table as they hold at a table."""
-    rated = ratings(table)
-    played = {name: getattr(load(name, GameConfig()), "plays_as", "") or name for name in rated}
-    return {name: rated[played[name]] for name in rated}
 
 
 def picture(name: str) -> dict[str, object]:
@@ -55,7 +44,7 @@ def main() -> None:
     """Write the file."""
     lines = [
         f"  {json.dumps(name)}: {json.dumps({'rating': rating} | picture(name))}"
-        for name, rating in sorted(ratings_at_table(LADDER.read_text()).items())
+        for name, rating in sorted(ratings(LADDER.read_text()).items())
     ]
     FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n")
     print(FILE)

@@ -16,8 +16,7 @@ class Card:
     Attributes
     ----------
     rating : float
-        On the ladder, where `uniform` is 1000; of one that recognises its opponents that of what strangers meet, since
-        at a table all are strangers to it.
+        On the ladder, where `uniform` is 1000.
     target : tuple of str
         What it asked for at one moment of a game as blue: rows from the bottom up, digits from 0 to 9, its maximum.
     drones : tuple of (int, int)

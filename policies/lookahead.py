@@ -157,14 +157,14 @@ def search(
     model: Player | None,
     last: Array | None,
     generator: np.random.Generator,
-    is_over: Callable[[int], bool] | None = None,
+    is_over: Callable[[int], bool],
 ) -> Array:
     """Return the best log-density (A, A) that is found for one game.
 
     The cross-entropy method (Rubinstein, "The cross-entropy method for combinatorial and continuous optimization",
     1999): of each round's candidates the best have the next round's as offspring, ever closer. Without a model the
     opponent keeps its command; `last` is the log-density found before. After each round `is_over` is asked whether so
-    many are enough; as many as are affordable if it is not given.
+    many are enough.
     """
     candidates = lookahead.propose(game, team, last, generator)
     best, highest = np.asarray(candidates[0]), -np.inf
@@ -176,7 +176,7 @@ def search(
         if scores[order[0]] > highest:
             best, highest = candidates[order[0]], float(scores[order[0]])
         done += 1
-        if is_over(done) if is_over is not None else done >= lookahead.rounds:
+        if is_over(done):
             return best
         candidates = lookahead.breed(candidates[order[:elites]], 0.5 ** min(done - 1, 3), generator)
 

@@ -217,11 +217,6 @@ def _learned(policy: str, game: GameConfig) -> LearnedPolicy:
     from swarm_pz.policy import load
 
     found = load(policy, game, game.team_systems[0])
-    if tactic := getattr(found, "plays_as", ""):
-        raise PolicyError(
-            f"only networks can be exported, and {policy!r} is more than one: it plans. Export {tactic!r} instead, "
-            "which it plays where it does not"
-        )
     if not isinstance(found, LearnedPolicy):
         raise PolicyError(
             f"only networks can be exported, and {policy!r} is none: expected a folder that training wrote, a learned "

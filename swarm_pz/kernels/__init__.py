@@ -10,7 +10,6 @@
 `trails`          trails, and what they add to the capture field
 `rng`             random numbers within a game
 `game`            one game's tick in the order of the rules, and a loop over games
-`retracing`       what a game must have been between two looks at its drones
 `observation`     one side's grid observation, or its lists of drones
 `sight`           what drones that are agents see
 `painting`        strokes of a brush on an image

@@ -49,7 +49,7 @@ RUNGS = (
     Rung("hunter", 1510.0),
     Rung("champion", 1752.0),
 )
-"""From docs/tables/ladder.csv, 40 games a pair, seed 0, as it was on 2026-11-23, without `master` and `veteran`.
+"""From docs/tables/ladder.csv, 40 games a pair, seed 0, as it was on 2026-11-23, without `veteran`.
 They stay as they are when that is made anew: levels of before and after would not compare. Planners are not among them,
 which see what no side may, nor are those who never come within reach (`evade`) or play as `uniform` does."""
 

@@ -18,7 +18,6 @@ from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRON
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import GIVEN, Games, advance_games, are_decided, take_up
-from swarm_pz.kernels.retracing import retrace_games
 from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.openmp import limit_spinning
@@ -26,7 +25,6 @@ from swarm_pz.simulator.parameters import check_finite, rule_parameters, rule_va
 from swarm_pz.simulator.spawn import (
     FASTEST,
     Seed,
-    check_numbers,
     check_scenario,
     check_seed,
     check_team,
@@ -37,9 +35,6 @@ from swarm_pz.simulator.spawn import (
 _BOTH = np.array([RED, BLUE])
 _NEVER = -(10**9)
 _MOST_GAMES = 10**9
-_MOST_TICKS = 10**6
-"""Between two looks at a game: over nine hours."""
-
 
 _RANGES = {
     "ticks": (0, 10**12),
@@ -333,48 +328,6 @@ class Simulator:
                 advance_games(self.games, part, per_game, self._rules, self.controller, self._variants)
 
         self.for_rows(rows, work)
-
-    def retrace(
-        self, ticks: int, positions: ArrayLike, velocities: ArrayLike, teams: ArrayLike, rows: ArrayLike | None = None
-    ) -> None:
-        """Bring games to where their drones were seen some ticks later, whatever flew them there.
-
-        In between, each drone is taken to follow the cubic with these positions and velocities at its ends (Hermite's),
-        and to change its team, if it has, in the last tick. Where drones fail, one that is at rest where it was has
-        failed meanwhile. Trails and fields of occupancy follow from that; what the ergodic controller remembers of the
-        past stays as it was, and so do fields that are reconstructed from it.
-
-        Parameters
-        ----------
-        ticks : int
-            Of 1/30 s; at least one.
-        positions, velocities : array (n, N, 2)
-            Map widths, and map widths per second over the speed factor.
-        teams : array (n, N)
-            0 red, 1 blue.
-        rows : sequence of int, optional
-            The n games, each once; all of them if not given.
-
-        Raises
-        ------
-        CommandError
-            If anything has another shape, or is nothing that drones can have; no game is changed.
-        """
-        chosen = self.rows(rows)
-        shape = len(chosen), self.config.num_drones
-        if isinstance(ticks, bool) or not isinstance(ticks, int | np.integer) or not 1 <= ticks <= _MOST_TICKS:
-            raise CommandError(f"ticks must be a whole number from 1 to {_MOST_TICKS:,}, got {ticks!r}")
-        if len(np.unique(chosen)) < len(chosen):
-            raise CommandError(f"rows must be different games, got {chosen.tolist()}")
-        places = check_numbers("seen positions", positions, 0.0, 1.0, (*shape, 2)).astype(np.float32)
-        moving = check_numbers("seen velocities", velocities, -FASTEST, FASTEST, (*shape, 2)).astype(np.float32)
-        sides = check_numbers("seen teams", teams, RED, BLUE, shape)
-        if not np.isin(sides, (RED, BLUE)).all():
-            raise CommandError(f"seen teams must be 0 (red) or 1 (blue), got {sides.tolist()}")
-        if len(chosen):
-            retrace_games(
-                self.games, chosen, int(ticks), places, moving, sides.astype(np.int8), self._rules, self._variants
-            )
 
     def solve(self, team: int, rows: ArrayLike | None = None) -> None:
         """Let a control system of Python's choose a team's accelerations now, where a control period begins.

@@ -193,7 +193,6 @@ def test_a_log_is_told_now_and_then_and_not_more_often(monkeypatch, capsys):
         ("evaluate ring --exploit --ray auto", "ray must be left out without held_out"),
         ("evaluate ring --processes 2", "processes must be left out without held_out or exploit, got 2"),
         ("export ring out", "only networks can be exported"),
-        ("export master out", "it plans. Export 'veteran' instead"),
         ("study rum", "there is no command study 'rum'; did you mean 'run'"),
         (f"study {Path(__file__).parent}", "made by study tables FOLDER"),
         ("--preset paper study status .", "leave out --preset"),

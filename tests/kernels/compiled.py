@@ -40,7 +40,6 @@ def make(kind: str) -> None:
     env.step_checked(np.stack(sides, axis=1))
     for team, observation in enumerate(config.observations):
         env.observe(observation, team)
-    env.simulator.retrace(1, *(array.copy() for array in (games.positions, games.velocities, games.teams)))
 
 
 if __name__ == "__main__":

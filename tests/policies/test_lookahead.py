@@ -189,7 +189,7 @@ class Slope:
 
 def test_the_first_of_the_best_is_found_and_the_best_tenth_of_each_round_has_offspring_ever_closer():
     slope = Slope()
-    best = search(slope, None, 0, None, "the last", None)
+    best = search(slope, None, 0, None, "the last", None, lambda done: done >= slope.rounds)
     assert len(slope.tried) == 6 and slope.last == ["the last"]
     assert [spread for _, spread in slope.bred] == [1.0, 0.5, 0.25, 0.125, 0.125]
     tried = np.concatenate(slope.tried)

@@ -52,7 +52,13 @@ def test_drones_see_to_the_last_bit_what_a_slow_version_says(neighbours, grid, p
     view = DroneView(config, neighbours=neighbours, grid=grid, patch=patch)
     simulator.reset([0, 1])
     places = generator.integers(0, 11, (2, 12, 2)) / 10  # some on walls, and many equally far
-    simulator.retrace(40, places, generator.normal(size=(2, 12, 2)), generator.integers(0, 2, (2, 12)))
+    for _ in range(5):
+        for team in range(2):
+            simulator.command(team, generator.uniform(-1, 1, (2, 12, 2)))
+        simulator.advance(60)
+    games = simulator.games
+    games.positions[:], games.velocities[:] = places, generator.normal(size=(2, 12, 2))
+    games.teams[:] = generator.integers(0, 2, (2, 12))
     simulator.games.failed[:] = generator.random((2, 12)) < 0.2
     for teams in ([0, 1], [1, 0], [-1, -1]):
         together = view.observe(simulator, np.array(teams), np.arange(2))
