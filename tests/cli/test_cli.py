@@ -161,7 +161,7 @@ def test_a_log_is_told_now_and_then_and_not_more_often(monkeypatch, capsys):
         ("evaluate ring --gaems 2", "--games {None}|INT"),
         ("evaluate ring --json /", "got the folder"),
         ("evaluate ring --preset releasd", "did you mean 'released'"),
-        ("evaluate ring --preset", "--preset expects one of paper, released"),
+        ("evaluate ring --preset", "--preset expects one of paper, fixed_wing, released"),
         ("policies --preset released", "this command has no rules"),
         ("evaluate ring --recipe long", "trains by no recipe"),
         ("train --recipe lnog", "--recipe must be 'quick' or 'long', got 'lnog'"),

@@ -33,7 +33,7 @@ class Body(NamedTuple):
 
 @entry_point
 def push(body, accelerations):
-    move(body.positions, body.velocities, accelerations, np.float32(1.0), gain())
+    move(body.positions, body.velocities, accelerations, np.float32(1.0), gain(), np.float32(0.0))
 
 def main():
     position, velocity, acceleration = np.full((3, 1, 2), np.float32(0.25))
