@@ -28,8 +28,8 @@ def _anywhere(view: View, first: int) -> Array:
     return np.where(traits < 0.25, 0.04, np.where(traits >= 0.75, 0.96, 2.0 * traits - 0.5))
 
 
-def _seconds(view: View, trait: Array, shortest: float, longest: float) -> Array:
-    """Return the turns (n,) made since the start by what takes a period between two numbers of commands."""
+def _turns(view: View, trait: Array, shortest: float, longest: float) -> Array:
+    """Return the periods (n,) passed since the start; a period takes from `shortest` to `longest` commands."""
     return np.asarray(view.steps / _scaled(trait, shortest, longest))
 
 
@@ -54,7 +54,7 @@ def hide(view: View) -> Array:
 def circle(view: View) -> Array:
     """Send everyone around a circle, either way round, in 8 to 60 s."""
     traits = view.traits
-    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _seconds(view, traits[:, 1], 8.0, 60.0) + traits[:, 2]
+    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 8.0, 60.0) + traits[:, 2]
     places = _around(0.35 + 0.3 * traits[:, 3:5], 0.1 + 0.35 * traits[:, 5], turns)
     return _spot(view, places, _scaled(traits[:, 6], 0.05, 0.2))
 
@@ -63,7 +63,7 @@ def circle(view: View) -> Array:
 def pulse(view: View) -> Array:
     """Spread from one place and return to it, in 5 to 30 s."""
     traits = view.traits
-    phase = 2.0 * np.pi * (_seconds(view, traits[:, 2], 5.0, 30.0) + traits[:, 3])
+    phase = 2.0 * np.pi * (_turns(view, traits[:, 2], 5.0, 30.0) + traits[:, 3])
     return _spot(view, _anywhere(view, 0), _scaled(0.5 + 0.5 * np.sin(phase), 0.05, 0.5))
 
 
@@ -71,7 +71,7 @@ def pulse(view: View) -> Array:
 def tilt(view: View) -> Array:
     """Be denser towards one side, which turns in 20 to 200 s."""
     traits = view.traits
-    angles = 2.0 * np.pi * (_seconds(view, traits[:, 0], 20.0, 200.0) + traits[:, 1])
+    angles = 2.0 * np.pi * (_turns(view, traits[:, 0], 20.0, 200.0) + traits[:, 1])
     across = (view.x - 0.5) * np.cos(angles)[:, None, None] + (view.y - 0.5) * np.sin(angles)[:, None, None]
     return np.asarray(np.exp(_scaled(traits[:, 2], 1.0, 12.0)[:, None, None] * (across - 0.75)))
 
@@ -114,8 +114,8 @@ def nooks(view: View) -> Array:
 def spiral(view: View) -> Array:
     """Wind from the middle to the walls and back, a turn in 6 to 30 s."""
     traits = view.traits
-    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _seconds(view, traits[:, 1], 6.0, 30.0) + traits[:, 2]
-    radius = 0.25 - 0.2 * np.cos(2.0 * np.pi * _seconds(view, traits[:, 3], 20.0, 90.0))
+    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 6.0, 30.0) + traits[:, 2]
+    radius = 0.25 - 0.2 * np.cos(2.0 * np.pi * _turns(view, traits[:, 3], 20.0, 90.0))
     return _spot(view, _around(np.full((len(turns), 2), 0.5), radius, turns), _scaled(traits[:, 4], 0.05, 0.2))
 
 
@@ -124,7 +124,7 @@ def patrol(view: View) -> Array:
     """Run along the walls, either way round, in 15 to 90 s."""
     traits = view.traits
     way = 4.0 * (
-        (np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _seconds(view, traits[:, 1], 15.0, 90.0) + traits[:, 2]) % 1.0
+        (np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 15.0, 90.0) + traits[:, 2]) % 1.0
     )
     places = np.stack([np.clip(np.abs(way - 2.5) - 0.5, 0.0, 1.0), np.clip(1.5 - np.abs(way - 1.5), 0.0, 1.0)], axis=1)
     return _spot(view, 0.06 + 0.88 * places, _scaled(traits[:, 3], 0.04, 0.15))
@@ -149,7 +149,7 @@ def rest(view: View) -> Array:
 def waves(view: View) -> Array:
     """Hold a random image of Fourier modes for 4 to 20 s, and then another."""
     traits = view.traits
-    number = np.floor(_seconds(view, traits[:, 0], 4.0, 20.0))
+    number = np.floor(_turns(view, traits[:, 0], 4.0, 20.0))
     image = np.zeros((len(number), *view.x.shape))
     for mode, (across, up) in enumerate(((0, 1), (1, 0), (1, 1), (0, 2), (2, 0), (2, 1), (1, 2), (2, 2))):
         # Another weight in [-1, 1) for each image: multiples of an irrational number fill the unit interval evenly.

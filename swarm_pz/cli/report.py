@@ -45,7 +45,7 @@ def program() -> str:
 def need(extra: str, *modules: str) -> None:
     """Raise MissingExtraError if a module is missing that an extra installs: before any work is done.
 
-    They are looked for, and imported where they are used: libraries that draw and rate take seconds.
+    It looks for modules and does not import them, since importing some takes seconds.
     """
     for module in modules:
         if importlib.util.find_spec(module) is None:

@@ -96,7 +96,7 @@ def to_markdown(ladder: dict[str, Any], picture: str) -> str:
         "A draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. If both games of a pair are",
         "identical, they count as one. `planned` players read the simulator itself, which sides may not.",
         "The mixture is the equilibrium of the game in which both sides choose a player: nobody takes more than 50 %",
-        "of the points from it. Ratings depend on who else plays; points against the mixture change with no clones.",
+        "of the points from it. Ratings depend on who else plays; points against the mixture do not.",
         f"Rules: `{ladder['rules_hash']}`, of swarm-pz {ladder['versions']['swarm-pz']}.",
         "",
         "```bash",

@@ -32,7 +32,7 @@ def test_a_games_opponent_is_its_own_and_depends_on_no_other_game(kind):
     assert len(np.unique(answers.reshape(len(answers), GAMES, -1), axis=1)[0]) > GAMES // 2
 
 
-def test_who_hides_does_so_at_all_corners_at_walls_and_inside():
+def test_hiding_places_are_in_all_corners_at_walls_and_inside():
     rows = np.arange(400)
     peaks = played(hide, rows, seconds=1)[0].reshape(len(rows), -1).argmax(axis=1)
     row, column = peaks // 10, peaks % 10
