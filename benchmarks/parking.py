@@ -12,6 +12,7 @@ import csv
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.rollout import Game
+from swarm_pz.policies.commanders import GameState, Script, commander
 from swarm_pz.policies.scripted import CLOCK, Tactic, View, tactic, uniform
 from swarm_pz.policy import Player, load
 from swarm_pz.spaces.densities import disc
@@ -54,16 +56,33 @@ def drawings(count: int, seed: int) -> Iterator[Tactic]:
         yield Tactic(play, uniform.observation)
 
 
+def resting(shape: int, place: float, size: float) -> Script:
+    """Return a player that asks for one formation, on the square's diagonal, and never changes it."""
+
+    @commander("formation")
+    def rest(_: GameState) -> Any:
+        return [shape, place, place, size, 0.0]
+
+    return rest
+
+
+FORMATIONS = [
+    resting(*asked)
+    for asked in ((0, 0.5, 0.25), (0, 0.3, 0.15), (1, 0.5, 0.3), (2, 0.5, 0.4), (3, 0.6, 0.3), (4, 0.5, 0.3))
+]
+"""Two rings, a disc, a line, a wedge and a grid: shape, place and size."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Side:
     """Who commands a team, and what flies it."""
 
-    player: str | Tactic
+    player: str | Tactic | Script
     system: str = "ergodic"
 
     def make(self, config: GameConfig, team: int) -> Player:
         """Return the player, made for a game."""
-        if isinstance(self.player, Tactic):
+        if not isinstance(self.player, str):
             return self.player(config)
         return load(self.player, config, config.team_systems[team])
 
@@ -74,9 +93,9 @@ class Side:
         return name if self.system == "ergodic" else f"{name}, flown by {self.system}"
 
 
-def play(first: Side, second: Side, games: int, **rules: Any) -> list[Game]:
+def play(first: Side, second: Side, games: int, preset: str = "paper", **rules: Any) -> list[Game]:
     """Play a match under changed rules; return the games that count."""
-    config = GameConfig(controllers=(first.system, second.system), **rules)
+    config = GameConfig.preset(preset).replace(controllers=(first.system, second.system), **rules)
     return play_match(first.make(config, 0), second.make(config, 1), games=games, seed=36, config=config).unique
 
 
@@ -86,6 +105,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     ", threshold 0.9": {"capture": CaptureConfig(threshold=0.9)},
     ", trail of 1 s": {"memory": MemoryConfig(trail=1.0)},
     ", trail of 30 s": {"memory": MemoryConfig(trail=30.0)},
+    ", preset released": {"preset": "released"},
     ", least airspeed 0.3": {"dynamics": DynamicsConfig(min_speed=0.3)},
 }
 """Rules under which a parked team is tried."""
@@ -100,6 +120,9 @@ def rows(games: int) -> Iterator[tuple[str, str, str, list[Game]]]:
     for name in ("uniform", LEARNED[0]):
         both = play(parked, Side(player=name), 2 * games, drones_per_team=(1, 19))
         yield "one parked drone of 20", parked.name, name, [game for game in both if game.side == "red"]
+    pairs = combinations([Side(player=one, system="formation") for one in FORMATIONS], 2)
+    met = [play(one, other, max(2, games // 5), time_limit=120.0) for one, other in pairs]
+    yield "15 pairs of resting formations, 120 s", "formation", "formation", [game for match in met for game in match]
     for name in LEARNED:
         yield "a disc in a corner", "corner", name, play(Side(player=corner), Side(player=name), games)
         played = [play(Side(player=name), Side(player=one), games // 2) for one in drawings(20, seed=36)]
