@@ -1,6 +1,6 @@
 """What parked and hidden teams are worth: games of teams that rest, and of drawings that never change.
 
-The rows of docs/tables/parking.csv; docs/parking.md proves why a parked drone is safe.
+The rows of docs/tables/parking.csv; docs/parking.md proves when a parked drone is safe.
 
 python -m benchmarks.parking --games 40 > docs/tables/parking.csv
 """

@@ -43,7 +43,7 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
         *([["**Few and short games: this page only shows that everything works.**"]] * (config["games"] < _FEWEST)),
         *([line] for line in _answer(results)),
         [
-            "**Hovering is solved: its value is a draw.** [A parked drone cannot be captured](parking.md), and it",
+            "**Hovering decides these games.** [A parked drone is hard to capture](parking.md), and it",
             "captures drones that fly through its ring. Coverage, formations and potential fields come to rest if",
             "their command does not change, so nearly any command wins for them. This follows from the paper's rule",
             "of capture, not from skill. Compare these systems by the time to a win and by the games against each",
