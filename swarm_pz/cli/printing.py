@@ -97,13 +97,13 @@ def print_ladder(ladder: dict[str, Any]) -> None:
             )
         )
     _print(
-        ("player", "kind", "rating", "95 %", "mix\n%", "from\nmix %", "won", "drawn", "lost", "median\ns", "ms"),
+        ("player", "kind", "rating", "95 %", "Nash\n%", "vs\nNash %", "won", "drawn", "lost", "median\ns", "ms"),
         lines,
         texts=2,
         title=f"{ladder['games_per_pairing']} games of every two, seed {ladder['seed']}",
         caption=f"{100 * field['cyclic_share']:.0f} % cyclic ({100 * field['cyclic_share_of_a_ladder']:.0f} % for a "
         f"true ladder); {field['cycles']} of {field['decided_triples']} clear "
-        "triples are cycles; mix: share of the Nash mixture, and of the points against it"
+        "triples are cycles; Nash: share of the Nash mixture; vs Nash: share of the points against it"
         + ("; planned players see the simulator itself" if is_any_planned else ""),
     )
 

@@ -95,8 +95,8 @@ def to_markdown(ladder: dict[str, Any], picture: str) -> str:
         f"Ratings are Bradley-Terry strengths on Elo's scale: 400 points are odds of ten to one, and {anchor}.",
         "A draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. If both games of a pair are",
         "identical, they count as one. `planned` players read the simulator itself, which sides may not.",
-        "The mixture is the equilibrium of the game in which both sides choose a player: nobody takes more than 50 %",
-        "of the points from it. Ratings depend on who else plays; points against the mixture do not.",
+        "The mixture is the Nash equilibrium of the game in which both sides choose a player: nobody takes more than",
+        "50 % of the points from it. Ratings depend on who else plays; points against the mixture do not.",
         f"Rules: `{ladder['rules_hash']}`, of swarm-pz {ladder['versions']['swarm-pz']}.",
         "",
         "```bash",
@@ -154,14 +154,14 @@ def plot(ladder: dict[str, Any], path: Path) -> None:
     left.set_ylim(count - 0.5, -0.5)
     left.grid(axis="x", alpha=0.3)
     left.set_xlabel("rating, 95 % interval")
-    shares = np.array([[np.nan if value is None else value for value in row] for row in ladder["payoffs"]])
-    image = right.imshow(shares, cmap="RdBu", vmin=0, vmax=1, aspect="auto")
+    shares = 100 * np.array([[np.nan if value is None else value for value in row] for row in ladder["payoffs"]])
+    image = right.imshow(shares, cmap="RdBu", vmin=0, vmax=100, aspect="auto")
     right.set_xticks(places, names, rotation=60, ha="right")
     right.set_yticks(places, [""] * count)
     for (i, j), value in np.ndenumerate(shares):
         if np.isfinite(value):
-            color = "white" if abs(value - 0.5) > 0.3 else "black"
-            right.text(j, i, f"{100 * value:.0f}", ha="center", va="center", fontsize=7, color=color)
+            color = "white" if abs(value - 50) > 30 else "black"
+            right.text(j, i, f"{value:.0f}", ha="center", va="center", fontsize=7, color=color)
     right.set_title(
         "% of the points that the row takes from the column"
         + ("    (* sees the simulator)" if any(name.endswith("*") for name in names) else ""),

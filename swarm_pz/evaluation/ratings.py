@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.errors import CommandError, nearest, require_extra
+from swarm_pz.errors import CommandError, ResultsError, nearest, require_extra
 from swarm_pz.evaluation.intervals import middle, wilson
 
 Array = NDArray[np.float64]
@@ -201,6 +201,11 @@ def nash_average(shares: Array) -> tuple[Array, Array]:
     skills : ndarray (n,)
         Each player's share of the points against the mixture less one half, at most 0 within 1e-6.
 
+    Raises
+    ------
+    ResultsError
+        If rounding keeps the linear programs from being solved.
+
     References
     ----------
     Balduzzi, Tuyls, Perolat & Graepel, "Re-evaluating evaluation", NeurIPS 2018. Levels one after another: Marris, Liu,
@@ -222,6 +227,11 @@ def nash_average(shares: Array) -> tuple[Array, Array]:
                 found = linprog(cost, table, limits, total, [1.0], bounds, options=_LP)
                 if found.success:
                     break
+            else:
+                raise ResultsError(
+                    f"Nash averaging must solve a linear program of {n} players, and SciPy failed: {found.message}; "
+                    "play more games, or leave a player out"
+                )
             # A row with a dual value is as large in every solution; those of the open rows sum to 1.
             is_tight = is_open & (found.ineqlin.marginals < -_TIGHT)
             levels[is_tight], mixture = found.fun, np.maximum(found.x[:n], 0.0)

@@ -64,7 +64,7 @@ SHOWN = [
     (
         lambda: tables.print_ladder(LADDER),
         "1987 1234 to 2346 25 50.0 12345 23456 34567 4567 5678.9",
-        ("kind rating 95 % % mix % won drawn lost s ms", "10 % cyclic (2 % for a", "3 of 9 clear triples"),
+        ("kind rating 95 % % Nash % won drawn lost s ms", "10 % cyclic (2 % for a", "3 of 9 clear triples"),
     ),
     (
         print_study,
