@@ -164,7 +164,7 @@ def plot(ladder: dict[str, Any], path: Path) -> None:
             right.text(j, i, f"{value:.0f}", ha="center", va="center", fontsize=7, color=color)
     right.set_title(
         "% of the points that the row takes from the column"
-        + ("    (* sees the simulator)" if any(name.endswith("*") for name in names) else ""),
+        + ("\n(* sees the simulator)" if any(name.endswith("*") for name in names) else ""),
         fontsize=10,
     )
     figure.colorbar(image, shrink=0.6)
