@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.config.base import Config, check_count, check_number
+from swarm_pz.config.system import ControlSystem, serves_densities
 from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.errors import KindError
 from swarm_pz.kernels.game import Games
 from swarm_pz.policies.lookahead import Array, Lookahead, search
 from swarm_pz.policy import Player, kind_of, load, registered
@@ -79,14 +81,15 @@ class _Bench(NamedTuple):
     lookahead: Lookahead
     present: BatchEnv
     """Of one game: what models are shown."""
-    models: list[Player | None]
-    """None stands for an opponent that keeps its last command."""
+    models: dict[ControlSystem, list[Player | None]]
+    """By the system that flies the opponent; None stands for an opponent that keeps its last command."""
 
 
 class Planner:
     """Plays the best density it finds in the simulator.
 
-    Whatever game it is shown, it plays by that game's rules.
+    Whatever game it is shown, it plays by that game's rules. It can command every control system that takes densities
+    or serves them.
 
     Parameters
     ----------
@@ -102,6 +105,11 @@ class Planner:
     ----------
     milliseconds : list of float
         What each decision took.
+
+    Raises
+    ------
+    KindError
+        If no team's control system serves densities, or the model cannot command any system that it would play against.
     """
 
     def __init__(self, config: GameConfig, model: str | None = None, settings: PlannerConfig | None = None) -> None:
@@ -113,18 +121,55 @@ class Planner:
         self._generators: dict[int, np.random.Generator] = {}
         self._last: dict[int, Array] = {}
         self._guesses: dict[int, _Guess] = {}
-        self._bench(config)
+        self._config = config
+        self._check_systems(config.team_systems)
+
+    def for_system(self, system: ControlSystem) -> Planner:
+        """Return itself, for a team that a system flies.
+
+        Raises
+        ------
+        KindError
+            If the model cannot command the system of the other team.
+        """
+        self._check_systems([system])
+        return self
+
+    def _check_systems(self, systems: Sequence[ControlSystem]) -> None:
+        """Raise what hinders it from commanding each of these systems, if something hinders it with all of them."""
+        first, second = self._config.team_systems
+        faults = []
+        for system in systems:
+            try:
+                if not serves_densities(system, self._config):
+                    raise KindError(
+                        f"{self.name} searches for densities, but the control system {system.name} takes commands of "
+                        f"kind {system.takes!r}: choose another policy, or another system by GameConfig.controllers"
+                    )
+                self._models(self._bench(self._config), second if system == first else first)
+            except KindError as error:
+                faults.append(error)
+        if faults and len(faults) == len(systems):
+            raise faults[0]
 
     def _bench(self, config: GameConfig) -> _Bench:
         if config not in self._benches:
-            names = [] if self._model is None else known_tactics() if self._model == GUESS else [self._model]
-            models: list[Player | None] = [load(name, config) for name in names]
-            if self._model in (None, GUESS):
-                models.insert(0, None)
             settings = self.settings
             lookahead = Lookahead(config, settings.horizon, settings.drone_steps, settings.promise)
-            self._benches[config] = _Bench(lookahead, BatchEnv(config), models)
+            self._benches[config] = _Bench(lookahead, BatchEnv(config), {})
         return self._benches[config]
+
+    def _models(self, bench: _Bench, opposing: ControlSystem) -> list[Player | None]:
+        """Return what it takes an opponent for that is flown by a system."""
+        if opposing not in bench.models:
+            config, guesses = bench.present.config, self._model == GUESS
+            names = known_tactics(opposing, config) if guesses else [] if self._model is None else [self._model]
+            made: list[Player | None] = [None] if guesses or self._model is None else []
+            try:
+                bench.models[opposing] = made + [load(name, config, opposing) for name in names]
+            except KindError as error:
+                raise KindError(f"{self.name} cannot take its opponent for {self._model!r}: {error}") from error
+        return bench.models[opposing]
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games in some rows, each with a random stream of its own."""
@@ -148,7 +193,9 @@ class Planner:
 
     def _search(self, bench: _Bench, game: Games, team: int, row: int, began: float) -> Array:
         """Return the best log-density (A, A) found for one game."""
-        model = bench.models[0] if len(bench.models) == 1 else self._explain(bench, game, team, row)
+        control = bench.present.simulator.control
+        models = self._models(bench, control.systems[int(game.flown_by[0, 1 - team])])
+        model = models[0] if len(models) == 1 else self._explain(bench, models, game, team, row)
         return search(
             bench.lookahead,
             game,
@@ -165,17 +212,19 @@ class Planner:
         spent = 1000.0 * (time.perf_counter() - began)
         return spent * (rounds + 1) / rounds > self.settings.milliseconds  # another round would not fit
 
-    def _explain(self, bench: _Bench, game: Games, team: int, row: int) -> Player | None:
+    def _explain(
+        self, bench: _Bench, models: Sequence[Player | None], game: Games, team: int, row: int
+    ) -> Player | None:
         """Return the model that would have given the opponent's latest commands; note what each says now."""
         given = game.targets[0, 1 - team]
         guess = self._guesses.get(row)
-        errors = np.zeros(len(bench.models))
+        errors = np.zeros(len(models))
         if guess is not None:
             errors = _MEMORY * guess.errors + np.abs(guess.expected - given).sum(axis=(1, 2))
         expected = [given]  # of the one that keeps its command
         bench.present.simulator.restore(game)
         only, side = np.zeros(1, np.int64), np.array([1 - team])
-        for model in bench.models[1:]:
+        for model in models[1:]:
             assert model is not None  # noqa: S101  (only the first is)
             model.reset([0], only)
             answer = bench.present.ask(model, side, only)
@@ -183,14 +232,15 @@ class Planner:
             density = simulator.control.pictures(simulator.games, answer[:, None], only, side)[0, 0]
             expected.append(density / max(density.sum(), 1e-12))
         self._guesses[row] = _Guess(np.stack(expected), errors)
-        return bench.models[int(errors.argmin())]
+        return models[int(errors.argmin())]
 
 
-def known_tactics() -> list[str]:
-    """Return the names of the project's own scripts and learned tactics, best explanations first."""
-    modules = ("swarm_pz.policies.zoo", "swarm_pz.policies.scripted")
+def known_tactics(system: ControlSystem, config: GameConfig) -> list[str]:
+    """Return the project's own scripts and learned tactics that command a system, best explanations first."""
+    takes = "density" if serves_densities(system, config) else system.takes
+    modules = ("swarm_pz.policies.zoo", "swarm_pz.policies.scripted", "swarm_pz.policies.commanders")
     known = [name for module in modules for name, point in sorted(registered().items()) if point.module == module]
-    return [name for name in known if kind_of(name) == "density"]
+    return [name for name in known if kind_of(name) == takes]
 
 
 def planner(config: GameConfig, model: str | None = None) -> Planner:

@@ -7,8 +7,10 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, ObservationConfig
+from swarm_pz.config.registry import registered, system_of
+from swarm_pz.config.system import serves_densities
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import ConfigError, PolicyError
+from swarm_pz.errors import ConfigError, KindError, PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import planner as module
 from swarm_pz.policies import scripted, zoo
@@ -112,7 +114,9 @@ def test_it_is_called_by_its_model_which_may_be_any_policy_or_a_guess_among_the_
     with pytest.raises(PolicyError, match="no policy 'rign'"):
         policies.load("planner:rign")
     learned = sorted(path.parent.name for path in Path(zoo.__file__).parent.glob("*/policy.json"))
-    assert module.known_tactics() == [*learned, *sorted(script.__name__ for script in scripted.SCRIPTS)]
+    densities = [*learned, *sorted(script.__name__ for script in scripted.SCRIPTS)]
+    assert module.known_tactics(CONFIG.team_systems[0], CONFIG) == densities
+    assert module.known_tactics(system_of("direct"), CONFIG) == ["hem_in", "scatter", "tighten"]
 
 
 def test_it_beats_uniform_coverage_quickly():
@@ -134,14 +138,31 @@ def test_it_finds_out_who_the_opponent_is_and_no_odd_command_misleads_it(name, t
         answer = batch.ask(opponent, np.array([1 - team]), ONLY)
         commands[0, 1 - team] = answer if step < 5 else 1.0
         batch.step(commands)
-    assert planner._explain(planner._bench(config), batch.simulator.snapshot([0]), team, 0).name == name
+    bench = planner._bench(config)
+    models = planner._models(bench, config.team_systems[0])
+    assert planner._explain(bench, models, batch.simulator.snapshot([0]), team, 0).name == name
 
 
-@pytest.mark.parametrize("controllers", ["flocking", ("ergodic", "direct")], ids=str)
-def test_it_plays_with_other_control_systems_and_against_them(controllers):
-    config = GameConfig(drones_per_team=2, time_limit=2.0, controllers=controllers)
-    planner = Planner(config, "guess" if controllers == "flocking" else None, TINY)
-    assert len(play_match(planner, "hold", games=2, config=config).games) == 2
+@pytest.mark.parametrize("name", sorted(registered()))
+def test_it_commands_every_system_that_serves_densities_and_refuses_the_others_by_name(name):
+    config = GameConfig(drones_per_team=2, time_limit=2.0, controllers=name)
+    if serves_densities(system_of(name), config):
+        assert len(play_match(Planner(config, None, TINY), "hold", games=2, config=config).games) == 2
+        return
+    with pytest.raises(KindError, match=f"planner searches for densities, but the control system {name} takes"):
+        Planner(config)
+
+
+@pytest.mark.parametrize("model", [None, "hold", "guess", "encircle"])
+def test_its_model_commands_the_system_that_flies_the_opponent(model):
+    config = GameConfig(drones_per_team=2, time_limit=2.0, controllers=("ergodic", "formation"))
+    assert len(play_match(Planner(config, model, TINY), "hold", games=2, config=config).games) == 2
+
+
+@pytest.mark.parametrize("controllers", [("ergodic", "formation"), ("coverage", "formation")])
+def test_a_model_that_cannot_command_the_opponents_system_is_refused_by_name(controllers):
+    with pytest.raises(KindError, match=r"planner:ring cannot take its opponent for 'ring': .* formation takes"):
+        policies.load("planner:ring", GameConfig(controllers=controllers))
 
 
 @pytest.mark.parametrize("sizes", [(4, 0), (0, 4)])
