@@ -1,7 +1,7 @@
 """Ergodic control with kernels in place of Fourier modes: go where the density asks, away from where the team goes.
 
 After Sun, Gupta, Abraham, Murphey and others, "Fast ergodic search with kernel functions" (IEEE Transactions on
-Robotics, 2025).
+Robotics, 2025); `swarm_pz.kernels.controllers.kernel_ergodic` flies.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.config.base import check_count, check_number
 from swarm_pz.config.system import Flight
+from swarm_pz.kernels.controllers.kernel_ergodic import KernelErgodicParameters, descend
 from swarm_pz.systems.ergodic import Densities
 
 
@@ -75,31 +76,16 @@ class KernelErgodic(Densities):
         check_count(self.horizon, "kernel_ergodic.horizon", 0, 100)
 
     def solve(self, flight: Flight, config: GameConfig) -> NDArray[np.float64]:
-        """Steer down the metric, game by game."""
+        """Steer down the metric; see `swarm_pz.kernels.controllers.kernel_ergodic.descend`."""
         accelerations = np.zeros(flight.positions.shape)
         factor = float(config.dynamics.speed_factor)
-        centres = (np.arange(config.command_cells) + 0.5) / config.command_cells
-        cells = np.stack([axis.ravel() for axis in np.meshgrid(centres, centres)])
-        ahead = factor * CONTROL_PERIOD * np.arange(self.horizon + 1)
-        for game, own in enumerate(flight.own):
-            drones = np.flatnonzero(own)
-            places, velocities = (
-                array[game, drones].T.astype(np.float64) for array in (flight.positions, flight.velocities)
-            )
-            points = np.clip(places[:, None] + ahead[:, None] * velocities[:, None], 0.0, 1.0)  # (2, H + 1, n)
-            heard = flight.heard[game][np.ix_(drones, drones)]
-            shares = heard / ((self.horizon + 1) * heard.sum(axis=1, keepdims=True))
-            density = flight.commands[game].ravel()
-            asked = density / density.sum() if density.any() else np.full(density.shape, 1.0 / density.size)
-            x, y = (
-                last[:, None] - np.concatenate([along.ravel(), cell])
-                for last, along, cell in zip(points[:, -1], points, cells, strict=True)
-            )  # (n, n (H + 1) + A A)
-            weights = np.concatenate(
-                [np.tile(shares, self.horizon + 1), np.broadcast_to(-asked, (len(drones), asked.size))], axis=1
-            )
-            distances = np.sqrt(x * x + y * y + self.softening**2)
-            weights *= np.exp(-distances / self.length) / distances
-            push = np.stack([(weights * x).sum(axis=1), (weights * y).sum(axis=1)])
-            accelerations[game, drones] = (self.gain / factor * push - self.damping * velocities).T
+        ahead: NDArray[np.float64] = factor * CONTROL_PERIOD * np.arange(self.horizon + 1.0)
+        parameters = KernelErgodicParameters(
+            gain=float(self.gain),
+            length=float(self.length),
+            softening=float(self.softening),
+            damping=float(self.damping),
+            speed_factor=factor,
+        )
+        descend(*flight[:5], ahead, parameters, accelerations)
         return accelerations

@@ -19,6 +19,7 @@ KINDS = {
     "variants": GameConfig(controllers="flocking"),
     "coverage": GameConfig(controllers="coverage"),
     "potential field": GameConfig(controllers="potential_field"),
+    "kernel ergodic": GameConfig(controllers="kernel_ergodic"),
     "released": GameConfig.preset("released"),
     "endless trails": GameConfig(memory=MemoryConfig(trail=None)),
     "the controller alone": None,

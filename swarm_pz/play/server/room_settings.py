@@ -21,6 +21,7 @@ _COSTS = {
     "potential_field": (1.4, 0.02),
     "formation": (2.0, 0.03),
     "coverage": (1.9, 0.08),
+    "kernel_ergodic": (1.0, 0.08),
     "leader_follower": (2.9, 0.08),
 }
 """What a team that a control system flies takes besides, and each of its drones, as measured on one game by itself."""
