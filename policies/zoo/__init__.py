@@ -1,7 +1,8 @@
 """Learned tactics that ship with the project: a folder each, weights and a card.
 
 An attribute of this module is a folder's name; called with a game, it gives the policy. `systems` holds a folder for
-each control system, all trained by the recipe of scripts/systems: `trained` gives the one that fits.
+each control system, for drones that hover and for drones with a least airspeed, all trained by the recipe of
+scripts/systems: `trained` gives the one that fits.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ class Shipped:
 
 
 class trained:  # noqa: N801  (reads like the policy's name that it is)
-    """The policy that was trained for the control system that flies its team."""
+    """The policy that was trained for the control system that flies its team, and for its least airspeed."""
 
     answers = ANY
     observation = ObservationConfig(kind="drones")
@@ -70,10 +71,11 @@ class trained:  # noqa: N801  (reads like the policy's name that it is)
         MissingExtraError
             If PyTorch is not installed.
         """
-        folder = _HERE / "systems" / system.name
+        track = "fixed_wing" if self._config.dynamics.min_speed > 0 else "hovering"
+        folder = _HERE / "systems" / track / system.name
         if not (folder / "policy.json").is_file():
-            there = ", ".join(sorted(path.name for path in (_HERE / "systems").glob("*"))) or "none"
-            raise KindError(f"no policy was trained for {system.name}; there are some for: {there}")
+            there = ", ".join(sorted(path.name for path in folder.parent.glob("*"))) or "none"
+            raise KindError(f"no {track} policy was trained for {system.name}; there are some for: {there}")
         require_extra("torch", "train")
         from swarm_pz.policies.learned import LearnedPolicy
 

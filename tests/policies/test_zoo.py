@@ -73,16 +73,21 @@ def test_all_that_is_shipped_is_tested():
 def test_trained_is_the_policy_that_was_trained_for_the_system_that_flies_its_team():
     policy = load("trained", GameConfig(controllers=("direct", "ergodic")))
     assert policy.answers == "accelerations" and policy.card["system"] == "direct"
-    with pytest.raises(KindError, match=r"nobody; there are some for: .*direct"):
+    winged = load("trained", GameConfig.preset("fixed_wing").replace(controllers="flocking"))
+    assert winged.card["training"]["game"]["dynamics"]["min_speed"] == 0.3
+    with pytest.raises(KindError, match=r"no hovering policy was trained for nobody; there are some for: .*direct"):
         zoo.trained(GameConfig()).for_system(SimpleNamespace(name="nobody"))
     with pytest.raises(KindError, match="load it by `load`"):
         zoo.trained(GameConfig()).act(None, None)
 
 
-@pytest.mark.parametrize("folder", sorted((FOLDER / "systems").glob("*")), ids=lambda one: one.name)
+@pytest.mark.parametrize(
+    "folder", sorted((FOLDER / "systems").glob("*/*")), ids=lambda one: f"{one.parent.name}-{one.name}"
+)
 def test_every_policy_that_was_trained_for_a_system_says_how_and_is_small(folder):
     card = json.loads((folder / "policy.json").read_text())
     assert card["command"].startswith(f"swarm-pz train --game.controllers {folder.name} ergodic")
-    assert card["seconds"] <= 1200
+    assert card["steps"] == {"hovering": 503_808, "fixed_wing": 151_552}[folder.parent.name]
+    assert (card["training"]["game"]["dynamics"].get("min_speed", 0.0) > 0) == (folder.parent.name == "fixed_wing")
     assert (folder / "policy.safetensors").stat().st_size < 300_000
     assert card.get("system", "ergodic") == folder.name
