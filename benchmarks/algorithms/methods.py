@@ -11,15 +11,16 @@ from sb3_contrib import RecurrentPPO
 from stable_baselines3 import DQN, PPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+from stable_baselines3.common.policies import ActorCriticPolicy
 
-from benchmarks.algorithms.networks import DroneSets
+from benchmarks.algorithms.networks import DroneSets, WholeSequences
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.training.config import RECIPES
 from swarm_pz.training.networks import GridPolicy
 from swarm_pz.training.vec_env import SwarmVecEnv
 
-RECIPE = RECIPES["long"].replace(num_envs=32, rollout=64, batch_size=256, threads=1)
-"""The recipe of `swarm-pz train` with smaller and more updates, for runs that are a small part of its length."""
+RECIPE = RECIPES["quick"].replace(threads=1)
+"""The recipe of `swarm-pz train`."""
 REPLAY = 50_000
 """Commands that DQN remembers."""
 
@@ -48,7 +49,7 @@ class Method:
 
 
 def _ppo(
-    kind: type[OnPolicyAlgorithm], policy: str | type[GridPolicy], games: SwarmVecEnv, seed: int, **network: Any
+    kind: type[OnPolicyAlgorithm], policy: str | type[ActorCriticPolicy], games: SwarmVecEnv, seed: int, **network: Any
 ) -> OnPolicyAlgorithm:
     def rate(left: float) -> float:
         return RECIPE.learning_rate * max(left, 0.05)
@@ -82,7 +83,7 @@ def _dqn(games: SwarmVecEnv, seed: int) -> DQN:
         batch_size=RECIPE.batch_size,
         gamma=RECIPE.gamma,
         train_freq=1,
-        gradient_steps=2,
+        gradient_steps=5,  # of as many games as RECIPE.num_envs: each command is learned from 16 times
         target_update_interval=2_000,
         exploration_fraction=0.3,
         seed=seed,
@@ -92,33 +93,33 @@ def _dqn(games: SwarmVecEnv, seed: int) -> DQN:
 
 # Slowest first, so that in the end nobody works alone.
 METHODS: dict[str, Method] = {
-    "recurrent-ppo": Method(
-        about="RecurrentPPO of sb3-contrib: an LSTM of 64 before the two layers of `ppo-mlp`",
-        learner=functools.partial(
-            _ppo, RecurrentPPO, "MlpLstmPolicy", lstm_hidden_size=64, shared_lstm=True, enable_critic_lstm=False
-        ),
+    "ppo-selfplay": Method(
+        about="as `ppo`, but its opponents are its own past versions, which explore as it does",
+        learner=functools.partial(_ppo, PPO, GridPolicy, width=RECIPE.width),
+        meets_itself=True,
     ),
     "ppo": Method(
         about="PPO with the recipe's network, which respects the square's symmetries",
         learner=functools.partial(_ppo, PPO, GridPolicy, width=RECIPE.width),
     ),
-    "ppo-selfplay": Method(
-        about="as `ppo`, but its opponents are its own past versions, which explore as it does",
-        learner=functools.partial(_ppo, PPO, GridPolicy, width=RECIPE.width),
-        meets_itself=True,
+    "dqn": Method(
+        about="DQN with two layers of 64; answers one of the 57 named commands",
+        learner=_dqn,
+        actions={"action": "discrete"},
     ),
     "ppo-sets": Method(
         about='PPO with deep sets over the lists of drones (`ObservationConfig(kind="entities")`)',
         learner=functools.partial(_ppo, PPO, "MultiInputPolicy", features_extractor_class=DroneSets),
         observation=ObservationConfig(kind="entities"),
     ),
+    "recurrent-ppo": Method(
+        about="RecurrentPPO of sb3-contrib: an LSTM of 64 before the two layers of `ppo-mlp`",
+        learner=functools.partial(
+            _ppo, RecurrentPPO, WholeSequences, lstm_hidden_size=64, shared_lstm=True, enable_critic_lstm=False
+        ),
+    ),
     "ppo-mlp": Method(
         about="PPO with two layers of 64, the default of Stable-Baselines3",
         learner=functools.partial(_ppo, PPO, "MlpPolicy"),
-    ),
-    "dqn": Method(
-        about="DQN with two layers of 64; answers one of the 57 named commands",
-        learner=_dqn,
-        actions={"action": "discrete"},
     ),
 }

@@ -1,9 +1,10 @@
-"""A network for lists of drones, in whatever order they come."""
+"""Networks: for lists of drones, in whatever order they come, and with a memory."""
 
 from __future__ import annotations
 
 import torch
 from gymnasium import spaces
+from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import Tensor, nn
 
@@ -28,3 +29,17 @@ class DroneSets(BaseFeaturesExtractor):
         features = getattr(self, side)(torch.cat([2.0 * place - 1.0, 4.0 * speed], dim=2)) * there  # ReLU: 0 is least
         mean = features.sum(dim=1) / there.sum(dim=1).clamp(min=1.0)
         return torch.cat([mean, features.amax(dim=1)], dim=1)
+
+
+class WholeSequences(RecurrentActorCriticPolicy):
+    """`MlpLstmPolicy`, but faster: RecurrentPPO cuts sequences where games begin, so each is one call of the LSTM."""
+
+    @staticmethod
+    def _process_sequence(
+        features: Tensor, lstm_states: tuple[Tensor, Tensor], episode_starts: Tensor, lstm: nn.LSTM
+    ) -> tuple[Tensor, tuple[Tensor, Tensor]]:
+        count = lstm_states[0].shape[1]
+        goes_on = 1.0 - episode_starts.reshape(count, -1)[:, 0].view(1, count, 1)
+        hidden, cell = (goes_on * state for state in lstm_states)
+        found, states = lstm(features.reshape(count, -1, lstm.input_size).swapaxes(0, 1), (hidden, cell))
+        return found.swapaxes(0, 1).flatten(0, 1), states

@@ -6,13 +6,12 @@ import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.algorithms.methods import METHODS, RECIPE
-from benchmarks.algorithms.runs import COMMAND, SCRIPTS, SEED, Budget
+from benchmarks.algorithms.methods import METHODS
+from benchmarks.algorithms.runs import COMMAND, SCRIPTS, SEED, Budget, Line
 from benchmarks.csv_table import write_csv
 from benchmarks.paper import style
 from benchmarks.paper.curves import COLOURS, DASHES
@@ -23,7 +22,6 @@ from swarm_pz.standard.aggregate import drawn_runs, interquartile_mean, resample
 
 PAGE, PICTURE, TABLE = "algorithms.md", "images/algorithms.png", "tables/algorithms.csv"
 OPPONENTS = ("uniform", *SCRIPTS)
-Line = dict[str, Any]
 Array = NDArray[np.float64]
 
 
@@ -57,19 +55,17 @@ class Row:
         self.lines = sorted(lines, key=lambda line: int(line["seed"]))
         scores = np.array([[line["final"][name]["score"] for name in OPPONENTS] for line in self.lines])
         self.all, self.uniform, self.scripts = (Estimate.of(part) for part in (scores, scores[:, :1], scores[:, 1:]))
-        uniform = [line["final"]["uniform"] for line in self.lines]
-        self.won = sum(one["wins"] for one in uniform) / sum(one["games"] for one in uniform)
         self.seconds = float(np.mean([line["seconds"] for line in self.lines]))
         self.busy = float(np.mean([line["processor_seconds"] for line in self.lines]))
-        self.rate = float(np.mean([line["commands"] / line["processor_seconds"] for line in self.lines]))
+        self.commands = int(self.lines[0]["curve"][-1]["commands"])
         self.ms = float(np.median([line["final"][name]["ms"] for line in self.lines for name in OPPONENTS]))
         self.weights = int(self.lines[0]["weights"])
 
     def cells(self) -> tuple[str, ...]:
         """Return the row of the table of all numbers."""
-        scores = (str(self.all), str(self.uniform), str(self.scripts), f"{100 * self.won:.0f} %")
-        costs = (f"{self.seconds:.0f}", f"{self.busy:.0f}", f"{self.rate:.0f}", str(self.weights), f"{self.ms:.2f}")
-        return self.method, *scores, *costs
+        rate = f"{self.commands / self.busy:.0f}"
+        costs = (f"{self.seconds:.0f}", f"{self.busy:.0f}", rate, str(self.weights), f"{self.ms:.2f}")
+        return self.method, str(self.all), str(self.uniform), str(self.scripts), *costs
 
     def curve(self, opponents: Sequence[str]) -> dict[str, list[float]]:
         """Return the estimates against some opponents at each point of the budget, as `style.band` takes them."""
@@ -96,15 +92,15 @@ def verdict(rows: Sequence[Row]) -> str:
         which = f"interval of {beside[0]} overlaps" if len(beside) == 1 else f"intervals of {', '.join(beside)} overlap"
         told = f"the {which} its own, so this does not decide which is better"
     join = "but" if beside else "and"
-    return f"`{best.method}` takes the most points, {best.all}, {join} {told}."
+    return f"`{best.method}` wins most games, {best.all}, {join} {told}."
 
 
 def write_page(lines: Sequence[Line], budget: Budget, docs: Path) -> Path:
     """Write page and picture into a folder of docs; return the page's path."""
     rows = rows_of(lines)
     draw(rows, docs / PICTURE)
-    head = ("method", "all", "uniform", "scripts", "won of uniform", "wall s", "processor s", "commands a second",
-            "weights", "ms a command")  # fmt: skip
+    head = ("method", "all", "uniform", "scripts", "wall s", "processor s", "commands a second", "weights",
+            "ms a command")  # fmt: skip
     write_csv(docs / TABLE, [head, *(row.cells() for row in rows)])
     with draft_of(docs / PAGE) as draft:
         draft.write_text(to_markdown(rows, budget))
@@ -125,21 +121,25 @@ def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
         "**Few commands or seeds: this page only shows that everything works.**"
         if small
         else f"**Which wins:** {verdict(rows)}",
-        f"![Share of points against uniform and against scripts, by commands]({PICTURE})",
+        f"![Share of games won against uniform and against scripts, by commands]({PICTURE})",
         f"*Learning curves: {budget.points} evaluations of each run, each of {budget.games_on_the_way} games against "
         "`uniform` and as many against the scripts. Lines are interquartile means, bands 95 % intervals.*",
-        "| method | what it is | points |\n|---|---|---|\n"
+        "| method | what it is | games won |\n|---|---|---|\n"
         + "\n".join(f"| `{row.method}` | {METHODS[row.method].about} | {row.all} |" for row in rows),
         f"After training, each run plays {budget.games} games against `uniform` and {budget.games // len(SCRIPTS)} "
-        f"against each of {', '.join(f'`{name}`' for name in SCRIPTS)} (seed {SEED}). Points are interquartile means "
-        "over seeds and these opponents, with intervals as in [the benchmark](benchmark.md). With few seeds they may "
-        f"be too narrow. [All numbers and costs]({TABLE}); times are of one core ({', '.join(machines)}).",
-        f"All play {RECIPE.num_envs} games at once. Except for self-play, opponents are those of "
-        "[the recipe](training.md#the-recipe), and so are observations (`ppo-sets`: lists of drones), actions (`dqn`: "
-        f"named commands) and settings, but for minibatches of {RECIPE.batch_size}. Nothing was tuned for this page. "
-        "The recipe was chosen for the network of `ppo`, so other methods may improve with tuning.",
-        "The command writes each run's [policy](policies.md) into `runs/algorithms/release`, with digests in "
-        f"`SHA256SUMS`. Made with {', '.join(sorted(versions))}.",
+        f"against each of {', '.join(f'`{name}`' for name in SCRIPTS)} (seed {SEED}). A draw is not won. Numbers are "
+        "interquartile means over seeds and these opponents, with intervals as in [the benchmark](benchmark.md). With "
+        f"few seeds they may be too narrow. [All numbers and costs]({TABLE}); times are of one core "
+        f"({', '.join(machines)}).",
+        "Except for self-play, opponents are those of [the recipe](training.md#the-recipe), and so are observations "
+        "(`ppo-sets`: lists of drones), actions (`dqn`: named commands) and settings. All games begin anew after an "
+        "evaluation. Nothing was tuned for this page. The recipe was chosen for the network of `ppo`, so other methods "
+        "may improve with tuning.",
+        "Each run leaves a [policy](policies.md) in `runs/algorithms`. Those of a method, here `ppo`, enter [the "
+        "board](board/entries) with",
+        f"```bash\nswarm-pz benchmark {' '.join(f'runs/algorithms/ppo-{seed}' for seed in range(seeds))} --name ppo "
+        '--out runs/ppo\nscripts/board add runs/ppo ppo --by "WHO YOU ARE"\n```',
+        f"Made with {', '.join(sorted(versions))}.",
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -154,9 +154,8 @@ def draw(rows: Sequence[Row], path: Path) -> None:
             for row in rows:
                 commands = [point["commands"] / 1000 for point in row.lines[0]["curve"]]
                 style.band(axes, commands, row.curve(opponents), *looks[row.method], label=row.method)
-            style.mark(axes, 0.5, "even")
             axes.set(title=title, xlabel="commands learned from (thousands)", ylim=(0, 1), xlim=(0, None))
-        figure.axes[0].set_ylabel("share of the points")
+        figure.axes[0].set_ylabel("share of games won")
         style.legend_below(figure, figure.axes[0], columns=6)
         with draft_of(path) as draft:
             figure.savefig(draft, format="png")
