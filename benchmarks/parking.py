@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig
+from swarm_pz.config import CaptureConfig, GameConfig, MemoryConfig
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.rollout import Game
 from swarm_pz.policies.commanders import GameState, Script, commander
@@ -106,7 +106,6 @@ VARIANTS: dict[str, dict[str, Any]] = {
     ", trail of 1 s": {"memory": MemoryConfig(trail=1.0)},
     ", trail of 30 s": {"memory": MemoryConfig(trail=30.0)},
     ", preset released": {"preset": "released"},
-    ", least airspeed 0.3": {"dynamics": DynamicsConfig(min_speed=0.3)},
 }
 """Rules under which a parked team is tried."""
 
