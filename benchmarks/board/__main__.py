@@ -10,6 +10,7 @@ from benchmarks.board import ENTRIES
 from benchmarks.board.entries import WHOLE, add, check, folders
 from benchmarks.board.page import build
 from swarm_pz.errors import SwarmError
+from swarm_pz.standard.protocol import refresh
 
 
 def main() -> None:
@@ -26,6 +27,9 @@ def main() -> None:
     checking.add_argument("names", nargs="*", help="of entries; all of them if none is given")
     for command in (adding, checking):
         command.add_argument("--games", type=int, default=40, help="games that are played again")
+    commands.add_parser(
+        "refresh", help="write the digests of installed opponents into a protocol before it is published"
+    )
     building = commands.add_parser("build", help="write the pages, which scripts/docs puts on the site")
     building.add_argument("--out", type=Path, default=Path("site/board"))
     given = parser.parse_args()
@@ -38,6 +42,8 @@ def main() -> None:
         elif given.command == "check":
             for folder in [ENTRIES / name for name in given.names] or folders(ENTRIES):
                 print(f"{folder.name}: {check(folder, games=given.games)}", flush=True)
+        elif given.command == "refresh":
+            refresh()
         else:
             for path, text in build(ENTRIES).items():
                 (given.out / path).parent.mkdir(parents=True, exist_ok=True)

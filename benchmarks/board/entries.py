@@ -21,6 +21,7 @@ from swarm_pz.errors import ConfigError, ResultsError
 from swarm_pz.files import read_toml
 from swarm_pz.standard import Protocol, verify
 from swarm_pz.standard import report as reports
+from swarm_pz.standard.page import KINDS
 
 CARD = "entry.toml"
 KIB, MIB = 2**10, 2**20
@@ -40,7 +41,7 @@ LIMITS = {
 NEEDED = (CARD, replay.FILE, reports.REPORT, reports.GAMES, reports.PAGE)
 _PLACE = re.compile(
     "|".join(map(re.escape, NEEDED))
-    + r"|policies/\d{1,2}/policy\.(?:json|safetensors|onnx)|exploiters/\d{1,2}/policy\.(?:json|safetensors)"
+    + r"|policies/\d{1,2}/policy\.(?:json|safetensors|onnx)|exploiters/\d{1,3}/policy\.(?:json|safetensors)"
 )
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 _LINK = re.compile(r"https://[A-Za-z0-9.-]+(?::\d+)?(?:/[A-Za-z0-9._~/?#@!$&()*+,;=%-]*)?")
@@ -211,6 +212,8 @@ def _texts(plain: Any) -> Iterator[str]:
 def _check_report(report: dict[str, Any]) -> None:
     """Check the values that stand on the board and that no games vouch for."""
     cost = report["cost"]
+    if not {one["kind"] for one in report["policies"]} <= set(KINDS):
+        raise ValueError(f"kinds of policies must be of {', '.join(KINDS)}")
     if not isinstance(report["name"], str) or not 0 < len(report["name"]) <= 60:
         raise ValueError(f"its name must be 1 to 60 letters, got {str(report['name'])[:70]!r}")
     if len(cost["policies"]) != len(report["policies"]):

@@ -21,7 +21,7 @@ from benchmarks.board.entries import Entry, folders, read
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.standard import Protocol
 from swarm_pz.standard import report as reports
-from swarm_pz.standard.page import render
+from swarm_pz.standard.page import KINDS, render
 
 HERE = Path(__file__).parent
 _REPORTS = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n"
@@ -34,7 +34,11 @@ def build(place: Path, protocol: Protocol | None = None) -> dict[str, str]:
     entries = [read(folder, protocol) for folder in folders(place)]
     entries.sort(key=lambda entry: (-entry.report["figures"]["score"], entry.name))
     tracks = list(entries[0].report["figures"]["tracks"]) if entries else []
-    pages = {"index.html": _page("index.html.jinja", "board.js", protocol=protocol, tracks=tracks, entries=entries)}
+    pages = {
+        "index.html": _page(
+            "index.html.jinja", "board.js", protocol=protocol, tracks=tracks, entries=entries, kinds=KINDS
+        )
+    }
     for entry in entries:
         pages[f"{entry.name}/report.html"] = render(entry.report, _REPORTS)
         pages[f"{entry.name}/replay.html"] = _game(entry, protocol)

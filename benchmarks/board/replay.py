@@ -1,7 +1,7 @@
 """One game of an entry, small enough for a page: where the drones were five times a second, and who took which.
 
 It is always the same one, so that nobody chooses and entries can be compared: the first game of the first policy
-against `champion`.
+against the last opponent of the field that it meets.
 """
 
 from __future__ import annotations
@@ -20,24 +20,22 @@ import numpy as np
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation.rollout import Rollout
-from swarm_pz.evaluation.tournament import TournamentConfig
-from swarm_pz.standard.games import Line, PlayerFactory, entry_name, rules_of
+from swarm_pz.standard.games import Line, PlayerFactory, config_of, entry_name, with_trial
 from swarm_pz.standard.protocol import Protocol
 
 FILE = "replay.json"
 FORMAT = 1
 EVERY = 2
 """Control periods between two moments."""
-AGAINST = "champion"
 _STEPS = 65535
 """A side of the arena in the numbers of a file, of 16 bits."""
 
 
 def choose(lines: Sequence[Line], protocol: Protocol) -> Line:
-    """Return the game of a report that is shown: the last opponent's where the protocol has no `champion`."""
+    """Return the game of a report that is shown."""
     track = next(track for track in protocol.tracks if track.name == "field")
-    names = [trial.name for trial in track.trials]
-    opponent = AGAINST if AGAINST in names else names[-1]
+    met = {line.opponent for line in lines if line[:2] == (track.name, 0)}
+    opponent = [trial.name for trial in track.trials if trial.name in met][-1]
     for line in lines:
         if line[:3] == (track.name, 0, opponent) and not line.forfeit:
             return line
@@ -52,8 +50,7 @@ def record(folder: Path, report: dict[str, Any], line: Line, protocol: Protocol)
         str(folder / one["kept"]) if one["kept"] is not None else str(one["name"]) for one in report["policies"]
     )
     factory = PlayerFactory(policies, track.trials)
-    config = TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=protocol.game)
-    rules = rules_of(config, trial).game
+    rules = with_trial(config_of(track, protocol), trial).game
     players = factory(entry_name(line.policy), rules), factory(line.opponent, rules)
     moments: list[np.ndarray] = []
     teams: list[np.ndarray] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_module
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
@@ -18,7 +18,6 @@ from swarm_pz.policy import kind_of
 
 if TYPE_CHECKING:
     from swarm_pz.evaluation.match import MatchResult
-    from swarm_pz.policies.held_out import Generalisation
 
 _NAMED = 6
 """Lost games that are named; a file of results has all of them."""
@@ -32,9 +31,7 @@ def evaluate(
     seed: int = 0,
     json: Path | None = None,
     threads: int = 2,
-    held_out: bool = False,
     processes: int | None = None,
-    ray: str | None = None,
     exploit: bool = False,
     exploit_steps: int = 3_000_000,
     exploiters: int = 3,
@@ -54,10 +51,7 @@ def evaluate(
         seed: Seed of the match, or of the first exploiter.
         json: Write the figures to this file, too.
         threads: Threads that share the games.
-        held_out: Play every script instead, and a suite of opponents and sizes that are for no training.
-        processes: Processes that share the matches of held-out, each with as many threads, or the exploiters and the
-            search; 1 and 2 if not given.
-        ray: Share the matches of held-out among the machines of a Ray cluster instead: auto, or HOST:PORT.
+        processes: Processes that share the exploiters and the search; 2 if not given.
         exploit: Search for what beats the policy instead, learning and not, and say what that wins of fresh games.
         exploit_steps: Steps that each exploiter trains.
         exploiters: Exploiters, each of a seed of its own; the best is chosen on other games than those that count.
@@ -67,37 +61,23 @@ def evaluate(
         game: The rules.
     """
     from swarm_pz.evaluation.match import play_match
-    from swarm_pz.evaluation.workers import open_pool
-    from swarm_pz.policies.held_out import play_suites
     from swarm_pz.policy import load_players
 
-    check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
-    if not exploit:
+    if exploit:
+        check(opponent == "uniform", "opponent", opponent, "left out, since exploit makes its own")
+    else:
         check(not (resume or overwrite), "resume and overwrite", (resume, overwrite), "left out without exploit")
-    if not held_out:
-        check(ray is None, "ray", ray, "left out without held_out")
-        check(exploit or processes is None, "processes", processes, "left out without held_out or exploit")
-    if held_out or exploit:
-        check(opponent == "uniform", "opponent", opponent, "left out, since held_out and exploit choose their own")
+        check(processes is None, "processes", processes, "left out without exploit")
     if json is not None:
         check_file(json)
     games = games if games is not None else 1000 if exploit else 200
-    processes = processes if processes is not None else 2 if exploit else 1
-    how: dict[str, Any] = {"games": games, "seed": seed, "threads": threads}
-    if held_out:
-        with open_pool(processes, ray) as pool, progress() as show:
-            suites = play_suites(policy, game, progress=show, pool=pool, **how)
-        print_rules(game)
-        _print_suites(suites.to_dict(), suites, policy)
-        if json is not None:
-            write_json(suites.to_dict(), json, game)
-        return
     if exploit:
         budget = {"steps": exploit_steps, "exploiters": exploiters, "games": games, "seed": seed}
-        _evaluate_exploit(policy, budget, json, threads, game, processes, out, resume, overwrite)
+        _evaluate_exploit(policy, budget, json, threads, game, processes or 2, out, resume, overwrite)
         return
     with progress() as show:
-        match = play_match(*load_players(policy, opponent, game), config=game, progress=show, **how)
+        players = load_players(policy, opponent, game)
+        match = play_match(*players, games=games, seed=seed, config=game, threads=threads, progress=show)
     print_rules(game)
     tables.print_matches([match])
     if match.lost:
@@ -128,13 +108,6 @@ def _rules_given(policy: str) -> list[str]:
         if of_rules and word not in ("evaluate", policy):  # which may follow an option, but are not its values
             words.append(word)
     return words
-
-
-def _print_suites(figures: dict[str, Any], suites: Generalisation, policy: str) -> None:
-    tables.print_opponents(suites.known, f"{policy} against the scripts: score {figures['in_suite_score']:.3f}")
-    title = f"{policy} against the held-out suite: score {figures['held_out_score']:.3f}"
-    tables.print_opponents(suites.held_out, title)
-    print(f"generalisation (held-out score less in-suite score): {figures['generalisation']:+.3f}")
 
 
 def _evaluate_exploit(

@@ -100,7 +100,11 @@ def _print(report: dict[str, object], out: Path) -> None:
     from swarm_pz.standard.figures import forfeits_of
 
     for track, told in figures["tracks"].items():
-        print(f"{track:<10} {told['score']:.3f}{_interval(told['score_ci95'])}")
+        said = f"worst {told['worst']['score']:.3f} ({told['worst']['opponent']}), worst quarter {told['cvar']:.3f}"
+        gain = f", {told['open_loop']['gain']:+.3f} over the clock alone" if told["open_loop"] else ""
+        print(f"{track:<10} {told['score']:.3f}{_interval(told['score_ci95'])}; {said}{gain}")
+    for one in figures["left_out"]:
+        print(f"left out: {one['opponent']} of track {one['track']} is policy {one['policy']} itself")
     over = f"95 % interval over {figures['interval_over']}: "
     print(f"{'score':<10} {figures['score']:.3f}{_interval(figures['score_ci95'], over)}")
     forfeited, count, reason = forfeits_of(figures)

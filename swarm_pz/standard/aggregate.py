@@ -1,8 +1,8 @@
-"""One number of many runs and tasks, as rliable computes it, and how sure it is.
+"""One number of many training seeds, and how sure it is.
 
 Agarwal, Schwarzer, Castro, Courville & Bellemare, "Deep reinforcement learning at the edge of the statistical
-precipice", NeurIPS 2021: the interquartile mean over runs and tasks, percentile intervals from a bootstrap that draws
-runs anew within each task, the performance profile, and the probability of improvement.
+precipice", NeurIPS 2021: the interquartile mean over runs, percentile intervals from a bootstrap that draws runs anew
+within each task, and the probability of improvement. A score that is not there is NaN.
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from swarm_pz.evaluation.intervals import RESAMPLES
 
 Array = NDArray[np.float64]
-_AT_ONCE = 2**20
-"""Pairs of games that are drawn in one piece, since all of them would fill the memory."""
 
 
 def interquartile_mean(scores: Array) -> Array:
@@ -26,17 +24,16 @@ def interquartile_mean(scores: Array) -> Array:
     return np.asarray(ordered[..., cut : ordered.shape[-1] - cut].mean(axis=-1))
 
 
-def performance_profile(scores: Array, thresholds: Sequence[float]) -> Array:
-    """Return the share of scores (..., runs, tasks) above each threshold, the last axis."""
-    return np.stack([(scores > threshold).mean(axis=(-2, -1)) for threshold in thresholds], axis=-1)
+def mean_of_known(scores: Array, axis: int) -> Array:
+    """Return the mean of what is not NaN; NaN where nothing is."""
+    known = (~np.isnan(scores)).sum(axis=axis)
+    return np.where(known > 0, np.nansum(scores, axis=axis) / np.maximum(known, 1), np.nan)
 
 
 def probability_of_improvement(scores: Array, baseline: Array) -> float:
     """Return how likely a run of one method is better than one of another, the mean over tasks; a tie is half."""
-    better = (scores[:, None] > baseline[None]).mean(axis=(0, 1)) + (scores[:, None] == baseline[None]).mean(
-        axis=(0, 1)
-    ) / 2
-    return float(better.mean())
+    better = (1.0 + np.sign(scores[:, None] - baseline[None])) / 2.0
+    return float(mean_of_known(mean_of_known(better.reshape(-1, scores.shape[1]), 0), 0))
 
 
 def drawn_runs(scores: Array, generator: np.random.Generator, count: int) -> Array:
@@ -48,19 +45,15 @@ def drawn_runs(scores: Array, generator: np.random.Generator, count: int) -> Arr
 def drawn_pairs(pairs: Sequence[Array], generator: np.random.Generator, count: int) -> Array:
     """Return scores (count, 1, tasks) of one run, from pairs of games drawn anew in each task, so many times.
 
-    Of each task, `pairs` has points and games (n, 2).
+    Of each task, `pairs` has the scores of its pairs (n,), none if the run has not played it.
     """
-    counts = [len(task) for task in pairs]
-    below, ends = np.repeat(counts, counts), np.cumsum(counts)
-    step = max(1, _AT_ONCE // len(below))
-    found = np.empty((count, 1, len(pairs)))
-    for first in range(0, count, step):
-        part = found[first : first + step, 0]
-        drawn = generator.integers(below, size=(len(part), len(below))).T
-        for place, (task, end) in enumerate(zip(pairs, ends, strict=True)):
-            points, games = np.take(task, drawn[end - len(task) : end], axis=0).sum(axis=0).T
-            part[:, place] = points / games
-    return found
+    drawn = [
+        task[generator.integers(len(task), size=(count, len(task)))].mean(axis=1)
+        if len(task)
+        else np.full(count, np.nan)
+        for task in pairs
+    ]
+    return np.stack(drawn, axis=-1)[:, None]
 
 
 def resampled(draw: Callable[[np.random.Generator, int], Array]) -> Array:

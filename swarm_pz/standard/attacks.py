@@ -1,10 +1,11 @@
-"""How hard it is tried to beat a policy: a learner and a search, each with a fixed budget."""
+"""How hard it is tried to beat a policy: learners and a search, each with a fixed budget."""
 
 from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ Show = Callable[..., None]
 
 def learn(
     policy: str,
-    number: int,
+    seed: int,
     protocol: Protocol,
     folder: Path | None,
     should_stop: Callable[[], bool],
@@ -55,7 +56,7 @@ def learn(
             run_folder,
             learner=fixed_learner(name, protocol.game, steps),
             steps=steps,
-            seed=(protocol.robust.seed + number) % 2**32,
+            seed=seed,
             resume=(run_folder / CHECKPOINT).is_file(),
             say=say,
         )
@@ -63,24 +64,24 @@ def learn(
         told = {name: learned.card["training"][name] for name in ("game", "total_steps", "seed")}
         card = learned.card | {"seconds": 0.0, "command": "", "training": told}
         card.pop("digest", None)
-        out = Path(place, str(number))
+        out = Path(place, "exploiter")
         LearnedPolicy(card, learned.weights(), GameConfig.from_dict(told["game"]), out.name).write(out)
         return PolicyBundle.of(out)
 
 
 class Learning:
-    """The exploiter of one policy, which learns in the background and is written here; it learns only once."""
+    """One exploiter, which learns in the background and is written into a folder here; it learns only once."""
 
     def __init__(
-        self, background: BackgroundTasks, protocol: Protocol, work: Path, out: Path, policy: str, number: int
+        self, background: BackgroundTasks, protocol: Protocol, work: Path, out: Path, policy: str, seed: int
     ) -> None:
         from swarm_pz.policies.learned import CARD
 
-        self._background, self._protocol, self._policy, self._number = background, protocol, policy, number
-        self._folder = None if background.is_elsewhere else work / f"exploiter-{number}"
+        self._background, self._protocol, self._policy, self._seed = background, protocol, policy, seed
+        self._folder = None if background.is_elsewhere else work / f"exploiter-{out.name}"
         self._out = out
-        self._name = f"the exploiter of policy {number}"
-        self._is_there = (self._out / str(number) / CARD).is_file()
+        self._name = f"exploiter {out.name}"
+        self._is_there = (self._out / CARD).is_file()
 
     def begin(self, should_stop: Callable[[], bool], say: Callable[[str], None]) -> None:
         """Let it learn, unless it has."""
@@ -90,15 +91,15 @@ class Learning:
         folder = folder_of(self._policy) if self._background.is_elsewhere else None
         bundle = None if folder is None else PolicyBundle.of(folder)
         told = (should_stop, say) if self._background.is_here else (never, silent)
-        given = (self._policy, self._number, self._protocol, self._folder, *told, digest, bundle)
+        given = (self._policy, self._seed, self._protocol, self._folder, *told, digest, bundle)
         self._background.send(self._name, learn, *given)
 
     def end(self, should_stop: Callable[[], bool]) -> str:
         """Wait for it, and return the digest of what it has learned."""
         if not self._is_there:
-            self._background.fetch(self._name, should_stop).unpack(self._out)
-        place = str(self._out / str(self._number))
-        return identity_of(place, load(place, self._protocol.game))
+            learned = self._background.fetch(self._name, should_stop)
+            replace(learned, name=self._out.name).unpack(self._out.parent)
+        return identity_of(str(self._out), load(str(self._out), self._protocol.game))
 
 
 def find(
@@ -111,7 +112,7 @@ def find(
     show: Show,
     should_stop: Callable[[], bool],
 ) -> str:
-    """Search for the tactic of the family that does best against a policy; return its name."""
+    """Search for the tactic of the family against which a policy wins least; return its name."""
     robust = protocol.robust
     track = Track(name="search", seed=robust.seed + 1, games=robust.search_games, trials=())
     one = entry_name(number)
@@ -128,10 +129,9 @@ def find(
         rounds += 1
         found = []
         for name in names:
-            counts = games.tally(name, one).sum(axis=0)
-            points = float(counts @ [1.0, 0.5, 0.0] / counts.sum())
-            share = float(np.mean([1.0 - game.share for game in games.between(name, one)]))
-            found.append((points + share) / 2)  # shares differ even where all games end alike
+            played = games.between(name, one)
+            # The shares differ even where all games end alike.
+            found.append(float(np.mean([(game.outcome != "win") + 1.0 - game.share for game in played])) / 2)
         return found
 
     return search(

@@ -1,4 +1,8 @@
-"""What the games of a report say: scores with intervals, of each track and in one number."""
+"""What the games of a report say: scores with intervals, of each track and in one number.
+
+A win is one point; all else is none. A training seed's score in a track is the mean over opponents, each of which has
+its own score beside it: no mean hides the worst.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +14,13 @@ from numpy.typing import NDArray
 
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation.intervals import mean_with_interval, middle, rounded, wilson
-from swarm_pz.evaluation.ledger import distinct
 from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.survival import kaplan_meier, survival_curve
 from swarm_pz.standard.aggregate import (
     drawn_pairs,
     drawn_runs,
     interquartile_mean,
-    performance_profile,
+    mean_of_known,
     probability_of_improvement,
     resampled,
 )
@@ -26,37 +29,56 @@ from swarm_pz.standard.protocol import Protocol
 
 Array = NDArray[np.float64]
 ROBUST = "robust"
-THRESHOLDS = tuple(round(step / 20, 2) for step in range(20))
 DIGITS = 6
 
 
 class Results:
-    """The games of an entry, by training seeds and tasks; a task is one opponent of one track, or a kind of attack.
+    """The games of an entry, by training seeds and tasks; a task is one opponent of one track, or an attack.
 
-    Of each policy and task, `pairs` has points and games that count of each pair (pairs, 2): a game that a pair played
-    twice counts once, half of it from each side. `scores` (policies, tasks) are shares of the points. Games that are
-    missing, or are of no task, raise a ResultsError.
+    Of each policy and task, `pairs` has the share won of each pair of games. `scores` (policies, tasks) are their
+    means, NaN where a policy would meet itself, by its digest. Games that are missing, or are of no task, raise a
+    ResultsError.
     """
 
-    def __init__(self, lines: Sequence[Line], protocol: Protocol) -> None:
-        self.protocol = protocol
+    def __init__(self, lines: Sequence[Line], protocol: Protocol, digests: Sequence[str]) -> None:
+        self.protocol, self.policies = protocol, len(digests)
         self.tasks = [(track.name, trial.name) for track in protocol.tracks for trial in track.trials]
-        self.tasks += [(ROBUST, LEARNED), (ROBUST, SEARCHED)]
-        self.policies = 1 + max((line.policy for line in lines), default=-1)
-        self._games: dict[tuple[int, str, str], list[Line]] = {}
-        for line in lines:
-            self._games.setdefault((line.policy, *task_of(line)), []).append(line)
+        self.tasks += [(ROBUST, f"{LEARNED} {number}") for number in range(protocol.robust.exploiters)]
+        self.tasks += [(ROBUST, SEARCHED)]
+        self.tracks = list(dict.fromkeys(track for track, _ in self.tasks))
+        met = [{(track.name, name) for track in protocol.tracks for name in track.opponents(one)} for one in digests]
+        self.left_out = [
+            (policy, task)
+            for policy, tasks in enumerate(met)
+            for task in self.tasks
+            if task[0] != ROBUST and task not in tasks
+        ]
+        self._games: dict[tuple[int, tuple[str, str]], list[Line]] = {}
+        for line in sorted(lines, key=lambda line: line.number):
+            self._games.setdefault((line.policy, self._task_of(line)), []).append(line)
         self._check()
-        self.pairs = [[_pairs(self.of(policy, task)) for task in self.tasks] for policy in range(self.policies)]
-        totals = np.array([[task.sum(axis=0) for task in row] for row in self.pairs])
-        self.scores = totals[..., 0] / totals[..., 1]
+        self.pairs = [
+            [
+                np.array([game.outcome == "win" for game in self.of(policy, task)]).reshape(-1, 2).mean(axis=1)
+                for task in self.tasks
+            ]
+            for policy in range(self.policies)
+        ]
+        self.scores = np.array([[task.mean() if len(task) else np.nan for task in row] for row in self.pairs])
+
+    def _task_of(self, line: Line) -> tuple[str, str]:
+        if line.track != ROBUST:
+            return line.track, line.opponent
+        kind, number, *_ = [*line.opponent.split(), ""]
+        if kind != LEARNED or not number.isdecimal():
+            return line.track, kind
+        return line.track, f"{kind} {int(number) - line.policy * self.protocol.robust.exploiters}"
 
     def _check(self) -> None:
-        count = {track.name: track.games for track in all_tracks(self.protocol)}
-        expected = {
-            (policy, *task): list(range(count[task[0]])) for policy in range(self.policies) for task in self.tasks
-        }
-        found = {key: sorted(line.number for line in games) for key, games in self._games.items()}
+        count = {track.name: list(range(track.games)) for track in all_tracks(self.protocol)}
+        keys = [(policy, task) for policy in range(self.policies) for task in self.tasks]
+        expected = {key: count[key[1][0]] for key in keys if key not in self.left_out}
+        found = {key: [line.number for line in games] for key, games in self._games.items()}
         wrong = [key for key in expected | found if expected.get(key) != found.get(key)]
         if wrong or not self.policies:
             some = ", ".join(map(str, wrong[:3])) or "all"
@@ -64,7 +86,7 @@ class Results:
 
     def of(self, policy: int, task: tuple[str, str]) -> list[Line]:
         """Return the games of a policy in a task, in order."""
-        return sorted(self._games[policy, *task], key=lambda line: line.number)
+        return self._games.get((policy, task), [])
 
     def draw(self, generator: np.random.Generator, count: int) -> Array:
         """Return scores (count, policies, tasks) drawn anew: training seeds if there are several, else pairs."""
@@ -72,39 +94,32 @@ class Results:
             return drawn_runs(self.scores, generator, count)
         return drawn_pairs(self.pairs[0], generator, count)
 
-    def of_tracks(self, scores: Array) -> Array:
-        """Return one number of each track, and their mean last: the interquartile mean, of attacks the worse.
+    def by_track(self, scores: Array) -> Array:
+        """Return scores (..., policies, tracks): the mean over opponents, of attacks the worst."""
+        parts = [scores[..., [track == name for track, _ in self.tasks]] for name in self.tracks]
+        found = [
+            part.min(axis=-1) if name == ROBUST else mean_of_known(part, -1)
+            for name, part in zip(self.tracks, parts, strict=True)
+        ]
+        return np.stack(found, axis=-1)
 
-        Axes before those of policies and tasks stay.
-        """
-        names = [track for track, _ in self.tasks]
-        found = []
-        for track in dict.fromkeys(names):
-            part = scores[..., [name == track for name in names]]
-            found.append(part.mean(axis=-2).min(axis=-1) if track == ROBUST else interquartile_mean(part))
-        tracks = np.stack(found, axis=-1)
-        return np.concatenate([tracks, tracks.mean(axis=-1, keepdims=True)], axis=-1)
-
-
-def task_of(line: Line) -> tuple[str, str]:
-    """Return the task of a game."""
-    return line.track, line.opponent.split()[0] if line.track == ROBUST else line.opponent
+    def draw_tracks(self, generator: np.random.Generator, count: int) -> Array:
+        """Return scores (count, policies, tracks) drawn anew."""
+        if self.policies > 1:
+            return drawn_runs(self.by_track(self.scores), generator, count)
+        return self.by_track(self.draw(generator, count))
 
 
-def _pairs(games: Sequence[Line]) -> Array:
-    rows: dict[int, list[float]] = {}
-    for alike in distinct(games):
-        row = rows.setdefault(alike[0].number // 2, [0.0, 0.0])
-        row[0] += float(np.mean([POINTS[game.outcome] for game in alike]))
-        row[1] += 1.0
-    return np.array(list(rows.values()))
+def with_mean(scores: Array) -> Array:
+    """Return the interquartile mean over policies of each track, and the mean of tracks last: (..., tracks + 1)."""
+    tracks = interquartile_mean(np.swapaxes(scores, -1, -2)[..., None])
+    return np.concatenate([tracks, tracks.mean(axis=-1, keepdims=True)], axis=-1)
 
 
 def figures(results: Results) -> dict[str, Any]:
     """Return what a report says about its games, as plain values."""
-    values, drawn = results.of_tracks(results.scores), resampled(results.draw)
-    low, high = middle(results.of_tracks(drawn))
-    tracks = list(dict.fromkeys(track for track, _ in results.tasks))
+    values = with_mean(results.by_track(results.scores))
+    low, high = middle(with_mean(resampled(results.draw_tracks)))
     return {
         "score": _short(values[-1]),
         "score_ci95": _short([low[-1], high[-1]]),
@@ -113,17 +128,50 @@ def figures(results: Results) -> dict[str, Any]:
             track: {
                 "score": _short(values[place]),
                 "score_ci95": _short([low[place], high[place]]),
+                **_worst(results, track),
+                "open_loop": _open_loop(results, place, float(values[place])),
                 "opponents": [_task(results, task) for task in results.tasks if task[0] == track],
             }
-            for place, track in enumerate(tracks)
+            for place, track in enumerate(results.tracks)
         },
+        "left_out": [
+            {"policy": policy, "track": track, "opponent": name} for policy, (track, name) in results.left_out
+        ],
         "uniform": _how_soon(results),
-        "profile": _profile(results, drawn),
     }
 
 
 def _short(values: Any) -> Any:
     return rounded(values, DIGITS)
+
+
+def _worst(results: Results, track: str) -> dict[str, Any]:
+    """Return the opponent that most is lost to, and the mean over the worst quarter (the conditional value at risk)."""
+    means = mean_of_known(results.scores, 0)
+    scores = {
+        task[1]: float(mean)
+        for task, mean in zip(results.tasks, means, strict=True)
+        if task[0] == track and mean >= 0.0
+    }
+    name = min(scores, key=scores.__getitem__)
+    quarter = sorted(scores.values())[: -(-len(scores) // 4)]
+    return {"worst": {"opponent": name, "score": _short(scores[name])}, "cvar": _short(np.mean(quarter))}
+
+
+def _open_loop(results: Results, place: int, score: float) -> dict[str, Any] | None:
+    """Return what players won that see the clock alone, and the gain over the better against the same opponents."""
+    track = results.tracks[place]
+    told = results.protocol.open_loop.get(track)
+    if told is None:
+        return None
+    found = {kind: {name: one[name] for name in ("score", "score_ci95")} for kind, one in told.items()}
+    theirs = [
+        np.array([one["opponents"].get(name, np.nan) if of == track else np.nan for of, name in results.tasks])
+        for one in told.values()
+    ]
+    same = np.where(np.isnan(results.scores), np.nan, np.array(theirs)[:, None])
+    best = max(with_mean(results.by_track(same))[:, place])
+    return found | {"gain": _short(score - best)}
 
 
 def _task(results: Results, task: tuple[str, str]) -> dict[str, Any]:
@@ -135,8 +183,8 @@ def _task(results: Results, task: tuple[str, str]) -> dict[str, Any]:
         "opponent": task[1],
         "games": len(games),
         **{f"{outcome}s" if outcome != "loss" else "losses": count for outcome, count in counts.items()},
-        "points": [_short(score) for score in results.scores[:, place]],
-        "mean_share": _short(np.mean([game.share for game in games])),
+        "scores": [None if np.isnan(score) else _short(score) for score in results.scores[:, place]],
+        "mean_share": _short(np.mean([game.share for game in games])) if games else None,
         "forfeits": len(reasons),
         **({"first_forfeit": reasons[0]} if reasons else {}),
     }
@@ -153,7 +201,7 @@ def _how_soon(results: Results) -> dict[str, Any]:
     """Return the share of games won against uniform coverage, and how soon; a draw censors its length."""
     task = results.tasks[0]
     limit = results.protocol.game.time_limit
-    games = [alike[0] for policy in range(results.policies) for alike in distinct(results.of(policy, task))]
+    games = [game for policy in range(results.policies) for game in results.of(policy, task)]
     won = [game.outcome == "win" for game in games]
     seconds = [game.seconds if wins else limit for game, wins in zip(games, won, strict=True)]
     median, _ = kaplan_meier(seconds, won)
@@ -171,21 +219,11 @@ def _how_soon(results: Results) -> dict[str, Any]:
     }
 
 
-def _profile(results: Results, drawn: Array) -> dict[str, Any]:
-    low, high = middle(performance_profile(drawn, THRESHOLDS))
-    return {
-        "score_above": list(THRESHOLDS),
-        "share": _short(performance_profile(results.scores, THRESHOLDS)),
-        "low": _short(low),
-        "high": _short(high),
-    }
-
-
 def improvement(results: Results, baseline: Results) -> dict[str, Any]:
-    """Return how likely a run of the entry is better than one of the baseline, over all tasks."""
+    """Return how likely a run of the entry is better than one of the baseline, over the tasks that both have."""
 
     def draw(generator: np.random.Generator, count: int) -> Array:
-        both = ((results.draw(generator, 1)[0], baseline.draw(generator, 1)[0]) for _ in range(count))
+        both = zip(results.draw(generator, count), baseline.draw(generator, count), strict=True)
         return np.array([probability_of_improvement(*drawn) for drawn in both])
 
     low, high = middle(resampled(draw))

@@ -15,6 +15,7 @@ from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_bl
 from swarm_pz.evaluation.workers import silent
 from swarm_pz.policies.scripted import Tactic
 from swarm_pz.policy import Player, folder_of, load
+from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.protocol import Protocol, Track, Trial
 from swarm_pz.standard.siege import siege
 
@@ -82,7 +83,10 @@ def siege_of(name: str) -> Tactic:
 
 
 class TrackGames(Tournament):
-    """The games of a track: each policy of an entry against each opponent, and its own attackers (number, name)."""
+    """The games of a track: each policy of an entry against each opponent, and its own attackers (number, name).
+
+    `digests` are those of the policies, by which nobody meets itself.
+    """
 
     def __init__(
         self,
@@ -91,16 +95,15 @@ class TrackGames(Tournament):
         factory: PlayerFactory,
         folder: Path,
         *,
+        digests: Sequence[str] = (),
         attackers: Sequence[tuple[int, str]] = (),
         command: str = "",
     ) -> None:
         self.track, self._trials = track, {trial.name: trial for trial in track.trials}
-        entries = [entry_name(number) for number in range(len(factory.policies))]
-        self._pairings = [(one, name) for one in entries for name in self._trials]
-        self._pairings += [(entry_name(number), name) for number, name in attackers]
-        config = TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=protocol.game)
-        players = list(dict.fromkeys([*entries, *self._trials, *(name for _, name in attackers)]))
-        super().__init__(players, config, folder, factory, command)
+        meetings = [(number, name) for number, digest in enumerate(digests) for name in track.opponents(digest)]
+        self._pairings = [(entry_name(number), name) for number, name in [*meetings, *attackers]]
+        players = list(dict.fromkeys(name for pairing in self._pairings for name in pairing))
+        super().__init__(players, config_of(track, protocol), folder, factory, command)
 
     def pairings(self) -> list[tuple[str, str]]:
         """Return every two players that play, the entry first."""
@@ -108,7 +111,7 @@ class TrackGames(Tournament):
 
     def rules_of(self, one: str, other: str) -> TournamentConfig:
         """Return what the games of two players share: a trial may have rules of its own."""
-        return rules_of(self.config, self._trials.get(other))
+        return with_trial(self.config, self._trials.get(other))
 
     def lines(self) -> list[Line]:
         """Return all games, in order."""
@@ -123,7 +126,13 @@ class TrackGames(Tournament):
         return [game.thinking_ms[0] for game in self.games.values() if not game.forfeit and game.one.startswith(ENTRY)]
 
 
-def rules_of(config: TournamentConfig, trial: Trial | None) -> TournamentConfig:
+def config_of(track: Track, protocol: Protocol) -> TournamentConfig:
+    """Return what all games of a track share."""
+    game = track.game(protocol.game)
+    return TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=game)
+
+
+def with_trial(config: TournamentConfig, trial: Trial | None) -> TournamentConfig:
     """Return what the games against an opponent share."""
     return config if trial is None else config.replace(game=trial.game(config.game))
 
@@ -158,9 +167,9 @@ def play_again(
         if name in counts:
             say(f"track {name}: playing {counts.pop(name)} games again")
         track, trial = tracks[name], trials.get((name, opponent))
-        config = TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=protocol.game)
+        config = with_trial(config_of(track, protocol), trial)
         of_track = PlayerFactory(factory.policies, track.trials, factory.exploiters)
-        for game in play_block(of_track, entry_name(policy), opponent, sorted(numbers), rules_of(config, trial)):
+        for game in play_block(of_track, entry_name(policy), opponent, sorted(numbers), config):
             again[name, policy, opponent, game.number] = line_of(name, game)
     return [again[line[:4]] for line in lines]
 
@@ -176,11 +185,17 @@ def attacked(protocol: Protocol) -> Track:
 
 
 def check_flies(policy: str, protocol: Protocol) -> Player:
-    """Return a policy, made for the protocol's game; raise a KindError if it does not answer densities."""
+    """Return a policy, made for the protocol's game.
+
+    A KindError is raised if it does not answer densities, a ResultsError if it is all that a track has.
+    """
     try:
-        return load(policy, protocol.game)
+        player = load(policy, protocol.game)
     except KindError as error:
         raise KindError(
             f"{error}; protocol {protocol.version} is for policies that answer densities, flown by ergodic; "
             "`python -m benchmarks.systems_ladder` in a clone compares others"
         ) from error
+    for track in protocol.tracks:
+        track.opponents(identity_of(policy, player))
+    return player

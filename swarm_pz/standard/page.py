@@ -17,21 +17,29 @@ Point = tuple[float, float]
 def render(report: dict[str, Any], head: str = "") -> str:
     """Return the page of a report: the same for the same report; `head` is HTML that is put into its head."""
     said, cost = report["figures"], report["cost"]
-    profile = said["profile"]
-    low, high = (list(zip(profile["score_above"], profile[name], strict=True)) for name in ("low", "high"))
     longest = max(said["uniform"]["curve"]["seconds"][-1], 1.0)
     page: str = _template().render(
         report=report,
         head=head,
         notes=_notes(report),
         tracks=[
-            (name, _number(track["score"]), _ends(track["score_ci95"]), _MADE_AS.get(name, "interquartile mean"))
+            (
+                name,
+                _number(track["score"]),
+                _ends(track["score_ci95"]),
+                f"{_number(track['worst']['score'])} ({track['worst']['opponent']})",
+                _number(track["cvar"]),
+            )
             for name, track in said["tracks"].items()
         ],
         longest=longest,
         not_won=_steps(said["uniform"]["curve"], longest),
-        profile=list(zip(profile["score_above"], profile["share"], strict=True)),
-        band=[*low, *reversed(high)],
+        open_loop=[
+            (name, *(_open_loop(told[kind]) for kind in ("constant", "sequence")), f"{told['gain']:+.3f}")
+            for name, track in said["tracks"].items()
+            if (told := track["open_loop"])
+        ],
+        kinds=", ".join(sorted({KINDS[policy["kind"]] for policy in report["policies"]})),
         opponents={name: list(map(_opponent, track["opponents"])) for name, track in said["tracks"].items()},
         costs=[
             (policy["name"], *(_told(one[name]) for name in ("commands", "seconds", "processor", "parameters")))
@@ -42,7 +50,7 @@ def render(report: dict[str, Any], head: str = "") -> str:
     return page
 
 
-_MADE_AS = {"robust": "worse of two attacks"}
+KINDS = {"learned": "learned", "scripted": "scripted", "planned": "planned (sees the simulator)"}
 
 
 @functools.cache
@@ -66,6 +74,10 @@ def _places(points: Iterable[Point]) -> str:
     return " ".join(f"{42 + 300 * x:.1f},{10 + 170 * (1 - y):.1f}" for x, y in points)
 
 
+def _open_loop(one: dict[str, Any]) -> str:
+    return f"{_number(one['score'])} ({_ends(one['score_ci95'])})"
+
+
 def _told(value: Any) -> str:
     return "not said" if value is None else f"{value:,}" if isinstance(value, (int, float)) else str(value)
 
@@ -74,8 +86,9 @@ def _notes(report: dict[str, Any]) -> list[str]:
     notes = []
     if is_try(report):
         notes.append("A try with few and short games: it says nothing about the entry, and cannot be sent in.")
-    if any(policy.get("privileged") for policy in report["policies"]):
-        notes.append("The entry sees the simulator itself, which no side may.")
+    for one in report["figures"]["left_out"]:
+        name = report["policies"][one["policy"]]["name"]
+        notes.append(f"{name} is {one['opponent']} of track {one['track']}, and does not meet itself.")
     forfeited, games, reason = forfeits_of(report["figures"])
     if forfeited:
         notes.append(f"{forfeited} of {games} games are forfeits, the first since {reason}")
@@ -84,8 +97,8 @@ def _notes(report: dict[str, Any]) -> list[str]:
 
 def _opponent(one: dict[str, Any]) -> tuple[str, ...]:
     counts = (str(one[name]) for name in ("wins", "draws", "losses"))
-    points = ", ".join(_number(points, 2) for points in one["points"])
-    return one["opponent"], *counts, points, _number(one["mean_share"], 2)
+    scores = ", ".join("itself" if score is None else _number(score, 2) for score in one["scores"])
+    return one["opponent"], *counts, scores, "" if one["mean_share"] is None else _number(one["mean_share"], 2)
 
 
 def _steps(curve: dict[str, list[float]], longest: float) -> list[Point]:

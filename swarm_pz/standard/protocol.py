@@ -1,12 +1,14 @@
 """The protocol: opponents, rules, seeds, and the budget of attacks. It is written in ``protocol.json``.
 
 A published version never changes: it has digests of its opponents, and a run is refused where others are installed.
+`scripts/board refresh` writes the digests of a version that is not published yet.
 """
 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+import re
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -15,73 +17,85 @@ from swarm_pz.config import GameConfig
 from swarm_pz.config.base import digest
 from swarm_pz.config.registry import system_of
 from swarm_pz.errors import ResultsError
-from swarm_pz.policies import held_out
+from swarm_pz.files import draft_of
+from swarm_pz.policies import generated, open_loop
 from swarm_pz.policy import Player, load
 from swarm_pz.standard.identity import identity_of, source_digest
 
 FILE = Path(__file__).with_name("protocol.json")
 FLOWN_BY = "ergodic"
 """The control system that flies every entry."""
-HELD_OUT = "held-out:"
-"""Begins the names of players that have none: those of the held-out suite."""
+NAMELESS = {f"test:{kind.__name__}": kind for kind in generated.TEST}
+"""Players that no training run finds by name, by what the protocol calls them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """One opponent, and what differs in its games.
+    """One opponent.
 
-    `name` stands in tables. `player` is the name of a policy, with ``held-out:`` before one of the held-out suite, and
-    `digest` that of `identity_of`. Its team is flown by `system`; `rules` are fields of the game that differ.
+    `name` stands in tables. `player` is the name of a policy, or one of `NAMELESS`, and `digest` that of `identity_of`.
+    Its team is flown by `system`.
     """
 
     name: str
     player: str
     digest: str
     system: str = FLOWN_BY
-    rules: dict[str, Any]
 
     def game(self, game: GameConfig) -> GameConfig:
         """Return the rules of its games; the entry flies by the first of the control systems."""
-        changed = {
-            name: getattr(game, name).replace(**value) if isinstance(value, dict) else value
-            for name, value in self.rules.items()
-        }
-        return game.replace(controllers=(FLOWN_BY, self.system), **changed)
+        return game.replace(controllers=(FLOWN_BY, self.system))
 
     def load(self, game: GameConfig) -> Player:
         """Return the opponent, made for a game."""
-        if self.player.startswith(HELD_OUT):
-            made: Player = getattr(held_out, self.player.removeprefix(HELD_OUT))(game)
-            return made
-        return load(self.player, game, system_of(self.system))
+        kind = NAMELESS.get(self.player)
+        return load(self.player, game, system_of(self.system)) if kind is None else kind(game)
 
     def found(self, game: GameConfig) -> str:
         """Return the digest of what is installed under its name."""
-        if self.player.startswith(HELD_OUT):
-            return source_digest(getattr(held_out, self.player.removeprefix(HELD_OUT)))
-        return identity_of(self.player, self.load(game))
+        kind = NAMELESS.get(self.player)
+        return identity_of(self.player, self.load(self.game(game))) if kind is None else source_digest(kind)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Track:
-    """Games that answer one question: an even number of `games` against each opponent."""
+    """Games that answer one question: an even number of `games` against each opponent.
+
+    `rules` are fields of the game's sections that differ.
+    """
 
     name: str
     seed: int
     games: int
     trials: tuple[Trial, ...]
+    rules: dict[str, Any] = field(default_factory=dict)
+
+    def game(self, game: GameConfig) -> GameConfig:
+        """Return the rules of its games."""
+        return game.replace(**{name: getattr(game, name).replace(**value) for name, value in self.rules.items()})
+
+    def opponents(self, digest: str) -> list[str]:
+        """Return whom a policy meets: nobody meets itself. A ResultsError is raised if nobody is left."""
+        names = [trial.name for trial in self.trials if trial.digest != digest]
+        if self.trials and not names:
+            raise ResultsError(
+                f"the only opponent of track {self.name!r} is {self.trials[0].name}, which cannot be an entry itself"
+            )
+        return names
 
 
 @dataclass(frozen=True, kw_only=True)
 class Robust:
     """The budget of attacks on an entry.
 
-    Each attack that is found plays `games`, on seeds that no search has seen. An exploiter learns from `steps`
-    commands. The search that does not learn has `generations` of `candidates`, which play `search_games` each.
+    Each attack that is found plays `games`, on seeds that no search has seen. Each of the `exploiters` learns from
+    `steps` commands, with seeds from 0 on. The search that does not learn has `generations` of `candidates`, which play
+    `search_games` each.
     """
 
     seed: int
     games: int
+    exploiters: int
     steps: int
     generations: int
     candidates: int
@@ -90,7 +104,7 @@ class Robust:
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """One version of the standard; `plain` is the same as it is written."""
+    """One version of the standard; `plain` is all of it, with what players won that see nothing but the clock."""
 
     version: str
     game: GameConfig
@@ -108,7 +122,8 @@ class Protocol:
                 name=name,
                 seed=track["seed"],
                 games=track["games"],
-                trials=tuple(Trial(**{"rules": {}} | trial) for trial in track["trials"]),
+                trials=tuple(Trial(**trial) for trial in track["trials"]),
+                rules=track.get("rules", {}),
             )
             for name, track in plain["tracks"].items()
         )
@@ -118,8 +133,14 @@ class Protocol:
             budget_ms=plain["budget_ms"],
             tracks=tracks,
             robust=Robust(**plain["robust"]),
-            plain=plain,
+            plain=plain | {"open_loop": open_loop.BESTS},
         )
+
+    @property
+    def open_loop(self) -> dict[str, dict[str, Any]]:
+        """What was won in each track by the best constant and the best sequence, as of `open_loop.BESTS`."""
+        found: dict[str, dict[str, Any]] = self.plain.get("open_loop", {})
+        return found
 
     @cached_property
     def digest(self) -> str:
@@ -142,10 +163,24 @@ class Protocol:
             f"{trial.player} (expected {trial.digest}, got {found})"
             for track in self.tracks
             for trial in track.trials
-            if (found := trial.found(trial.game(self.game))) != trial.digest
+            if (found := trial.found(track.game(self.game))) != trial.digest
         ]
         if changed:
             raise ResultsError(
                 f"opponents of protocol {self.version} are others here: {', '.join(changed)}; results would not "
                 "compare: use a released swarm-pz, without changes to its players"
             )
+
+
+def refresh(path: Path = FILE) -> None:
+    """Write the digests of what is installed into a protocol that is not published yet."""
+    protocol, plain = Protocol.read(path), json.loads(path.read_text())
+    plain["rules_hash"] = GameConfig.from_dict(plain["rules"]).rules_hash
+    for track in protocol.tracks:
+        for trial, told in zip(track.trials, plain["tracks"][track.name]["trials"], strict=True):
+            told["digest"] = trial.found(track.game(protocol.game))
+    text = json.dumps(plain, indent=1)
+    for _ in range(2):  # what fits into a line stands on one
+        text = re.sub(r"[\[{][^\[\]{}]+[\]}]|(?<=: )\{[^{}]{1,400}\}", lambda found: " ".join(found[0].split()), text)
+    with draft_of(path) as draft:
+        draft.write_text(text + "\n")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,11 +21,11 @@ from swarm_pz.evaluation.provenance import versions
 from swarm_pz.evaluation.workers import BackgroundTasks, SerialExecutor, never, silent
 from swarm_pz.files import check_folder, draft_of
 from swarm_pz.kernels.cache import processor
-from swarm_pz.policy import Player, PrivilegedPolicy
+from swarm_pz.policy import Player
 from swarm_pz.standard import attacks
 from swarm_pz.standard.figures import Results, figures, improvement
 from swarm_pz.standard.games import LEARNED, Line, PlayerFactory, TrackGames, attacked, check_flies
-from swarm_pz.standard.identity import identity_of
+from swarm_pz.standard.identity import identity_of, kind_of
 from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol, Track
 from swarm_pz.standard.report import FORMAT, GAMES, encode_games, read, signed, write
@@ -85,8 +85,8 @@ def run(
     Stopped
         If it was asked to; what was begun is kept.
     ResultsError
-        If an opponent is not the one that the protocol names, the folder holds another entry's work, or the
-        baseline is of another protocol.
+        If an opponent is not the one that the protocol names, the folder holds another entry's work, the baseline is of
+        another protocol, or a policy is the only opponent of a track.
     PolicyError
         If a policy is unknown, or does not answer densities.
     WorkerError
@@ -101,49 +101,54 @@ def run(
     work = out / WORK
     with folder_lock(work):
         told = [
-            {"name": Path(policy).name, "digest": identity_of(policy, player), "kept": _kept(player, out, number)}
+            {
+                "name": Path(policy).name,
+                "kind": kind_of(player),
+                "digest": identity_of(policy, player),
+                "kept": _kept(player, out, number),
+            }
             for number, (policy, player) in enumerate(zip(entry.policies, players, strict=True))
         ]
-        _claim(work / _ENTRY, {"protocol": protocol.digest, "policies": [one["digest"] for one in told]})
+        digests = [one["digest"] for one in told]
+        _claim(work / _ENTRY, {"protocol": protocol.digest, "policies": digests})
         policies = tuple(
             str(out / one["kept"]) if one["kept"] is not None else policy
             for one, policy in zip(told, entry.policies, strict=True)
         )
-        exploiters = tuple(str(out / EXPLOITERS / str(number)) for number in range(len(policies)))
+        each = protocol.robust.exploiters
+        exploiters = tuple(str(out / EXPLOITERS / str(number)) for number in range(each * len(policies)))
         how: dict[str, Any] = {"pool": pool if pool is not None else SerialExecutor(), "should_stop": should_stop}
         played: list[TrackGames] = []
 
-        def play(track: Track, players: PlayerFactory, attackers: Sequence[tuple[int, str]] = ()) -> None:
-            games = TrackGames(track, protocol, players, work / track.name, attackers=attackers, command=command)
+        def play(track: Track, players: PlayerFactory, **met: Any) -> None:
+            games = TrackGames(track, protocol, players, work / track.name, command=command, **met)
             games.play(progress=progress, **how)
             played.append(games)
 
         with BackgroundTasks(how["pool"]) as background:
             # Exploiters begin first: nobody can share in learning one, so they learn while others play.
             learning = []
-            for number, policy in enumerate(policies):
-                say(f"track robust: learning to beat {told[number]['name']}, {protocol.robust.steps:,} commands")
-                learning.append(attacks.Learning(background, protocol, work, out / EXPLOITERS, policy, number))
+            for number, place in enumerate(exploiters):
+                policy, seed = divmod(number, each)
+                say(f"track robust: learning to beat {told[policy]['name']}, {protocol.robust.steps:,} commands")
+                learning.append(attacks.Learning(background, protocol, work, Path(place), policies[policy], seed))
                 learning[-1].begin(should_stop, say)
             for track in protocol.tracks:
                 say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
-                play(track, PlayerFactory(policies, track.trials))
+                play(track, PlayerFactory(policies, track.trials), digests=digests)
             searched = []
             for number, one in enumerate(told):
                 say(f"track robust: searching for what beats {one['name']}")
                 folder = work / f"search-{number}"
                 searched.append(attacks.find(number, protocol, PlayerFactory(policies), folder, show=progress, **how))
+            learned = [one.end(should_stop) for one in learning]
             found = [
-                {
-                    "policy": number,
-                    "learned": f"{EXPLOITERS}/{number}",
-                    "digest": one.end(should_stop),
-                    "searched": best,
-                }
-                for number, (one, best) in enumerate(zip(learning, searched, strict=True))
+                {"policy": number, "learned": learned[each * number : each * (number + 1)], "searched": best}
+                for number, best in enumerate(searched)
             ]
-            attackers = [(number, f"{LEARNED} {number}") for number in range(len(policies))] + list(enumerate(searched))
-            play(attacked(protocol), PlayerFactory(policies, (), exploiters), attackers)
+            attackers = [(number // each, f"{LEARNED} {number}") for number in range(len(exploiters))]
+            attackers += enumerate(searched)
+            play(attacked(protocol), PlayerFactory(policies, (), exploiters), attackers=attackers)
         lines = [line for games in played for line in games.lines()]
         report = describe(entry.name, told, found, lines, protocol, other)
         report["cost"] = {
@@ -155,8 +160,6 @@ def run(
             "seconds_of_this_sitting": round(time.monotonic() - began, 1),
             "command": command,
         }
-        for one, player in zip(report["policies"], players, strict=True):
-            one["privileged"] = isinstance(player, PrivilegedPolicy)
         report = signed(report)
         write(out, report, lines, render(report))
     return report
@@ -171,7 +174,7 @@ def describe(
     other: tuple[str, str, Results] | None = None,
 ) -> dict[str, Any]:
     """Return a report without its costs; all of it follows from the games."""
-    results = Results(lines, protocol)
+    results = Results(lines, protocol, [one["digest"] for one in policies])
     said = figures(results)
     if other is not None:
         said["improvement"] = {"over": other[0], "signature": other[1], **improvement(results, other[2])}
@@ -236,4 +239,4 @@ def _read_baseline(folder: Path, protocol: Protocol) -> tuple[str, str, Results]
             f"the baseline in {folder} is of protocol {report['protocol']['version']}, this entry is of "
             f"{protocol.version}: only reports of the same protocol compare"
         )
-    return report["name"], report["signature"], Results(lines, protocol)
+    return report["name"], report["signature"], Results(lines, protocol, [one["digest"] for one in report["policies"]])

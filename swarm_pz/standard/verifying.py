@@ -13,15 +13,14 @@ import numpy as np
 from swarm_pz.config.base import check_count
 from swarm_pz.errors import ConfigError, ResultsError, SwarmError
 from swarm_pz.evaluation.bundles import MOST_BYTES
-from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.evaluation.workers import silent
 from swarm_pz.kernels.cache import processor
-from swarm_pz.policy import Player, PrivilegedPolicy, registered
+from swarm_pz.policy import Player, registered
 from swarm_pz.standard import report as files
 from swarm_pz.standard.figures import ROBUST
 from swarm_pz.standard.games import LEARNED, Line, PlayerFactory, check_flies, play_again, siege_of
-from swarm_pz.standard.identity import identity_of
+from swarm_pz.standard.identity import identity_of, kind_of
 from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol
 from swarm_pz.standard.running import Entry, cost_of, describe
@@ -153,30 +152,32 @@ def _factory(report: dict[str, Any], folder: Path, given: Sequence[str], protoco
         found = identity_of(place, player)
         if found != told["digest"]:
             raise ResultsError(f"policy {place} is not the report's: expected digest {told['digest']!r}, got {found!r}")
-        if told["privileged"] is not isinstance(player, PrivilegedPolicy):
-            raise ResultsError(f"the report is wrong on whether policy {place} sees the simulator itself")
+        if told["kind"] != (kind := kind_of(player)):
+            raise ResultsError(f"policy {place} is {kind}, the report says {str(told['kind'])[:70]!r}")
         if (cost := report["cost"]["policies"][number]) != cost_of(player):
             raise ResultsError(f"the report says that policy {place} cost {cost}, its card {cost_of(player)}")
         policies.append(place)
-    exploiters = []
-    for number, attack in enumerate(report["attacks"]):
-        place = _inside(folder, attack["learned"], "exploiters", number)
-        player = check_flies(str(place), protocol)
-        found = identity_of(str(place), player)
-        if found != attack["digest"]:
-            raise ResultsError(f"{place} is not the report's exploiter: expected {attack['digest']!r}, got {found!r}")
-        _check_exploiter(player, number, protocol, str(place))
-        exploiters.append(str(place))
+    exploiters: list[str] = []
+    for attack in report["attacks"]:
+        if len(attack["learned"]) != protocol.robust.exploiters:
+            raise ResultsError(f"expected {protocol.robust.exploiters} exploiters a policy, got {attack['learned']}")
+        for seed, digest in enumerate(attack["learned"]):
+            place = _inside(folder, f"exploiters/{len(exploiters)}", "exploiters", len(exploiters))
+            player = check_flies(str(place), protocol)
+            if (found := identity_of(str(place), player)) != digest:
+                raise ResultsError(f"{place} is not the report's exploiter: expected {digest!r}, got {found!r}")
+            _check_exploiter(player, seed, protocol, str(place))
+            exploiters.append(str(place))
         siege_of(attack["searched"])
     return PlayerFactory(tuple(policies), (), tuple(exploiters))
 
 
-def _check_exploiter(player: Player, number: int, protocol: Protocol, place: str) -> None:
+def _check_exploiter(player: Player, seed: int, protocol: Protocol, place: str) -> None:
     """Check that an exploiter's card says that it was trained as by the protocol."""
     card = getattr(player, "card", None)
     told = card if isinstance(card, dict) else {}
     training = told.get("training", {})
-    expected = (protocol.robust.steps, (protocol.robust.seed + number) % 2**32)
+    expected = (protocol.robust.steps, seed)
     found = (training.get("total_steps"), training.get("seed"))
     if found != expected or not told.get("steps", 0) >= protocol.robust.steps:
         raise ResultsError(
@@ -218,8 +219,8 @@ def _play_sample(
     say: Callable[[str], None],
 ) -> str:
     searched = {attack["policy"]: attack["searched"] for attack in report["attacks"]}
-    for line in lines:
-        if line.track == ROBUST and line.opponent not in (searched.get(line.policy), f"{LEARNED} {line.policy}"):
+    for line in lines:  # figures are right by now, so each exploiter has played its own policy
+        if line.track == ROBUST and not line.opponent.startswith(LEARNED) and line.opponent != searched[line.policy]:
             raise ResultsError(f"{line.opponent!r} in {files.GAMES} is no attack that the report names")
     sample = _choose(lines, games, seed)
     again = play_again(sample, protocol, factory, say)
@@ -238,19 +239,19 @@ def _play_sample(
     larger = _choose(lines, LARGER * games, seed)
     say(f"games differ, on {there} and here on {here} or with other versions: comparing shares")
     differences = [
-        POINTS[again.outcome] - POINTS[line.outcome]
+        float(again.outcome == "win") - float(line.outcome == "win")
         for line, again in zip(larger, play_again(larger, protocol, factory, say), strict=True)
     ]
     mean = float(np.mean(differences))
     error = max(float(np.std(differences)), 0.5 / len(differences) ** 0.5) / len(differences) ** 0.5
     if abs(mean) > _SURE * error:
         raise ResultsError(
-            f"over {len(larger)} games the entry's share of the points differs by {mean:+.3f}, more than chance does "
+            f"over {len(larger)} games the entry's share of games won differs by {mean:+.3f}, more than chance does "
             f"({_SURE * error:.3f}); for one, {first} (seed {seed})"
         )
     return (
         f"games differ here ({here}, the report was made on {there}, or with other versions), as chaotic games do; "
-        f"over {len(larger)} of them the share of the points differs by {mean:+.3f}, no more than chance does"
+        f"over {len(larger)} of them the share of games won differs by {mean:+.3f}, no more than chance does"
     )
 
 

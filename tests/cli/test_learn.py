@@ -8,7 +8,6 @@ import pytest
 
 from swarm_pz.cli import learn
 from swarm_pz.config import GameConfig
-from swarm_pz.policies.held_out import Generalisation
 from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.standard import exploitability
 from swarm_pz.training.config import TrainConfig
@@ -78,20 +77,6 @@ def test_sweep_plays_every_policy_and_names_the_benchmark(shown, monkeypatch, ca
     run(f"sweep --seeds 4 6 --games 8 --out {OUT}")
     assert shown == [("print_matches", [("seed-4", "uniform", 8), ("seed-6", "uniform", 8)])]
     assert "benchmark runs/mine/seed-4 runs/mine/seed-6 --name mine)" in capsys.readouterr().out
-
-
-def test_held_out_prints_both_suites_and_writes_them(shown, monkeypatch, capsys):
-    suites = Generalisation([match("ring", 0.75), match("halo", 0.25)], [match("drifting", 0.875)])
-    monkeypatch.setattr("swarm_pz.policies.held_out.play_suites", lambda *_, **__: suites)
-    run("evaluate lasso --held-out --json e.json --game.time-limit 7")
-    assert [([one.opponent for one in matches], title) for _, matches, title in shown] == [
-        (["ring", "halo"], "lasso against the scripts: score 0.500"),
-        (["drifting"], "lasso against the held-out suite: score 0.875"),
-    ]
-    assert "generalisation (held-out score less in-suite score): +0.375\n" in capsys.readouterr().out
-    figures = json.loads(Path("e.json").read_text())
-    assert (figures["in_suite_score"], figures["held_out_score"], figures["generalisation"]) == (0.5, 0.875, 0.375)
-    assert figures["rules_hash"] == GameConfig(time_limit=7.0).rules_hash
 
 
 def test_exploit_measures_what_was_found_and_writes_it_twice(shown, monkeypatch):

@@ -60,11 +60,7 @@ ONE = f"ring noise --seed 7 --pair 3 --side blue --seconds 1.5 {SHORT}"
 CHOSEN = {"config": RULES, "seed": 7, "pair": 3, "side": "blue", "seconds": 1.5}
 GAME = TrainConfig().game.replace(drones_per_team=3)
 NEW, AGAIN = {"resume": False, "overwrite": False}, {"resume": False, "overwrite": True}
-PLAYED, SUITES, ATTACK = (
-    "evaluation.match.play_match",
-    "policies.held_out.play_suites",
-    "standard.exploitability.attack",
-)
+PLAYED, ATTACK = "evaluation.match.play_match", "standard.exploitability.attack"
 TRAINING, LEAGUE = "training.ppo.Training", "training.selfplay.League"
 LONG, RELEASED = RECIPES["long"], GameConfig.preset("released")
 SEEN = RELEASED.replace(observation=TrainConfig().game.observation)
@@ -75,7 +71,6 @@ TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs
     ("words", "where", "args", "named"),
     [
         (f"evaluate ring --opponent noise {MATCH}", PLAYED, ("ring", "noise"), HOW | {"config": RULES}),
-        (f"evaluate ring --held-out {MATCH}", SUITES, ("ring", RULES), HOW | {"pool": 1}),
         (
             f"evaluate ring --exploit {MATCH} --exploit-steps 640 --exploiters 2 --out runs/mine --overwrite",
             ATTACK,

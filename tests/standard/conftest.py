@@ -23,15 +23,20 @@ def all_resamples(monkeypatch):
 
 @pytest.fixture(scope="package")
 def tiny():
-    """The protocol with one short opponent a track, and hardly any budget for attacks; it is no try."""
+    """The protocol with a short opponent or two a track, and hardly any budget for attacks; it is no try."""
     whole = Protocol.read()
-    names = ("uniform", "ring, 7 a team", "direct")
+    names = ("uniform", "ring", "strip", "direct")
     tracks = tuple(
         replace(track, games=4, trials=tuple(trial for trial in track.trials if trial.name in names))
         for track in whole.tracks
     )
-    robust = replace(whole.robust, games=4, steps=256, generations=2, candidates=4, search_games=2)
-    game, plain = whole.game.replace(time_limit=3.0), whole.plain | {"version": "tiny"}
+    robust = replace(whole.robust, games=4, exploiters=2, steps=256, generations=2, candidates=4, search_games=2)
+    alone = {
+        kind: {"score": won, "score_ci95": [won - 0.1, won + 0.1], "opponents": {"uniform": won, "ring": 1.0}}
+        for kind, won in (("constant", 0.5), ("sequence", 0.25))
+    }
+    game = whole.game.replace(time_limit=3.0)
+    plain = whole.plain | {"version": "tiny", "open_loop": {"field": alone}}
     return replace(whole, version="tiny", game=game, tracks=tracks, robust=robust, plain=plain)
 
 

@@ -2,7 +2,6 @@
 
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from swarm_pz.evaluation.workers import SerialExecutor
@@ -12,15 +11,15 @@ from swarm_pz.training import exploit
 from swarm_pz.training.exploit import fixed_learner
 
 GAMES = {
-    "siege wins": ([[2.0, 0.0, 0.0]], [0.0, 0.0]),
-    "siege draws": ([[0.0, 2.0, 0.0]], [0.25, 0.25]),
-    "siege loses": ([[0.0, 0.0, 2.0]], [1.0, 1.0]),
-    "siege shares": ([[1.0, 0.0, 1.0]], [0.5, 1.0]),
+    "siege wins": [("loss", 0.0), ("loss", 0.0)],
+    "siege draws": [("draw", 0.25), ("draw", 0.25)],
+    "siege loses": [("win", 1.0), ("win", 1.0)],
+    "siege shares": [("loss", 0.5), ("win", 1.0)],
 }
-"""Games that a candidate won, drew and lost in each pair, and the entry's shares of the drones."""
+"""How the entry's games against a candidate ended, and its shares of the drones."""
 
 
-def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_plays(tiny, tmp_path, monkeypatch):
+def test_a_candidate_is_worth_what_the_entry_does_not_win_on_seeds_that_no_report_plays(tiny, tmp_path, monkeypatch):
     begun, shown = [], []
 
     class Played:
@@ -30,12 +29,9 @@ def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_p
         def play(self, *, pool, progress, should_stop):
             progress(1.0, 2.0)
 
-        def tally(self, name, one):
-            assert one == "entry 1"
-            return np.array(GAMES[name][0])
-
         def between(self, name, one):
-            return [SimpleNamespace(share=share) for share in GAMES[name][1]]
+            assert one == "entry 1"
+            return [SimpleNamespace(outcome=outcome, share=share) for outcome, share in GAMES[name]]
 
     def search(score, **given):
         assert given == {"generations": 2, "candidates": 4, "seed": tiny.robust.seed + 1, "prefix": "siege"}
@@ -45,7 +41,7 @@ def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_p
     monkeypatch.setattr(attacks, "search", search)
     how = {"pool": SerialExecutor(), "show": lambda *done: shown.append(done), "should_stop": lambda: False}
     values = attacks.find(1, tiny, PlayerFactory(("ring", "halo")), tmp_path, **how)
-    assert values == ([1.0, 0.625, 0.0, 0.375], [0.625])
+    assert values == ([1.0, 0.875, 0.0, 0.375], [0.875])
     (track, attackers), *_ = begun
     assert attackers == [(1, name) for name in GAMES] and track.games == tiny.robust.search_games
     assert track.seed != attacked(tiny).seed
@@ -63,4 +59,4 @@ def test_an_exploiter_learns_by_the_protocol_and_the_settings_whose_figures_comp
     with pytest.raises(KeyboardInterrupt):
         attacks.learn("champion", 3, tiny, tmp_path / "work", lambda: False, print)
     assert given["policy"] == "champion" and given["learner"] == fixed_learner("champion", tiny.game, 256)
-    assert (given["resume"], given["steps"], given["seed"]) == (False, 256, tiny.robust.seed + 3)
+    assert (given["resume"], given["steps"], given["seed"]) == (False, 256, 3)

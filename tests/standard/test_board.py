@@ -40,7 +40,7 @@ def test_an_entry_is_what_its_report_says(folder):
 
 def test_an_added_entry_is_whole_and_no_name_stands_twice(place, reported, tiny):
     there = {path.relative_to(place / "two").as_posix() for path in (place / "two").rglob("*") if path.is_file()}
-    learned = [f"{name}/policy" for name in ("policies/0", "exploiters/0", "exploiters/1")]
+    learned = [f"{name}/policy" for name in ("policies/0", *(f"exploiters/{number}" for number in range(4)))]
     assert there == {*entries.NEEDED, *(f"{name}.{kind}" for name in learned for kind in ("json", "safetensors"))}
     assert (place / "two" / reports.REPORT).read_bytes() == (reported / reports.REPORT).read_bytes()
     for name in ("two", "..", "a/b", "A", "", "-a", "a" * 41):
@@ -170,6 +170,13 @@ def test_pages_escape_what_others_wrote_and_fetch_nothing(pages):
         assert not re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="|url\(|@import', text)
         assert "Content-Security-Policy" in text and "default-src 'none'" in text
     assert "&lt;b&gt;best&lt;/b&gt; &amp; {co}" in (pages / "index.html").read_text()
+
+
+def test_the_board_shows_kinds_and_the_players_of_the_clock_alone(pages):
+    text = (pages / "index.html").read_text()
+    assert text.count('<td data-value="learned, scripted">') == 3
+    for kind, score in (("constant", "0.500"), ("sequence", "0.250")):
+        assert re.search(rf"best {kind}<small>.*?</small></th><td></td><td></td><td></td><td>{score}</td>", text)
 
 
 @pytest.fixture

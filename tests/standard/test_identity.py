@@ -7,7 +7,7 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
-from swarm_pz.policies import held_out, scripted
+from swarm_pz.policies import generated, open_loop, scripted
 from swarm_pz.standard.identity import _canonical, identity_of, source_digest
 
 
@@ -32,6 +32,7 @@ def test_only_code_changes_a_digest(changed, is_same):
 
 
 def test_what_a_script_calls_and_its_constants_count(monkeypatch):
-    before = source_digest(held_out.drifting)
-    monkeypatch.setattr(held_out, "_blob", held_out._in_turn)
-    assert source_digest(held_out.drifting) != before
+    before = source_digest(generated.hide), source_digest(open_loop.best_constant)
+    monkeypatch.setattr(generated, "_anywhere", generated._around)
+    monkeypatch.setattr(open_loop, "CONSTANT", ((1, ((0.5, 1.0), (1.0, 1.0))),))
+    assert source_digest(generated.hide) != before[0] and source_digest(open_loop.best_constant) != before[1]

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from swarm_pz.standard.page import render
+from swarm_pz.standard.page import KINDS, render
 from swarm_pz.standard.report import PAGE, REPORT
 
 
@@ -26,7 +26,7 @@ def test_no_text_of_a_report_is_markup(report):
             return {name: spoilt(part) for name, part in value.items()}
         if isinstance(value, list):
             return [spoilt(part) for part in value]
-        return f"<i>{value}" if isinstance(value, str) else value
+        return f"<i>{value}" if isinstance(value, str) and value not in KINDS else value
 
     report["figures"]["improvement"] = {"over": "other", "probability": 0.5, "ci95": [0.25, 0.75]}
     report["figures"]["tracks"] = {f"<i>{name}": track for name, track in report["figures"]["tracks"].items()}
@@ -40,31 +40,33 @@ def test_the_page_shows_each_figure_where_it_belongs(report):
     said = report["figures"]
     plain = render(report)
     said["score"], said["score_ci95"] = 0.625, [0.5, 0.75]
-    said["tracks"]["robust"] |= {"score": 0.125, "score_ci95": [0.0625, 0.1875]}
-    counts = {"wins": 91, "draws": 92, "losses": 93, "points": [0.25], "mean_share": 0.5}
+    said["tracks"]["robust"] |= {"score": 0.125, "score_ci95": [0.0625, 0.1875], "cvar": 0.0625}
+    said["tracks"]["robust"]["worst"] = {"opponent": "siege", "score": 0.03}
+    said["tracks"]["field"]["open_loop"]["gain"] = -0.12
+    counts = {"wins": 91, "draws": 92, "losses": 93, "scores": [0.25, None], "mean_share": 0.5}
     said["tracks"]["uniform"]["opponents"][0] |= counts | {"forfeits": 7, "first_forfeit": "entry 1: policy raised"}
     said["uniform"] |= {"curve": {"seconds": [0.0, 30.0, 60.0], "not_won": [1.0, 0.5, 0.25]}, "median_seconds": None}
-    said["profile"] |= {"score_above": [0.0, 0.5], "share": [1.0, 0.5], "low": [0.75, 0.25], "high": [1.0, 0.75]}
     said["improvement"] = {"over": "other", "probability": 0.7, "ci95": [0.6, 0.8]}
     report["cost"]["policies"][0].update(commands=1234567, seconds=None)
     report["cost"].update(processes=None)
-    report["policies"][1].update(privileged=True)
+    report["policies"][1].update(kind="planned")
     report["protocol"].update(version="1-quick")
     page = render(report)
     for shown in (
         '<p class="score">0.625</p>',
         "interval 0.500 to 0.750, over training seeds",
-        "<td>0.125</td><td>0.062 to 0.188</td><td>worse of two attacks</td>",
-        "<td>91</td><td>92</td><td>93</td><td>0.25</td><td>0.50</td>",
+        "<td>0.125</td><td>0.062 to 0.188</td><td>0.030 (siege)</td><td>0.062</td>",
+        "<td>0.500 (0.400 to 0.600)</td><td>0.250 (0.150 to 0.350)</td><td>-0.120</td>",
+        "<td>91</td><td>92</td><td>93</td><td>0.25, itself</td><td>0.50</td>",
         '<polyline points="42.0,10.0 192.0,10.0 192.0,95.0 342.0,95.0 342.0,137.5"',
-        '<polygon points="42.0,52.5 192.0,137.5 192.0,52.5 42.0,10.0"',
         ">30 s</text>",  # in the middle of the curve
         "over opponents: 0.700 (0.600 to 0.800)",
         "<td>1,234,567</td><td>not said</td>",
-        "sees the simulator itself",
+        "Kind: learned, planned (sees the simulator).",
         "cannot be sent in",
         "the first since entry 1: policy raised",
         "the median never",
         "a cluster",
     ):
         assert shown in page and (shown not in plain or "median" in shown), shown
+    assert "ring is ring of track field, and does not meet itself." in page

@@ -21,7 +21,7 @@ def commands(tactic):
 
 
 def test_the_ring_is_one_of_the_family_and_its_corners_are_densities():
-    np.testing.assert_allclose(commands(siege((1, 0, 0.25, 0.08, 0, 10, 0, 0))), commands(ring), atol=1e-12)
+    np.testing.assert_allclose(commands(siege((0.5, 0.5, 1, 0, 0.25, 0.08, 0, 10, 0, 0))), commands(ring), atol=1e-12)
     for numbers in (LOW, HIGH):
         densities = commands(siege(numbers))
         assert densities.max() == 1.0 and densities.min() >= 0.0
@@ -32,18 +32,20 @@ def test_each_number_does_what_it_is_called():
     images = np.zeros((1, 2, 25, 25), np.uint8)
     images[0, 0, 2, 2] = images[0, 1, 12, 12] = 255
 
-    def play(*numbers, steps=0):
+    def play(*numbers, steps=0, place=(0.5, 0.5)):
         view = View(images, ("own_positions", "opposing_positions"), 25, np.array([steps]), [], np.zeros((1, 4)))
-        return siege(numbers).play(view)[0]
+        return siege((*place, *numbers)).play(view)[0]
 
     def brightest(densities):
         return tuple(int(place) for place in np.unravel_index(densities.argmax(), densities.shape))
 
     assert brightest(play(0, 0, 0, 0.1, 0, 10, 0, 0)) == (12, 12)
     assert brightest(play(0, 0.5, 0, 0.1, 0, 10, 0, 0)) == (7, 7)
+    for row, y in ((0, -0.2), (0, 0.0), (24, 1.0), (24, 1.2)):  # also where no lean helps
+        assert brightest(play(0, 0, 0, 0.1, 0, 10, 0, 0, place=(1.0, y))) == (row, 24)
     images[0, 1], images[0, 1, 12, 22] = 0, 255
     assert brightest(play(0.5, 0, 0, 0.1, 0, 10, 0, 0)) == (12, 17)
-    radii = [abs(brightest(play(0, 0, 0.2, 0.05, 0.1, 20, 0, 0, steps=step))[0] - 12) / 25 for step in (0, 5, 15)]
+    radii = [abs(brightest(play(0, 0, 0.2, 0.06, 0.1, 20, 0, 0, steps=step))[0] - 12) / 25 for step in (0, 5, 15)]
     assert radii == pytest.approx([0.2, 0.3, 0.1], abs=0.03)
     plain, raised = play(0, 0, 0.3, 0.1, 0, 10, 0, 0), play(0, 0, 0.3, 0.1, 0, 10, 0.25, 0.5)
     assert raised[0, 0] == pytest.approx(plain[0, 0] + 0.25, abs=1e-6)
@@ -51,7 +53,7 @@ def test_each_number_does_what_it_is_called():
     assert raised[12, 17] == pytest.approx(plain[12, 17] + 0.25 + 0.5 * np.exp(-4.0))
 
 
-@pytest.mark.parametrize("numbers", ["1 2", "a b c d e f g h", "9 9 9 9 9 9 9 9", "nan 0 0 0.1 0 5 0 0"])
+@pytest.mark.parametrize("numbers", ["1 2", "a b c d e f g h i j", "9 9 9 9 9 9 9 9 9 9", "nan 0 0 0 0 0.1 0 5 0 0"])
 def test_numbers_of_no_tactic_are_refused(numbers):
     with pytest.raises(ResultsError, match="no tactic"):
         siege_of(f"siege {numbers}")
@@ -64,7 +66,7 @@ def test_a_search_finds_what_is_best_and_the_same_twice():
         places = [(np.array([float(word) for word in name.split()[1:]]) - low) / (high - low) for name in names]
         return [-float(((place - 0.8) ** 2).sum()) for place in places]
 
-    found = [search(score, prefix="siege", generations=30, candidates=12, seed=seed) for seed in (3, 3, 4)]
+    found = [search(score, prefix="siege", generations=40, candidates=12, seed=seed) for seed in (3, 3, 4)]
     assert found[0] == found[1] != found[2]
-    assert score(found)[0] > -0.05  # where it begins it is -1.28
+    assert score(found)[0] > -0.05  # where it begins it is -1.6
     siege_of(found[0])

@@ -145,12 +145,12 @@ def test_links_and_huge_files_in_a_report_are_not_opened(copied, is_refused, tmp
         (lambda report: report["seeds"].update(uniform=7), "do not follow"),
         (lambda report: report["policies"][0].update(digest="0" * 32), "is not the report's"),
         (lambda report: report["policies"][0].update(kept="../../policies/0"), "expected policies/0 in"),
-        (lambda report: report["policies"][0].update(privileged=True), "is wrong on whether"),
+        (lambda report: report["policies"][0].update(kind="planned"), "is learned, the report says 'planned'"),
         (lambda report: report["policies"][0].update(kept=None, name="../x"), "nor installed"),
         (lambda report: report["policies"][0].update(kept=None, name="planner:/x"), "nor installed"),
         (lambda report: report["cost"]["policies"][0].update(parameters=1), "'parameters': 1"),
-        (lambda report: report["attacks"][0].update(digest="0" * 32), "is not the report's exploiter"),
-        (lambda report: report["attacks"][0].update(learned="/etc"), "expected exploiters/0 in"),
+        (lambda report: report["attacks"][0]["learned"].insert(0, "0" * 32), "expected 2 exploiters"),
+        (lambda report: report["attacks"][1]["learned"].reverse(), "is not the report's exploiter"),
         (lambda report: report["attacks"][0].update(searched="siege 1"), "names no tactic|is no attack that"),
         (lambda report: report["protocol"].update(version="1-quick"), "is of protocol '1-quick'"),
         (lambda report: report["protocol"].update(digest="0" * 16), "is of protocol 'tiny'"),
@@ -178,8 +178,8 @@ def test_games_that_nobody_played_and_attacks_on_others_are_found(copied, tiny, 
     edit(copied, lambda old: old["cost"].update(processor="another"))
     with pytest.raises(ResultsError, match="more than chance does"):
         verify(copied, protocol=tiny, games=8)
-    edit_games(copied, tiny, lambda line: line._replace(opponent=line.opponent.replace("learned 0", "learned 1")))
-    is_refused(r"'learned 1' in games\.jsonl is no attack")
+    edit_games(copied, tiny, lambda line: line._replace(opponent=line.opponent.replace("siege ", "siege 1 ")))
+    is_refused(r"'siege 1 .*' in games\.jsonl is no attack")
 
 
 @pytest.mark.parametrize(
@@ -187,7 +187,7 @@ def test_games_that_nobody_played_and_attacks_on_others_are_found(copied, tiny, 
     [
         lambda card: card.update(steps=255),
         lambda card: card["training"].update(total_steps=128),
-        lambda card: card["training"].update(seed=1),
+        lambda card: card["training"].update(seed=2),
     ],
 )
 def test_a_weaker_exploiter_than_the_protocol_says_is_refused(copied, is_refused, change):
@@ -197,7 +197,7 @@ def test_a_weaker_exploiter_than_the_protocol_says_is_refused(copied, is_refused
     change(card)
     other = LearnedPolicy(card, learned.weights(), GameConfig(), "0")
     other.write(place)
-    edit(copied, lambda report: report["attacks"][0].update(digest=other.digest))
+    edit(copied, lambda report: report["attacks"][0]["learned"].__setitem__(0, other.digest))
     is_refused("was not trained as the protocol says")
 
 
@@ -237,16 +237,16 @@ def test_what_nobody_has_checked_is_said(copied, tiny):
 
 
 def test_a_try_is_checked_and_said_to_be_one(tiny, tmp_path, capsys, monkeypatch):
-    short = replace(tiny, version="1", tracks=tuple(replace(track, trials=track.trials[:1]) for track in tiny.tracks))
+    short = replace(tiny, version="2", tracks=tuple(replace(track, trials=track.trials[:1]) for track in tiny.tracks))
     few = replace(tiny.robust, games=2, steps=256, generations=1, candidates=2, search_games=2)
     quick = Protocol.quick
     monkeypatch.setattr(Protocol, "quick", lambda whole: replace(quick(whole), game=whole.game, robust=few))
     monkeypatch.setattr(Protocol, "read", lambda: short)
-    run(Entry(policies=("ring",), name="a try"), tmp_path, protocol=short.quick())
+    run(Entry(policies=("halo",), name="a try"), tmp_path, protocol=short.quick())
     main(["benchmark", "--verify", str(tmp_path), "--games", "10"])
     said = capsys.readouterr().out
     assert "10 games played again are the same games" in said and "no entry" in said.splitlines()[-1]
-    assert said.startswith("checking files") and "track held-out: playing 2 games again\n" in said
+    assert said.startswith("checking files") and "track generated: playing 2 games again\n" in said
 
 
 @pytest.mark.parametrize(
@@ -284,10 +284,10 @@ def test_options_reach_what_is_done_and_the_figures_are_printed(reported, tmp_pa
     main(["benchmark", "zoo/ring", "halo", *words])
     entry, out, options = called.pop()
     assert (entry.name, entry.policies, out) == ("ring", ("zoo/ring", "halo"), tmp_path)
-    assert (options["protocol"].version, options["baseline"], options["pool"].count) == ("1-quick", Path("other"), 3)
+    assert (options["protocol"].version, options["baseline"], options["pool"].count) == ("2-quick", Path("other"), 3)
     assert options["command"].startswith("swarm-pz benchmark zoo/ring halo")
     printed = capsys.readouterr().out
-    assert "protocol: 1-quick" in printed and "better than other with probability 0.700 (0.600 to 0.800)" in printed
+    assert "protocol: 2-quick" in printed and "better than other with probability 0.700 (0.600 to 0.800)" in printed
     assert "\nscore      0.500 (95 % interval over training seeds: 0.400 to 0.625)\n" in printed
     assert "forfeits: 3 of " in printed and "entry 0: broke" in printed
     main(["benchmark", "halo", "--verify", str(tmp_path), "--seed", "9"])

@@ -1,0 +1,233 @@
+"""Searches the best constant and the best sequence of images for each track, and plays them by the protocol.
+
+python -m benchmarks.board.open_loop [--tracks uniform field generated systems] [--processes 2]
+
+These players see the clock alone. The search is CMA-ES over log-densities at 5 by 5 places, between which an image is
+interpolated, with the square's symmetry (6 numbers an image) and without (25). A sequence has three images, and for how
+long each is shown. Candidates play every opponent of the track from both sides, on seeds of the search's own; those
+that a search ends with and those that scored most play again on others, and the best of these the games of the
+protocol. Results go into policies/open_loop.json, track by track; what was found for others is tried, too. With
+--again nothing is searched: what is in the file plays the games of the protocol.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import closing
+from typing import Any
+
+import cma
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import ObservationConfig
+from swarm_pz.evaluation.intervals import middle
+from swarm_pz.evaluation.rollout import Rollout
+from swarm_pz.evaluation.workers import open_pool
+from swarm_pz.files import draft_of
+from swarm_pz.policies.open_loop import FILE, Images, images_of, shown
+from swarm_pz.policies.scripted import CLOCK, View
+from swarm_pz.spaces.densities import cell_centres, corner_discs, disc, ring
+from swarm_pz.standard.aggregate import drawn_pairs, resampled
+from swarm_pz.standard.games import config_of, with_trial
+from swarm_pz.standard.protocol import Protocol, Track
+
+Array = NDArray[np.float64]
+SIDE, CELLS, IMAGES = 5, 10, 3
+LOWEST, LONGEST = -7.0, 60
+"""The least log-density, and the most commands for which an image is shown."""
+BUDGET = {"uniform": (10, 5, 12, 40), "field": (1, 4, 8, 4), "generated": (2, 4, 10, 8), "systems": (1, 1, 6, 1)}
+"""Pairs of games against each opponent, generations and candidates of each search, and pairs by which the best are
+chosen: such that a track takes some ten minutes of a core. Games of `systems` are slow, so it has the fewest."""
+SEED = 7_220_000
+
+
+def _symmetric() -> NDArray[np.int64]:
+    """Return which of the 25 places the square's symmetry maps to one another, by 6 numbers."""
+    near = np.minimum(np.arange(SIDE), np.arange(SIDE)[::-1])
+    pairs = np.sort(np.stack(np.broadcast_arrays(near[:, None], near), axis=-1), axis=-1).reshape(-1, 2)
+    return np.unique(pairs, axis=0, return_inverse=True)[1].ravel()
+
+
+_CENTRES = (np.arange(CELLS) + 0.5) / CELLS
+BETWEEN = np.maximum(1.0 - np.abs(_CENTRES[:, None] - np.linspace(0.0, 1.0, SIDE)) * (SIDE - 1), 0.0)
+"""Weights (cells, places) by which an image is interpolated along one axis."""
+PLACES = {True: _symmetric(), False: np.arange(SIDE * SIDE)}
+"""Which number stands at each place, with the symmetry and without."""
+
+
+def decoded(numbers: Array, count: int, symmetric: bool) -> Images:
+    """Return the images that numbers stand for: of each image its log-densities, and the log of its length last."""
+    images = []
+    for part in numbers.reshape(count, -1):
+        logs = BETWEEN @ part[:-1][PLACES[symmetric]].reshape(SIDE, SIDE) @ BETWEEN.T
+        densities = np.exp(np.maximum(logs - logs.max(), LOWEST)).round(3)
+        length = int(np.clip(np.exp(min(part[-1], 9.0)), 1, LONGEST).round()) if count > 1 else 1
+        images.append((length, densities.tolist()))
+    return images_of(images)
+
+
+def encoded(images: Images, symmetric: bool) -> Array:
+    """Return the numbers of the nearest images."""
+    back, parts = np.linalg.pinv(BETWEEN), []
+    for length, image in images:
+        logs = np.log(np.maximum(np.array(image), np.exp(LOWEST)))
+        numbers = np.bincount(PLACES[symmetric], (back @ logs @ back.T).ravel()) / np.bincount(PLACES[symmetric])
+        parts.append([*numbers, np.log(length)])
+    return np.array(parts).ravel()
+
+
+class Several:
+    """A player with images of its own in each few rows."""
+
+    name, answers, observation = "several", "density", ObservationConfig(channels=CLOCK)
+
+    def __init__(self, players: Sequence[Images], each: int) -> None:
+        self._players, self._each = players, each
+        self._steps = np.zeros(len(players) * each, np.int64)
+
+    def reset(self, seeds: Sequence[Any], rows: NDArray[np.int64]) -> None:
+        """Begin new games."""
+        self._steps[rows] = 0
+
+    def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> Array:
+        """Answer with the images of each row's player."""
+        answers = np.empty((len(rows), CELLS, CELLS))
+        for player in np.unique(rows // self._each):
+            own = rows // self._each == player
+            view = View(observations[own], CLOCK, CELLS, self._steps[rows[own]], [], np.zeros((int(own.sum()), 1)))
+            answers[own] = shown(self._players[player], view)
+        self._steps[rows] += 1
+        return answers
+
+
+def play(players: Sequence[Images], track: Track, place: int, numbers: Sequence[int], seed: int) -> Array:
+    """Return whether each player won each game against an opponent, and its share: (players, games, 2). A task."""
+    trial = track.trials[place]
+    config = with_trial(config_of(track, Protocol.read()), trial).game
+    several = Several(players, len(numbers))
+    with closing(Rollout(several, trial.load(config), [*numbers] * len(players), seed=seed, config=config)) as games:
+        games.play()
+        found = [(float(game.outcome == "win"), game.share) for game in games.games()]
+    return np.array(found).reshape(len(players), len(numbers), 2)
+
+
+def against_all(players: Sequence[Images], track: Track, games: int, seed: int, pool: Executor) -> Array:
+    """Return the same against all opponents of a track: (opponents, players, games, 2)."""
+    places = range(len(track.trials))
+    tasks = [pool.submit(play, players, track, place, range(games), seed) for place in places]
+    return np.stack([task.result() for task in tasks])
+
+
+def worth(found: Array) -> Array:
+    """Return what a search counts: the share of games won, and a little of the share of the drones."""
+    return np.asarray(found.mean(axis=(0, 2)) @ [1.0, 0.1])
+
+
+def search(track: Track, pool: Executor) -> dict[str, Images]:
+    """Return the best constant and the best sequence that are found for a track."""
+    pairs, generations, candidates, more = BUDGET[track.name]
+    x, y = cell_centres(CELLS)
+    drawn = (np.ones_like(x), ring(np.hypot(x - 0.5, y - 0.5), width=0.15), corner_discs(x, y))
+    uniform, halo, corners = (images_of([(8, np.maximum(image, 1e-3))])[0] for image in drawn)
+    corner = images_of([(1, np.maximum(disc(np.hypot(x - 0.05, y - 0.05), 0.1), 1e-3))])
+    seed, best = SEED + 1000 * track.seed, {}
+
+    def climb(begin: Images, symmetric: bool, step: float) -> list[Images]:
+        """Return some images, where a search from them ends, and the best that it met."""
+        nonlocal seed
+        first = encoded(begin, symmetric)
+        strategy = cma.CMAEvolutionStrategy(first, step, {"popsize": candidates, "seed": 1, "verbose": -9})
+        met: list[tuple[float, Images]] = []
+        for _ in range(generations):
+            seed += 1
+            asked = strategy.ask()
+            players = [decoded(np.asarray(point), len(begin), symmetric) for point in asked]
+            values = worth(against_all(players, track, 2 * pairs, seed, pool))
+            strategy.tell(asked, [-float(value) for value in values])
+            met += zip(values.tolist(), players, strict=True)
+        end = decoded(np.asarray(strategy.result.xfavorite), len(begin), symmetric)
+        print(
+            f"{track.name}: {len(begin)} images, {'' if symmetric else 'not '}symmetric, {max(met)[0]:.3f}", flush=True
+        )
+        return [begin, end, max(met)[1]]
+
+    def chosen(players: list[Images]) -> Images:
+        """Return the best on games that no search has seen."""
+        nonlocal seed
+        seed += 1
+        values = worth(against_all(players, track, 2 * more, seed, pool))
+        print(f"{track.name}: again {values.round(3).tolist()}", flush=True)
+        return players[int(values.argmax())]
+
+    def known(kind: str) -> list[Images]:
+        """Return what was found for other tracks."""
+        others = [kinds for name, kinds in json.loads(FILE.read_text()).items() if name != track.name]
+        return [images_of(kinds[kind]["images"]) for kinds in others]
+
+    found = [one for begin in (uniform, halo, corners) for one in climb((begin,), True, 1.5)]
+    best["constant"] = chosen([*found, *known("constant")])
+    best["constant"] = chosen([best["constant"], *climb(best["constant"], False, 0.7), *climb(corner, False, 1.5)])
+    best["sequence"] = chosen(
+        [
+            *climb(((8, best["constant"][0][1]),) * IMAGES, True, 1.0),
+            *climb((halo, uniform, corners), True, 1.0),
+            *known("sequence"),
+        ]
+    )
+    best["sequence"] = chosen([best["sequence"], *climb(best["sequence"], False, 0.5)])
+    return best
+
+
+def measure(best: dict[str, Images], track: Track, pool: Executor) -> dict[str, Any]:
+    """Return what the players won of the games of the protocol, as the file has it."""
+    found = against_all(list(best.values()), track, track.games, track.seed, pool)[..., 0]
+    told = {}
+    for place, (kind, images) in enumerate(best.items()):
+        pairs = found[:, place].reshape(len(track.trials), -1, 2).mean(axis=2)
+        low, high = middle(resampled(lambda generator, count: drawn_pairs(pairs, generator, count).mean(axis=(1, 2))))  # noqa: B023
+        told[kind] = {
+            "score": round(float(pairs.mean()), 4),
+            "score_ci95": [round(float(low), 4), round(float(high), 4)],
+            "opponents": {trial.name: float(won) for trial, won in zip(track.trials, pairs.mean(axis=1), strict=True)},
+            "images": images,
+        }
+    return told
+
+
+def write(told: dict[str, Any]) -> None:
+    """Write the file, each number of an image on its row."""
+    tracks = []
+    for track, kinds in told.items():
+        lines = [f'  "{kind}": {json.dumps(one)}' for kind, one in kinds.items()]
+        tracks.append(f' "{track}": {{\n' + ",\n".join(lines) + "\n }")
+    with draft_of(FILE) as draft:
+        draft.write_text("{\n" + ",\n".join(tracks) + "\n}\n")
+
+
+def main() -> None:
+    """Search and play, track by track."""
+    tracks = {track.name: track for track in Protocol.read().tracks}
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tracks", nargs="+", choices=tracks, default=list(tracks))
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--again", action="store_true", help="play what was found, and search nothing")
+    given = parser.parse_args()
+    with open_pool(given.processes) as pool:
+        for name in given.tracks:
+            before = json.loads(FILE.read_text())
+            if given.again:
+                best = {kind: images_of(one["images"]) for kind, one in before[name].items()}
+            else:
+                best = search(tracks[name], pool)
+            told = measure(best, tracks[name], pool)
+            now = json.loads(FILE.read_text()) | {name: told}
+            write({track: now[track] for track in tracks if track in now})
+            print(name, {kind: (one["score"], one["score_ci95"]) for kind, one in told.items()}, flush=True)
+
+
+if __name__ == "__main__":
+    main()
