@@ -21,7 +21,7 @@ from benchmarks.board.entries import Entry, folders, read
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.standard import Protocol
 from swarm_pz.standard import report as reports
-from swarm_pz.standard.page import KINDS, render
+from swarm_pz.standard.page import kinds_of, render
 
 HERE = Path(__file__).parent
 _REPORTS = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n"
@@ -34,11 +34,7 @@ def build(place: Path, protocol: Protocol | None = None) -> dict[str, str]:
     entries = [read(folder, protocol) for folder in folders(place)]
     entries.sort(key=lambda entry: (-entry.report["figures"]["score"], entry.name))
     tracks = list(entries[0].report["figures"]["tracks"]) if entries else []
-    pages = {
-        "index.html": _page(
-            "index.html.jinja", "board.js", protocol=protocol, tracks=tracks, entries=entries, kinds=KINDS
-        )
-    }
+    pages = {"index.html": _page("index.html.jinja", "board.js", protocol=protocol, tracks=tracks, entries=entries)}
     for entry in entries:
         pages[f"{entry.name}/report.html"] = render(entry.report, _REPORTS)
         pages[f"{entry.name}/replay.html"] = _game(entry, protocol)
@@ -51,7 +47,7 @@ def _templates() -> Environment:
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True
     )
     templates.filters |= {"mean": lambda values: float(np.mean(values)), "form": format}
-    templates.filters |= {"hours": _hours, "where": _where}
+    templates.filters |= {"hours": _hours, "where": _where, "kinds": kinds_of}
     return templates
 
 

@@ -39,7 +39,7 @@ def render(report: dict[str, Any], head: str = "") -> str:
             for name, track in said["tracks"].items()
             if (told := track["open_loop"])
         ],
-        kinds=", ".join(sorted({KINDS[policy["kind"]] for policy in report["policies"]})),
+        kinds=kinds_of(report),
         opponents={name: list(map(_opponent, track["opponents"])) for name, track in said["tracks"].items()},
         costs=[
             (policy["name"], *(_told(one[name]) for name in ("commands", "seconds", "processor", "parameters")))
@@ -51,6 +51,11 @@ def render(report: dict[str, Any], head: str = "") -> str:
 
 
 KINDS = {"learned": "learned", "scripted": "scripted", "planned": "planned (sees the simulator)"}
+
+
+def kinds_of(report: dict[str, Any]) -> str:
+    """Return what the policies of a report are, in words."""
+    return ", ".join(sorted({KINDS[policy["kind"]] for policy in report["policies"]}))
 
 
 @functools.cache
@@ -88,7 +93,7 @@ def _notes(report: dict[str, Any]) -> list[str]:
         notes.append("A try with few and short games: it says nothing about the entry, and cannot be sent in.")
     for one in report["figures"]["left_out"]:
         name = report["policies"][one["policy"]]["name"]
-        notes.append(f"{name} is {one['opponent']} of track {one['track']}, and does not meet itself.")
+        notes.append(f"{name} does not meet itself: {one['opponent']} of track {one['track']} is left out.")
     forfeited, games, reason = forfeits_of(report["figures"])
     if forfeited:
         notes.append(f"{forfeited} of {games} games are forfeits, the first since {reason}")

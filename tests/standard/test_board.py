@@ -142,6 +142,7 @@ def pages(place, tiny, tmp_path_factory):
     """A folder with the pages of three entries, two of them with other figures."""
     several, out = tmp_path_factory.mktemp("several"), tmp_path_factory.mktemp("pages")
     shutil.copytree(place / "two", several / "two")
+    edit(several / "two", lambda report: report["figures"].update(score=0.5))
     for name, score, commands in (("best", 0.98765, None), ("worst", 0.01, 5)):
         shutil.copytree(place / "two", several / name)
 

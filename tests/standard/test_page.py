@@ -69,4 +69,4 @@ def test_the_page_shows_each_figure_where_it_belongs(report):
         "a cluster",
     ):
         assert shown in page and (shown not in plain or "median" in shown), shown
-    assert "ring is ring of track field, and does not meet itself." in page
+    assert "ring does not meet itself: ring of track field is left out." in page
