@@ -18,11 +18,12 @@ from swarm_pz.config.base import digest
 from swarm_pz.config.registry import system_of
 from swarm_pz.errors import ResultsError
 from swarm_pz.files import draft_of
-from swarm_pz.policies import generated, open_loop
+from swarm_pz.policies import generated, open_loop, zoo
 from swarm_pz.policy import Player, load
 from swarm_pz.standard.identity import identity_of, source_digest
 
 FILE = Path(__file__).with_name("protocol.json")
+ZOO = Path(zoo.__file__).parent
 FLOWN_BY = "ergodic"
 """The control system that flies every entry."""
 NAMELESS = {f"test:{kind.__name__}": kind for kind in generated.TEST}
@@ -33,8 +34,8 @@ NAMELESS = {f"test:{kind.__name__}": kind for kind in generated.TEST}
 class Trial:
     """One opponent.
 
-    `name` stands in tables. `player` is the name of a policy, or one of `NAMELESS`, and `digest` that of `identity_of`.
-    Its team is flown by `system`.
+    `name` stands in tables. `player` is the name of a policy, a folder of the zoo, or one of `NAMELESS`, and `digest`
+    that of `identity_of`. Its team is flown by `system`.
     """
 
     name: str
@@ -49,7 +50,8 @@ class Trial:
     def load(self, game: GameConfig) -> Player:
         """Return the opponent, made for a game."""
         kind = NAMELESS.get(self.player)
-        return load(self.player, game, system_of(self.system)) if kind is None else kind(game)
+        place = str(ZOO / self.player) if "/" in self.player else self.player
+        return load(place, game, system_of(self.system)) if kind is None else kind(game)
 
     def found(self, game: GameConfig) -> str:
         """Return the digest of what is installed under its name."""
