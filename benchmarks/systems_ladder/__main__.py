@@ -12,6 +12,7 @@ from pathlib import Path
 
 import tyro
 
+from benchmarks.systems_ladder.contest import TRACKS
 from benchmarks.systems_ladder.making import SystemsConfig, make
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.player_options import REGISTRY
@@ -27,6 +28,7 @@ COMMAND = ("python", "-m", "benchmarks.systems_ladder")
 
 def systems(
     only: tuple[str, ...] = (),
+    tracks: tuple[str, ...] = tuple(TRACKS),
     games: int = 40,
     pilot_games: int = 20,
     starts: int = 20,
@@ -39,12 +41,13 @@ def systems(
     out: Path | None = None,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
-    """Compare control systems, each commanded by its best script and by the policy that was trained for it.
+    """Compare control systems, each commanded by the best of its scripts and the policy that was trained for it.
 
     Args:
         only: Control systems; all that are installed if none.
+        tracks: The rules that they play by.
         games: Games of every two, even, half from each side.
-        pilot_games: Games of every script against the adversary, to choose the best of each system.
+        pilot_games: Games of every player against the adversary, to choose the best of each system.
         starts: Games behind each trait.
         seconds: How long a team flies before it is judged.
         seed: Seed of all games.
@@ -53,14 +56,23 @@ def systems(
         quick: Play few and short games, which say whether all of it works, and nothing about the systems.
         folder: Keeps games and traits.
         out: Where systems.md and its pictures go; the folder, if not given.
-        game: The rules. Who flies is not for them to say: `controllers` stays as it is.
+        game: The rules. Who flies, and how slowly, is not for them to say: the tracks do.
     """
     config = SystemsConfig(
-        systems=only, games=games, pilot_games=pilot_games, starts=starts, seconds=seconds, seed=seed, game=game
+        systems=only,
+        tracks=tracks,
+        games=games,
+        pilot_games=pilot_games,
+        starts=starts,
+        seconds=seconds,
+        seed=seed,
+        game=game,
     )
-    usual = GameConfig().controllers
-    expected = f"left at {usual!r}: each system flies in turn, and --only says which"
-    check(game.controllers == usual, "game.controllers", game.controllers, expected)
+    usual = GameConfig()
+    expected = f"left at {usual.controllers!r}: each system flies in turn, and --only says which"
+    check(game.controllers == usual.controllers, "game.controllers", game.controllers, expected)
+    slowest = game.dynamics.min_speed
+    check(slowest == 0.0, "game.dynamics.min_speed", slowest, f"left at 0: the tracks are {', '.join(TRACKS)}")
     out = folder if out is None else out
     for one in (folder, out):
         check_folder(one)
@@ -73,8 +85,10 @@ def systems(
     ):
         config = config.quick if quick else config
         results = make(config, folder, out, pool=pool, progress=show, should_stop=should_stop, command=command)
-    for row in results["standings"]:
-        print(f"{row['entrant']:<32} {row['wins']:3} won {row['draws']:3} drawn {row['losses']:3} lost")
+    for track, told in results["tracks"].items():
+        print(f"{track}: a mixture wins {100 * told['game']['guaranteed']:.0f} % against anybody")
+        for row in told["standings"]:
+            print(f"  {row['entrant']:<32} wins {100 * row['against_all']:3.0f} % against all others")
     print(f"systems: {out / 'systems.md'}")
 
 

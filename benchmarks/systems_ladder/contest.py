@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
 from swarm_pz.config import GameConfig
+from swarm_pz.config.presets import PRESETS
 from swarm_pz.config.registry import registered, system_of
 from swarm_pz.errors import CommandError, KindError, SwarmError, nearest
 from swarm_pz.evaluation.survival import kaplan_meier
@@ -15,6 +17,8 @@ from swarm_pz.policy import registered as installed
 
 ADVERSARY = "ergodic/uniform"
 """Whom everybody plays: even coverage, flown by the ergodic controller."""
+TRACKS = {"hovering": 0.0, "fixed_wing": PRESETS["fixed_wing"]["dynamics"].min_speed}
+"""The least airspeed of each track's rules."""
 TRAINED = "trained"
 """Gives the policy that was trained for a system."""
 HOLD = "hold"
@@ -42,7 +46,10 @@ def load_entrant(entrant: str, game: GameConfig) -> Player:
 
 
 class Contest(Tournament):
-    """A tournament of entrants, as SYSTEM/PLAYER, of which each flies by its own system; if given, all against one."""
+    """A tournament of entrants, as SYSTEM/PLAYER, of which each flies by its own system.
+
+    Each meets every other and itself; if `against` is given, that one alone.
+    """
 
     def __init__(
         self, entrants: Sequence[str], config: TournamentConfig, folder: Path, command: str = "", against: str = ""
@@ -52,7 +59,9 @@ class Contest(Tournament):
 
     def pairings(self) -> list[tuple[str, str]]:
         """Return who plays whom, each two in alphabetical order."""
-        return [pair for pair in super().pairings() if not self._against or self._against in pair]
+        if self._against:
+            return [pair for pair in super().pairings() if self._against in pair]
+        return list(itertools.combinations_with_replacement(sorted(self.players), 2))
 
     def rules_of(self, one: str, other: str) -> TournamentConfig:
         """Return the rules of two entrants: each flies by its own system."""
@@ -60,14 +69,19 @@ class Contest(Tournament):
         return self.config.replace(game=self.config.game.replace(controllers=flown))
 
     def order(self, entrant: str) -> tuple[float, float]:
-        """Return what entrants are sorted by, after their games against the adversary: points lost, and mean length."""
+        """Return what entrants are sorted by, after their games against the adversary: wins, and mean time to one."""
         won, drawn, lost = self.tally(entrant, ADVERSARY).sum(axis=0).tolist()
         games = [alike[0] for alike in self.counting(entrant, ADVERSARY)]
         decided = [game.outcome_of(entrant) == "win" for game in games]
         limit = self.config.game.time_limit
         lengths = [game.seconds if is_won else limit for game, is_won in zip(games, decided, strict=True)]
         _, mean = kaplan_meier(lengths, decided)
-        return -(won + drawn / 2) / (won + drawn + lost), mean
+        return -won / (won + drawn + lost), mean
+
+
+def rules_of_track(track: str, game: GameConfig) -> GameConfig:
+    """Return a track's rules: those of a game, with its least airspeed."""
+    return game.replace(dynamics=game.dynamics.replace(min_speed=TRACKS[track]))
 
 
 def choose_systems(names: Sequence[str]) -> tuple[str, ...]:
@@ -105,15 +119,22 @@ def trained_for(system: str, game: GameConfig) -> str | None:
 
 
 def pilot(systems: Sequence[str], config: TournamentConfig, folder: Path, command: str = "") -> Contest:
-    """Return the tournament in which every script plays the adversary, on other seeds than those that count."""
-    entrants = [f"{system}/{name}" for system in systems for name in scripts_for(system, config.game)]
+    """Return the tournament in which everybody plays the adversary, on other seeds than those that count.
+
+    Of each system these are all scripts for its commands, and the policy that was trained for it.
+    """
+    entrants = []
+    for system in systems:
+        entrants += [f"{system}/{name}" for name in scripts_for(system, config.game)]
+        if (trained := trained_for(system, config.game)) is not None:
+            entrants.append(trained)
     others = [entrant for entrant in entrants if entrant != ADVERSARY]
     return Contest([ADVERSARY, *others], config.replace(seed=config.seed + _PILOT), folder, command, ADVERSARY)
 
 
-def best_scripts(played: Contest) -> dict[str, str]:
-    """Return the best entrant of each system after the pilot: most points against the adversary, then soonest."""
+def best_players(played: Contest) -> list[str]:
+    """Return the best entrant of each system after the pilot: most wins against the adversary, then soonest."""
     best: dict[str, str] = {}
     for entrant in sorted((one for one in played.players if one != ADVERSARY), key=played.order):
         best.setdefault(system_name(entrant), entrant)
-    return best
+    return list(best.values())

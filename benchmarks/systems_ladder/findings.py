@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -10,8 +11,10 @@ from numpy.typing import NDArray
 
 from benchmarks.systems_ladder.contest import ADVERSARY, Contest, player_name, system_name
 from swarm_pz.config.registry import system_of
+from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.intervals import bootstrap, wilson
 from swarm_pz.evaluation.ledger import PlayedGame
+from swarm_pz.evaluation.ratings import nash_average
 
 Array = NDArray[np.float64]
 
@@ -49,7 +52,6 @@ def _standing(contest: Contest, entrant: str) -> dict[str, Any]:
         "length": _over_pairs(played, [limit if game.outcome == "draw" else game.seconds for game in played]),
         "time_to_win": _over_pairs(games, [_time(game, entrant, limit) for game in games]),
         "commands_a_minute": _over_pairs(played, rates),
-        "won_after_s": sorted(game.seconds for game in games if game.outcome_of(entrant) == "win"),
     }
 
 
@@ -74,39 +76,43 @@ def _mean(values: Array, statistic: Callable[[Any], Any] | None = None) -> dict[
     return {"mean": mean, "ci95": ends}
 
 
-def compare(contest: Contest, one: str, other: str) -> dict[str, Any]:
-    """Return by how much more often, and sooner, the first of two wins against the adversary, on the same starts.
-
-    Both are means of differences and their intervals from a bootstrap over pairs of games; `sooner` is in seconds of
-    the restricted mean time to a win.
-    """
-    limit = contest.config.game.time_limit
-    wins = _paired(contest, (one, other), lambda game, who: float(game.outcome_of(who) == "win"))
-    times = _paired(contest, (one, other), lambda game, who: _time(game, who, limit))
-    more, sooner = _mean(wins[:, 0] - wins[:, 1]), _mean(times[:, 1] - times[:, 0])
-    return {"one": one, "other": other, "more_often": more, "sooner": sooner}
-
-
 def _time(game: PlayedGame, entrant: str, limit: float) -> float:
     return game.seconds if game.outcome_of(entrant) == "win" else limit
 
 
-def _paired(contest: Contest, entrants: tuple[str, str], value: Callable[[PlayedGame, str], float]) -> Array:
-    """Return the mean over each pair of games of a value of two entrants (pairs, 2)."""
-    columns = []
-    for entrant in entrants:
-        games = list(contest.between(entrant, ADVERSARY))
-        pairs = _by_pair(games, [value(game, entrant) for game in games])
-        columns.append([float(np.mean(pairs[pair])) for pair in sorted(pairs)])
-    return np.array(columns).T
+def wins(contest: Contest, order: Sequence[str]) -> Array:
+    """Return the share of its games (n, n) that each one (row) wins against each (column), a draw being no win.
+
+    On the diagonal, where both sides are the same one, it is half of what is decided.
+    """
+    shares = np.zeros((len(order), len(order)))
+    for (i, one), (j, other) in itertools.product(enumerate(order), enumerate(order)):
+        won, drawn, lost = contest.tally(one, other).sum(axis=0)
+        shares[i, j] = (won if i != j else (won + lost) / 2) / (won + drawn + lost)
+    return shares
 
 
-def payoffs(contest: Contest, order: Sequence[str]) -> list[list[float | None]]:
-    """Return each one's (row) share of the points against each other (column); None on the diagonal."""
-    points, games = contest.results().payoffs()
-    shares = points / np.where(games > 0, games, np.nan)
-    places = [contest.players.index(entrant) for entrant in order]
-    return [
-        [None if i == j or not np.isfinite(shares[i, j]) else round(float(shares[i, j]), 4) for j in places]
-        for i in places
-    ]
+def solve(shares: Array) -> dict[str, Any]:
+    """Return what the game is worth in which both sides choose an entrant, from the share of games each wins (n, n).
+
+    A draw is worth nothing to either, so wins alone are no zero-sum game. Wins less losses are one, of value 0:
+    `mixture` (n,) is its equilibrium, and `wins` the share of the games that this wins against itself. `guaranteed` is
+    the largest share of wins that a mixture has whatever the other side chooses, and `safest` (n,) that mixture.
+    """
+    mixture, _ = nash_average(shares)
+    count = len(shares)
+    # The last unknown is the level below which no opponent brings the mixture's wins.
+    found = require_extra("scipy.optimize", "cli").linprog(
+        np.append(np.zeros(count), -1.0),
+        A_ub=np.column_stack([-shares.T, np.ones(count)]),
+        b_ub=np.zeros(count),
+        A_eq=np.append(np.ones(count), 0.0)[None],
+        b_eq=[1.0],
+        bounds=[(0.0, None)] * count + [(None, None)],
+    )
+    return {
+        "mixture": mixture.round(4).tolist(),
+        "wins": float(mixture @ shares @ mixture),
+        "guaranteed": max(0.0, float(-found.fun)),
+        "safest": np.asarray(found.x[:count]).round(4).tolist(),
+    }

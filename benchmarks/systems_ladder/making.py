@@ -12,9 +12,18 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.csv_table import write_csv
-from benchmarks.systems_ladder.contest import ADVERSARY, Contest, best_scripts, choose_systems, pilot, trained_for
-from benchmarks.systems_ladder.findings import compare, payoffs, standings
-from benchmarks.systems_ladder.page import draw_field, draw_times, tables, to_markdown
+from benchmarks.systems_ladder.contest import (
+    ADVERSARY,
+    TRACKS,
+    Contest,
+    best_players,
+    choose_systems,
+    pilot,
+    rules_of_track,
+)
+from benchmarks.systems_ladder.findings import solve, standings, wins
+from benchmarks.systems_ladder.page import tables, to_markdown
+from benchmarks.systems_ladder.pictures import draw_field, draw_times
 from benchmarks.systems_ladder.traits import measure_traits
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count
@@ -38,8 +47,10 @@ class SystemsConfig(Config):
     ----------
     systems : tuple of str
         Control systems; all that are installed, if none are given.
+    tracks : tuple of str
+        The rules that they play by.
     pilot_games : int
-        Games of every script against the adversary, to choose the best of each system; even.
+        Games of every player against the adversary, to choose the best of each system; even.
     games : int
         Games of every two entrants, even.
     starts : int
@@ -48,10 +59,11 @@ class SystemsConfig(Config):
         How long a team flies before it is judged.
     seed : int
     game : GameConfig
-        The rules; who flies is not for it to say.
+        The rules; who flies, and how slowly, is not for it to say.
     """
 
     systems: tuple[str, ...] = ()
+    tracks: tuple[str, ...] = tuple(TRACKS)
     pilot_games: int = 20
     games: int = 40
     starts: int = 20
@@ -66,6 +78,7 @@ class SystemsConfig(Config):
             check_count(getattr(self, name), name, low, high)
         for name in ("pilot_games", "games"):
             check(getattr(self, name) % 2 == 0, name, getattr(self, name), "even, half for each side")
+        check(set(self.tracks) <= set(TRACKS) and self.tracks != (), "tracks", self.tracks, f"of {', '.join(TRACKS)}")
 
     @property
     def quick(self) -> SystemsConfig:
@@ -102,32 +115,50 @@ def make(
     """
     systems = choose_systems(config.systems)
     with nullcontext(pool) if pool is not None else open_pool(processes) as workers, folder_lock(folder):
-        rules = TournamentConfig(games=config.pilot_games, seed=config.seed, game=config.game)
-        trial = pilot(systems, rules, folder / PILOT, command)
-        trial.play(progress=progress, should_stop=should_stop, pool=workers)
-        best = best_scripts(trial)
-        trained = {system: one for system in systems if (one := trained_for(system, config.game)) is not None}
-        entrants = [ADVERSARY, *best.values(), *trained.values()]
-        field_ = Contest(entrants, rules.replace(games=config.games), folder / CONTEST, command)
-        field_.play(progress=progress, should_stop=should_stop, pool=workers)
+        tracks = {}
+        for track in config.tracks:
+            rules = TournamentConfig(
+                games=config.pilot_games, seed=config.seed, game=rules_of_track(track, config.game)
+            )
+            trial = pilot(systems, rules, folder / track / PILOT, command)
+            trial.play(progress=progress, should_stop=should_stop, pool=workers)
+            entrants = [ADVERSARY, *best_players(trial)]
+            field_ = Contest(entrants, rules.replace(games=config.games), folder / track / CONTEST, command)
+            field_.play(progress=progress, should_stop=should_stop, pool=workers)
+            tracks[track] = _tell(trial, field_)
         traits = _measure_all(systems, config, folder / TRAITS, workers, progress, should_stop)
-        table = standings(field_)
-        order = [ADVERSARY, *(row["entrant"] for row in table)]
         results = {
             "config": config.to_dict(),
             "adversary": ADVERSARY,
-            "pilot": [{name: row[name] for name in ("entrant", "wins", "draws", "losses")} for row in standings(trial)],
-            "standings": table,
-            "trained_and_script": [
-                compare(field_, entrant, best[system]) for system, entrant in trained.items() if system in best
-            ],
-            "order": order,
-            "payoffs": payoffs(field_, order),
+            "tracks": tracks,
             "traits": traits,
             **provenance(config.game, command),
         }
         write(results, folder, out)
         return results
+
+
+def _tell(trial: Contest, field_: Contest) -> dict[str, Any]:
+    """Return the numbers of a track: the entrants by their share of wins against all others, and what the game is."""
+    shares = wins(field_, field_.players)
+    against_all = (shares.sum(axis=1) - shares.diagonal()) / (len(shares) - 1)
+    places = sorted(range(len(shares)), key=lambda place: -against_all[place])
+    shares = shares[places][:, places]
+    game = solve(shares)
+    order = [field_.players[place] for place in places]
+    shown = {
+        one: {"against_all": float(against_all[place]), "mixture": share}
+        for one, place, share in zip(order, places, game["mixture"], strict=True)
+    }
+    return {
+        "pilot": [{name: row[name] for name in ("entrant", "wins", "draws", "losses")} for row in standings(trial)],
+        "standings": sorted(
+            (row | shown[row["entrant"]] for row in standings(field_)), key=lambda row: order.index(row["entrant"])
+        ),
+        "order": order,
+        "wins": shares.round(4).tolist(),
+        "game": game,
+    }
 
 
 def write(results: dict[str, Any], folder: Path, out: Path) -> None:
@@ -136,7 +167,8 @@ def write(results: dict[str, Any], folder: Path, out: Path) -> None:
         draft.write_text(json.dumps(results, indent=2) + "\n")
     (out / PICTURES).mkdir(parents=True, exist_ok=True)
     draw_times(results, out / PICTURES / "time_to_win.png")
-    draw_field(results, out / PICTURES / "field.png")
+    for track, told in results["tracks"].items():
+        draw_field(told, out / PICTURES / f"{track}.png")
     (out / "systems.md").write_text(to_markdown(results, PICTURES))
     for name, rows in tables(results).items():
         write_csv(out / "tables" / f"{name}.csv", rows)
@@ -192,7 +224,7 @@ def _read(path: Path, settings: dict[str, Any]) -> dict[str, Any] | None:
     try:
         kept = json.loads(path.read_text())
         before, traits = kept["settings"], dict(kept["traits"])
-        if missing := {"system", "coverage", "bimodal"} - traits.keys():
+        if missing := {"system", "own", "bimodal"} - traits.keys():
             raise ValueError(f"there is no {', '.join(sorted(missing))}")
     except (LookupError, TypeError, ValueError, RecursionError, OSError) as error:
         raise ResultsError(f"{path} is corrupt or foreign ({error!r}); delete it, or use another folder") from error

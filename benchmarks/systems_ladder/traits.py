@@ -1,8 +1,9 @@
-"""What control systems can, alone: coverage, and what becomes of it when something changes.
+"""What control systems can, alone: even coverage, a target of each one's own kind, and what changes do to it.
 
-Coverage is the ergodic metric of a team that starts in a corner, with nobody about, against even coverage: 0 is
-perfect. Systems are asked for what they do by themselves, which for those that cover is to cover evenly. Of each
-change the ratio of the metric with it to the metric without it, on the same starts, is told: 1 is no change.
+All numbers are ergodic metrics of a team that starts in a corner, with nobody about: 0 is perfect. Changes are judged
+by a target that the system can reach: even coverage for systems that cover, a Gaussian in the middle for those that
+fly to places. What is told is how well a team keeps it with the change, by how well it does without, on the same
+starts: 1 is no change.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.paper.coverage import TARGETS, hand_over, lone_team
+from benchmarks.paper.coverage import BIMODAL, TARGETS, hand_over, lone_team
 from benchmarks.paper.figure import game_seeds
-from benchmarks.systems_ladder.bimodal import bimodal_commands
+from benchmarks.systems_ladder.asking import Commands, Modes, commands_for, density_of
+from benchmarks.systems_ladder.contest import TRACKS, rules_of_track
 from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD, GameConfig
 from swarm_pz.config.registry import system_of
 from swarm_pz.errors import ResultsError
@@ -27,8 +29,10 @@ from swarm_pz.simulator.ergodicity import ErgodicMetric
 
 Array = NDArray[np.float64]
 
-SIZES = (5, 10, 20, 40)
-"""Drones of a team; the second is that of all other traits."""
+SIZE, SIZES = 10, (5, 40)
+"""Drones of a team, and of the two that are compared."""
+EVEN: Modes = ()
+MIDDLE: Modes = ((0.5, 0.5, 0.1),)
 LOST = 0.3
 """Share of the drones that is captured."""
 TALK, LOSS = 0.2, 0.5
@@ -42,34 +46,47 @@ Change = Callable[[Simulator], None]
 def measure_traits(system: str, game: GameConfig, *, seed: int, starts: int, seconds: int) -> dict[str, Any]:
     """Return the traits of a control system as plain values, each from so many starts.
 
-    They are `coverage` by size, the ratios `permutation`, `captured`, `leader`, `talk` and `loss`, each a mean with its
-    interval, and `bimodal`, what covers two modes. A team flies for so many seconds before it is judged, and before
-    something changes.
+    They are `even`, the metric of even coverage by track; `own`, that of its own `target`; the ratios of this, `size`,
+    `permutation`, `captured`, `leader`, `talk` and `loss`; and `bimodal`, what covers two modes. All but the last and
+    the ratios are means with their intervals. A team flies for so many seconds before anything changes, and as long
+    again, which is judged.
     """
     rules, seeds, generator = game.replace(controllers=system), game_seeds(seed, starts), np.random.default_rng(seed)
-    alone = {size: lone_team(size, rules) for size in SIZES}
-    even = {size: _metric(_start(alone[size], seeds), seconds) for size in SIZES}
-    usual, before = alone[SIZES[1]], even[SIZES[1]]
-    later = _after(_start(usual, seeds), seconds)
+    usual = lone_team(SIZE, rules)
+
+    def keeping(config: GameConfig, change: Change | None = None, start: Any = _start) -> Array:
+        return _kept(start(config, seeds), system, seconds, change)
 
     def talking(**numbers: float) -> Array:
-        return _metric(_start(usual.replace(controller=usual.controller.replace(**numbers)), seeds), seconds)
+        return keeping(usual.replace(controller=usual.controller.replace(**numbers)))
 
+    own = keeping(usual)
+    few, many = (keeping(lone_team(size, rules)) for size in SIZES)
     changed = {
-        "permutation": (_metric(_permuted(usual, seeds), seconds), before),
-        "captured": (_after(_start(usual, seeds), seconds, lambda sim: _capture(sim, LOST, generator)), later),
-        "leader": (_after(_start(usual, seeds), seconds, _capture_leader), later),
-        "talk": (talking(communication_radius=TALK), before),
-        "loss": (talking(message_loss=LOSS), before),
+        "size": (many, few),
+        "permutation": (keeping(usual, start=_permuted), own),
+        "captured": (keeping(usual, lambda sim: _capture(sim, LOST, generator)), own),
+        "leader": (keeping(usual, _capture_leader), own),
+        "talk": (talking(communication_radius=TALK), own),
+        "loss": (talking(message_loss=LOSS), own),
     }
     return {
         "system": system,
         "takes": system_of(system).takes,
-        "coverage": {str(size): _mean(values) for size, values in even.items()},
-        "size": _ratio(even[SIZES[-1]], even[SIZES[0]]),
+        "target": "even" if own_target(system) == EVEN else "middle",
+        "even": {
+            track: _mean(_even(_start(lone_team(SIZE, rules_of_track(track, rules)), seeds), seconds))
+            for track in TRACKS
+        },
+        "own": _mean(own),
         **{name: _ratio(*pair) for name, pair in changed.items()},
         "bimodal": measure_bimodal(system, game, seed=seed, starts=starts, seconds=2 * seconds),
     }
+
+
+def own_target(system: str) -> Modes:
+    """Return the target of a system that its changes are judged by."""
+    return EVEN if system_of(system).takes in ("density", "attraction") else MIDDLE
 
 
 def measure_bimodal(system: str, game: GameConfig, *, seed: int, starts: int, seconds: int) -> dict[str, Any] | None:
@@ -78,8 +95,8 @@ def measure_bimodal(system: str, game: GameConfig, *, seed: int, starts: int, se
     `commands` is their median number, None where most do not; None of all if it is not known here how commands of its
     kind ask for two modes.
     """
-    rules = lone_team(SIZES[1], game.replace(controllers=system))
-    commands = bimodal_commands(system_of(system), rules)
+    rules = lone_team(SIZE, game.replace(controllers=system))
+    commands = commands_for(BIMODAL, system_of(system), rules)
     if commands is None:
         return None
     simulator = _start(rules, game_seeds(seed, starts))
@@ -136,19 +153,34 @@ def _value(metric: ErgodicMetric, density: Array) -> Array:
     return np.asarray((weights * (coefficients - phi) ** 2).sum(axis=(1, 2)), np.float64)
 
 
-def _metric(simulator: Simulator, seconds: int) -> Array:
+def _even(simulator: Simulator, seconds: int) -> Array:
     """Fly, and return how evenly the square was covered (E,)."""
     metric = ErgodicMetric(simulator, RED)
     _observe(simulator, metric, seconds)
     return _value(metric, TARGETS["uniform"])
 
 
-def _after(simulator: Simulator, seconds: int, change: Change | None = None) -> Array:
-    """Fly, change something, fly as long again, and return how evenly the square was covered since (E,)."""
-    _metric(simulator, seconds)
+def _kept(simulator: Simulator, system: str, seconds: int, change: Change | None = None) -> Array:
+    """Ask for the system's own target, fly, change something, fly as long again, and return the metric since (E,)."""
+    target = own_target(system)
+    commands = commands_for(target, system_of(system), simulator.config) if target else None
+    _follow(simulator, commands, seconds)
     if change is not None:
         change(simulator)
-    return _metric(simulator, seconds)
+    return _value(_follow(simulator, commands, seconds), density_of(target))
+
+
+def _follow(simulator: Simulator, commands: Commands | None, seconds: int) -> ErgodicMetric:
+    """Fly, and send the command of every second if it is another one; without any, it does what it does by itself."""
+    metric = ErgodicMetric(simulator, RED)
+    latest: Any = None
+    for second in range(seconds):
+        asked = None if commands is None else commands(second, simulator)
+        if asked is not None and not np.array_equal(asked, latest):
+            simulator.command(RED, asked)
+            latest = asked
+        _observe(simulator, metric, 1)
+    return metric
 
 
 def _capture(simulator: Simulator, share: float, generator: np.random.Generator) -> None:
@@ -159,11 +191,8 @@ def _capture(simulator: Simulator, share: float, generator: np.random.Generator)
 
 
 def _capture_leader(simulator: Simulator) -> None:
-    """Let the other side have the drone that is nearest to where the command asks for most, the first of the peaks."""
-    cells = simulator.targets.shape[-1]
-    peaks = simulator.targets[:, RED].reshape(simulator.num_games, -1).argmax(axis=1)
-    places = (np.stack([peaks % cells, peaks // cells], axis=1) + 0.5) / cells
-    apart = simulator.positions - places[:, None]
+    """Let the other side have the drone that is nearest to the middle."""
+    apart = simulator.positions - 0.5
     nearest = (apart * apart).sum(axis=2).argmin(axis=1)
     hand_over(simulator, np.arange(simulator.teams.shape[1]) == nearest[:, None])
 
@@ -179,7 +208,7 @@ def _mean(values: Array) -> dict[str, Any]:
 def _ratio(changed: Array, before: Array) -> dict[str, Any]:
     """Return the ratio of two means over the same starts, and its interval from a bootstrap over starts."""
     if (before <= 0).any():
-        raise ResultsError(f"coverage before a change must be above 0, got {before.tolist()}")
+        raise ResultsError(f"a metric without a change must be above 0, got {before.tolist()}")
     pairs = np.stack([changed, before], axis=1)
     ratio, low, high = bootstrap(pairs, lambda drawn: drawn[:, 0].mean() / drawn[:, 1].mean())
     return {"mean": float(ratio), "ci95": rounded(np.array([low, high]))}

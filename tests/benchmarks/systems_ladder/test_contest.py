@@ -2,19 +2,21 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from benchmarks.systems_ladder.contest import (
     ADVERSARY,
     Contest,
-    best_scripts,
+    best_players,
     choose_systems,
     load_entrant,
     pilot,
+    rules_of_track,
     scripts_for,
     trained_for,
 )
-from benchmarks.systems_ladder.findings import compare, payoffs, standings
+from benchmarks.systems_ladder.findings import solve, standings, wins
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError, KindError
 from swarm_pz.evaluation.ledger import PlayedGame
@@ -73,23 +75,33 @@ def test_entrants_are_called_by_system_and_player():
     assert trained_for("direct", GameConfig(drones_per_team=3)) is None, "it does not fit"
 
 
-def test_the_pilot_chooses_who_takes_most_points_and_then_who_wins_soonest(contest):
-    assert best_scripts(contest) == {"direct": "direct/tighten"}
+def test_tracks_differ_in_the_least_airspeed_alone():
+    game = GameConfig(time_limit=7.0)
+    assert rules_of_track("hovering", game) == game
+    assert rules_of_track("fixed_wing", game) == GameConfig.preset("fixed_wing").replace(time_limit=7.0)
+
+
+def test_the_pilot_chooses_who_wins_most_and_then_who_wins_soonest(contest):
+    assert best_players(contest) == ["direct/tighten"]
     played(contest, {"direct/scatter": [("win", 8.0, 4), ("win", 11.0, 6), ("win", 10.0, 5), ("draw", 20.0, 10)]})
-    assert best_scripts(contest) == {"direct": "direct/scatter"}
+    assert best_players(contest) == ["direct/scatter"]
     # A game that is lost early does not make the wins sooner.
     lost_late, lost_early = (
         [("win", won, 4), ("loss", lost, 4), ("draw", 20.0, 4), ("draw", 20.0, 4)]
         for won, lost in ((10.0, 19.0), (11.0, 5.0))
     )
     played(contest, {"direct/scatter": lost_early, "direct/tighten": lost_late})
-    assert best_scripts(contest) == {"direct": "direct/tighten"}
+    assert best_players(contest) == ["direct/tighten"]
 
 
-def test_the_pilot_plays_the_adversary_on_other_seeds(tmp_path):
-    made = pilot(["direct"], SHORT, tmp_path)
+def test_in_the_pilot_scripts_and_the_trained_policy_play_the_adversary_on_other_seeds(tmp_path):
+    made = pilot(["direct"], SHORT.replace(game=GameConfig()), tmp_path)
+    assert set(made.players) == {
+        ADVERSARY,
+        *(f"direct/{one}" for one in ("hem_in", "hold", "scatter", "tighten", "trained")),
+    }
     assert made.config.seed != SHORT.seed
-    assert all(ADVERSARY in pair for pair in made.pairings()) and len(made.pairings()) == 4
+    assert all(ADVERSARY in pair for pair in made.pairings())
 
 
 def test_standings_count_games_lengths_and_new_commands(contest):
@@ -100,7 +112,6 @@ def test_standings_count_games_lengths_and_new_commands(contest):
     assert second["length"]["mean"] == pytest.approx((20 + 10 + 5 + 20) / 4)
     assert second["time_to_win"]["mean"] == pytest.approx((20 + 10 + 20 + 20) / 4)
     assert first["commands_a_minute"]["mean"] == pytest.approx(30.0)
-    assert first["won_after_s"] == [8.0, 10.0, 12.0]
     assert (first["system"], first["player"], first["takes"]) == ("direct", "tighten", "accelerations")
 
 
@@ -118,14 +129,24 @@ def test_a_forfeit_is_a_game_lost_whose_length_and_commands_do_not_count(contest
     assert tighten["commands_a_minute"]["mean"] == pytest.approx(30.0)
 
 
-def test_two_are_compared_on_the_same_starts(contest):
-    found = compare(contest, "direct/tighten", "direct/scatter")
-    assert found["more_often"]["mean"] == pytest.approx(0.5)
-    assert found["sooner"]["mean"] == pytest.approx(17.5 - 12.5)
-    back = compare(contest, "direct/scatter", "direct/tighten")
-    assert back["more_often"]["mean"] == pytest.approx(-0.5)
+def test_wins_count_no_draws_and_on_the_diagonal_half_of_what_is_decided(tmp_path):
+    made = Contest(FIELD[:2], SHORT, tmp_path)
+    assert made.pairings() == [("direct/scatter",) * 2, ("direct/scatter", ADVERSARY), (ADVERSARY,) * 2]
+    draw = ("draw", 20.0, 1)
+    played(made, {"direct/scatter": [draw, ("win", 10.0, 1), ("loss", 5.0, 1), draw], ADVERSARY: [draw] * 4})
+    for number, outcome in enumerate(("win", "loss", "win", "draw")):
+        game = dataclasses.replace(made.games[ADVERSARY, ADVERSARY, number], one="direct/scatter", outcome=outcome)
+        made.games["direct/scatter", "direct/scatter", number] = dataclasses.replace(game, other="direct/scatter")
+    np.testing.assert_allclose(wins(made, ["direct/scatter", ADVERSARY]), [[3 / 8, 1 / 4], [1 / 4, 0.0]])
 
 
-def test_payoffs_are_shares_of_points_in_the_order_asked_for(contest):
-    shares = payoffs(contest, ["direct/tighten", ADVERSARY])
-    assert shares == [[None, 0.875], [0.125, None]]
+def test_the_game_of_entrants_is_solved_by_wins_less_losses_and_by_wins_that_nobody_can_deny():
+    # Rock, paper and scissors, of which half is drawn; and one who loses to all.
+    cycle = 0.5 * np.array([[0, 1, 0, 2], [0, 0, 1, 2], [1, 0, 0, 2], [0, 0, 0, 0]])
+    found = solve(cycle)
+    assert found["mixture"] == pytest.approx([1 / 3] * 3 + [0.0], abs=1e-3)
+    assert found["safest"] == pytest.approx([1 / 3] * 3 + [0.0], abs=1e-3)
+    assert (found["guaranteed"], found["wins"]) == pytest.approx((1 / 6, 1 / 6), abs=1e-3)
+    # Who draws against all guarantees nothing, and is unbeaten; a mixture with wins may be beaten and win more.
+    parked = solve(np.array([[0.0, 0.0, 0.0], [0.0, 0.4, 0.5], [0.0, 0.5, 0.3]]))
+    assert parked["guaranteed"] == 0.0

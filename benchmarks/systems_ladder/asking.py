@@ -1,4 +1,4 @@
-"""How each kind of command asks for two modes: one drawing where one will do, else one place after the other."""
+"""How each kind of command asks for a target of a few modes: one drawing where one will do, else one place in turn."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.paper.coverage import BIMODAL, TARGETS
+from benchmarks.paper.coverage import TARGETS, gaussian
 from swarm_pz.config import RED, GameConfig
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.simulator import Simulator
 
 Array = NDArray[np.float64]
+Modes = Sequence[tuple[float, float, float]]
+"""x, y and sigma of Gaussians of equal mass; none of them is even coverage."""
 Commands = Callable[[int, Simulator], Any]
 """From a second and the games to the commands (E, ...) of the team."""
 
@@ -22,19 +24,28 @@ DWELL_S = 8
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 
-def bimodal_commands(system: ControlSystem, config: GameConfig) -> Commands | None:
-    """Return what asks for the bimodal target; None if its kind of commands is not known here."""
-    density, places = TARGETS["bimodal"], np.array([[x, y] for x, y, _ in BIMODAL])
+def density_of(modes: Modes) -> Array:
+    """Return the target's density, its largest value 1."""
+    if not modes:
+        return TARGETS["uniform"]
+    density = np.sum([gaussian(*mode) for mode in modes], axis=0)
+    return np.asarray(density / density.max())
+
+
+def commands_for(modes: Modes, system: ControlSystem, config: GameConfig) -> Commands | None:
+    """Return what asks for a target; None if the system's kind of commands is not known here."""
+    density, places = density_of(modes), np.array([[x, y] for x, y, _ in modes])
     match system.takes:
         case "density":
             return _in_turn([density])
         case "attraction":
             return _in_turn([np.stack([density, np.zeros_like(density)])])
-        case "attractors":  # one mode, then the other, the wider one with the least weight
-            ends = zip(BIMODAL, config.flocking.migration, strict=True)
-            return _in_turn([system.parse([(x, y, weight)], config) for (x, y, _), weight in ends])
+        case "attractors":  # one mode after the other, the first with the least weight
+            weights = np.linspace(*config.flocking.migration, len(modes))
+            sent = [(*place, weight) for place, weight in zip(places, weights, strict=True)]
+            return _in_turn([system.parse([attractor], config) for attractor in sent])
         case "formation":
-            points = (spread(config.num_drones) - 0.5) / 0.5
+            points = (spread(config.num_drones, modes) - 0.5) / 0.5
             return _in_turn([system.parse({"points": points, "centre": (0.5, 0.5), "size": 0.5}, config)])
         case "leaders":  # each to a mode; a single one to one after the other
             count = len(system.default(config))
@@ -43,15 +54,15 @@ def bimodal_commands(system: ControlSystem, config: GameConfig) -> Commands | No
                 [places[np.arange(count) % len(places)]] if is_enough else [place[None] for place in places]
             )
         case "accelerations":
-            return _towards(spread(config.num_drones))
+            return _towards(spread(config.num_drones, modes))
     return None
 
 
-def spread(count: int) -> Array:
-    """Return places (count, 2) spread over both modes as their Gaussians are, half of them over each."""
+def spread(count: int, modes: Modes) -> Array:
+    """Return places (count, 2) spread over the modes as their Gaussians are, as many over each."""
     places = []
-    for number, (x, y, sigma) in enumerate(BIMODAL):
-        own = np.arange(number, count, len(BIMODAL)) // len(BIMODAL)
+    for number, (x, y, sigma) in enumerate(modes):
+        own = np.arange(number, count, len(modes)) // len(modes)
         radii = sigma * np.sqrt(-2.0 * np.log(1.0 - (own + 0.5) / max(len(own), 1)))
         angles = _GOLDEN * own
         places.append(np.stack([x + radii * np.cos(angles), y + radii * np.sin(angles)], axis=1))
