@@ -20,7 +20,7 @@ from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.spaces.actions import command_from_action
 
 ZOO = Path(zoo.__file__).parent
-CHAMPION, DIRECT = ZOO / "champion", ZOO / "systems" / "direct"
+CHAMPION, DIRECT = ZOO / "champion", ZOO / "systems" / "hovering" / "direct"
 
 
 def read(folder=CHAMPION, **rules):
