@@ -4,10 +4,11 @@ python -m benchmarks.board.open_loop [--tracks uniform field generated systems] 
 
 These players see the clock alone. The search is CMA-ES over log-densities at 5 by 5 places, between which an image is
 interpolated, with the square's symmetry (6 numbers an image) and without (25). A sequence has three images, and for how
-long each is shown. Candidates play every opponent of the track from both sides, on seeds of the search's own; those
-that a search ends with and those that scored most play again on others, and the best of these the games of the
-protocol. Results go into policies/open_loop.json, track by track; what was found for others is tried, too. With
---again nothing is searched: what is in the file plays the games of the protocol.
+long each is shown, or is a lap: a spot that runs round the middle, with an image for each second. Candidates play every
+opponent of the track from both sides, on seeds of the search's own; those that a search ends with and those that scored
+most play again on others, and the best of these the games of the protocol. Results go into policies/open_loop.json,
+track by track; what was found for others is tried, too. With --again nothing is searched: what is in the file plays the
+games of the protocol.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import json
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import closing
+from itertools import product
 from typing import Any
 
 import cma
@@ -122,6 +124,17 @@ def against_all(players: Sequence[Images], track: Track, games: int, seed: int, 
     return np.stack([task.result() for task in tasks])
 
 
+def laps() -> list[Images]:
+    """Return laps of several lengths, radii and widths."""
+    x, y = cell_centres(CELLS)
+    found = []
+    for length, radius, width in product((6, 7, 8), (0.2, 0.25, 0.3), (0.035, 0.06)):
+        turns = 2.0 * np.pi * np.arange(length) / length
+        places = zip(0.5 + radius * np.cos(turns), 0.5 + radius * np.sin(turns), strict=True)
+        found.append(images_of([(1, np.maximum(disc(np.hypot(x - a, y - b), width), 1e-4)) for a, b in places]))
+    return found
+
+
 def worth(found: Array) -> Array:
     """Return what a search counts: the share of games won, and a little of the share of the drones."""
     return np.asarray(found.mean(axis=(0, 2)) @ [1.0, 0.1])
@@ -175,6 +188,7 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
         [
             *climb(((8, best["constant"][0][1]),) * IMAGES, True, 1.0),
             *climb((halo, uniform, corners), True, 1.0),
+            *laps(),
             *known("sequence"),
         ]
     )
