@@ -52,9 +52,9 @@ def hide(view: View) -> Array:
 
 @tactic(sees=CLOCK)
 def circle(view: View) -> Array:
-    """Send everyone around a circle, either way round, in 8 to 60 s."""
+    """Send everyone around a circle, either way round, in 4 to 60 s."""
     traits = view.traits
-    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 8.0, 60.0) + traits[:, 2]
+    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 4.0, 60.0) + traits[:, 2]
     places = _around(0.35 + 0.3 * traits[:, 3:5], 0.1 + 0.35 * traits[:, 5], turns)
     return _spot(view, places, _scaled(traits[:, 6], 0.05, 0.2))
 
@@ -82,8 +82,8 @@ TRAINING = (hide, circle, pulse, tilt)
 
 @tactic(sees=CLOCK)
 def generated(view: View) -> Array:
-    """Play one of the kinds to train against, drawn anew for each game: half of the games `hide`."""
-    kinds = np.maximum(np.floor(6.0 * view.traits[:, -1]).astype(int) - 2, 0)
+    """Play one of the kinds to train against, drawn anew for each game: `hide` and `circle` twice as often."""
+    kinds = np.array([0, 0, 1, 1, 2, 3])[np.floor(6.0 * view.traits[:, -1]).astype(int)]
     return np.select([kinds[:, None, None] == number for number in range(4)], [kind.play(view) for kind in TRAINING])
 
 
