@@ -61,10 +61,10 @@ def circle(view: View) -> Array:
 
 @tactic(sees=CLOCK)
 def lap(view: View) -> Array:
-    """Run around the middle, close together, either way round, in 4 to 12 s: about as fast as drones fly."""
+    """Run around the middle, close together, either way round, in 5 to 8 s: about as long as trails last."""
     traits = view.traits
-    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 4.0, 12.0) + traits[:, 2]
-    places = _around(0.45 + 0.1 * traits[:, 3:5], 0.15 + 0.25 * traits[:, 5], turns)
+    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 5.0, 8.0) + traits[:, 2]
+    places = _around(0.45 + 0.1 * traits[:, 3:5], 0.15 + 0.2 * traits[:, 5], turns)
     return _spot(view, places, _scaled(traits[:, 6], 0.03, 0.12))
 
 
