@@ -1,9 +1,9 @@
 """The attack that learns nothing: a family of commands with ten numbers, and a search for the best of them.
 
 One command of the family is a ring around any place of the square, which leans to or from the opponents and the own
-drones, and whose radius breathes with time, on some ground. `ring`, `lasso`, `halo` and `chase` are all of it, and so
-is a swarm that hides in a corner or at a wall. The search is CMA-ES (Hansen, "The CMA evolution strategy: a tutorial",
-arXiv 1604.00772), by the package cma.
+drones, and which goes round a circle with time, on some ground. `ring`, `lasso`, `halo` and `chase` are all of it, and
+so is a swarm that hides in a corner, or runs round the middle. The search is CMA-ES (Hansen, "The CMA evolution
+strategy: a tutorial", arXiv 1604.00772), by the package cma.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from swarm_pz.policies.scripted import Tactic, View
 Array = NDArray[np.float64]
 
 LOW = (-0.2, -0.2, -0.5, -0.1, 0.0, 0.06, 0.0, 2.0, 0.0, 0.0)
-HIGH = (1.2, 1.2, 1.5, 0.9, 0.6, 0.30, 0.3, 30.0, 0.5, 0.5)
+HIGH = (1.2, 1.2, 1.5, 0.9, 0.6, 0.30, 0.4, 30.0, 0.5, 0.5)
 """Bounds of x and y (the place is cut to the square, so walls and corners are often tried), lean to the opponents, lean
-to the own drones, radius, width, breath, period in s, ground, and a disc in the middle."""
+to the own drones, radius, width, radius of the circle that the place goes round, its period in s, ground, and a disc in
+the middle."""
 NUMBERS = len(LOW)
 Score = Callable[[Sequence[str]], list[float]]
 
@@ -34,14 +35,15 @@ def siege(numbers: tuple[float, ...]) -> Tactic:
     )
     if not inside:
         raise ValueError(f"expected {NUMBERS} numbers between {LOW} and {HIGH}, got {numbers}")
-    x, y, lean, home, radius, width, breath, period, ground, core = numbers
+    x, y, lean, home, radius, width, orbit, period, ground, core = numbers
 
     def play(view: View) -> Array:
         """Besiege by the numbers."""
         towards, back = view.mean_position("opposing") - 0.5, view.mean_position("own") - 0.5
-        distance = view.distance_from(np.clip([x, y] + lean * towards + home * back, 0.0, 1.0))
-        phase = np.sin(2.0 * np.pi * view.steps / period)[:, None, None]
-        ring = np.exp(-(((distance - np.maximum(radius + breath * phase, 0.0)) / width) ** 2))
+        angle = 2.0 * np.pi * view.steps / period
+        round_it = orbit * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        distance = view.distance_from(np.clip([x, y] + lean * towards + home * back + round_it, 0.0, 1.0))
+        ring = np.exp(-(((distance - radius) / width) ** 2))
         return np.asarray(ground + core * np.exp(-((distance / width) ** 2)) + ring)
 
     return Tactic(play, ObservationConfig(grid=25, channels=("own_positions", "opposing_positions")))

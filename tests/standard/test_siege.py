@@ -45,8 +45,8 @@ def test_each_number_does_what_it_is_called():
         assert brightest(play(0, 0, 0, 0.1, 0, 10, 0, 0, place=(1.0, y))) == (row, 24)
     images[0, 1], images[0, 1, 12, 22] = 0, 255
     assert brightest(play(0.5, 0, 0, 0.1, 0, 10, 0, 0)) == (12, 17)
-    radii = [abs(brightest(play(0, 0, 0.2, 0.06, 0.1, 20, 0, 0, steps=step))[0] - 12) / 25 for step in (0, 5, 15)]
-    assert radii == pytest.approx([0.2, 0.3, 0.1], abs=0.03)
+    lap = [brightest(play(0, 0, 0, 0.06, 0.2, 20, 0, 0, steps=step)) for step in (0, 5, 10, 20)]
+    assert lap == [(12, 17), (17, 12), (12, 7), (12, 17)]
     plain, raised = play(0, 0, 0.3, 0.1, 0, 10, 0, 0), play(0, 0, 0.3, 0.1, 0, 10, 0.25, 0.5)
     assert raised[0, 0] == pytest.approx(plain[0, 0] + 0.25, abs=1e-6)
     assert raised[12, 12] == pytest.approx(plain[12, 12] + 0.75)
