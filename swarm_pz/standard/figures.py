@@ -43,7 +43,8 @@ class Results:
     def __init__(self, lines: Sequence[Line], protocol: Protocol, digests: Sequence[str]) -> None:
         self.protocol, self.policies = protocol, len(digests)
         self.tasks = [(track.name, trial.name) for track in protocol.tracks for trial in track.trials]
-        self.tasks += [(ROBUST, f"{LEARNED} {number}") for number in range(protocol.robust.exploiters)]
+        self._exploiters = protocol.robust.exploiters_each(len(digests)) if digests else 0
+        self.tasks += [(ROBUST, f"{LEARNED} {number}") for number in range(self._exploiters)]
         self.tasks += [(ROBUST, SEARCHED)]
         self.tracks = list(dict.fromkeys(track for track, _ in self.tasks))
         met = [{(track.name, name) for track in protocol.tracks for name in track.opponents(one)} for one in digests]
@@ -72,7 +73,7 @@ class Results:
         kind, number, *_ = [*line.opponent.split(), ""]
         if kind != LEARNED or not number.isdecimal():
             return line.track, kind
-        return line.track, f"{kind} {int(number) - line.policy * self.protocol.robust.exploiters}"
+        return line.track, f"{kind} {int(number) - line.policy * self._exploiters}"
 
     def _check(self) -> None:
         count = {track.name: list(range(track.games)) for track in all_tracks(self.protocol)}

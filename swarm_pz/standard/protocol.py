@@ -7,6 +7,7 @@ A published version never changes: it has digests of its opponents, and a run is
 from __future__ import annotations
 
 import json
+import math
 import re
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -90,9 +91,9 @@ class Track:
 class Robust:
     """The budget of attacks on an entry.
 
-    Each attack that is found plays `games`, on seeds that no search has seen. Each of the `exploiters` learns from
-    `steps` commands, with seeds from 0 on. The search that does not learn has `generations` of `candidates`, which play
-    `search_games` each.
+    Each attack that is found plays `games`, on seeds that no search has seen. A method has `exploiters`, which its
+    policies share; each learns from `steps` commands, with seeds from 0 on for each policy. The search that does not
+    learn has `generations` of `candidates`, which play `search_games` each.
     """
 
     seed: int
@@ -102,6 +103,10 @@ class Robust:
     generations: int
     candidates: int
     search_games: int
+
+    def exploiters_each(self, policies: int) -> int:
+        """Return how many exploiters each of so many policies has: so that three seeds cost as much as one."""
+        return math.ceil(self.exploiters / policies)
 
 
 @dataclass(frozen=True, kw_only=True)

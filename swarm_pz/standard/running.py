@@ -115,7 +115,7 @@ def run(
             str(out / one["kept"]) if one["kept"] is not None else policy
             for one, policy in zip(told, entry.policies, strict=True)
         )
-        each = protocol.robust.exploiters
+        each = protocol.robust.exploiters_each(len(policies))
         exploiters = tuple(str(out / EXPLOITERS / str(number)) for number in range(each * len(policies)))
         how: dict[str, Any] = {"pool": pool if pool is not None else SerialExecutor(), "should_stop": should_stop}
         played: list[TrackGames] = []

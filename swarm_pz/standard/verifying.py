@@ -158,9 +158,10 @@ def _factory(report: dict[str, Any], folder: Path, given: Sequence[str], protoco
             raise ResultsError(f"the report says that policy {place} cost {cost}, its card {cost_of(player)}")
         policies.append(place)
     exploiters: list[str] = []
+    each = protocol.robust.exploiters_each(len(policies))
     for attack in report["attacks"]:
-        if len(attack["learned"]) != protocol.robust.exploiters:
-            raise ResultsError(f"expected {protocol.robust.exploiters} exploiters a policy, got {attack['learned']}")
+        if len(attack["learned"]) != each:
+            raise ResultsError(f"expected {each} exploiters a policy, got {attack['learned']}")
         for seed, digest in enumerate(attack["learned"]):
             place = _inside(folder, f"exploiters/{len(exploiters)}", "exploiters", len(exploiters))
             player = check_flies(str(place), protocol)

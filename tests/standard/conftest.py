@@ -30,7 +30,7 @@ def tiny():
         replace(track, games=4, trials=tuple(trial for trial in track.trials if trial.name in names))
         for track in whole.tracks
     )
-    robust = replace(whole.robust, games=4, exploiters=2, steps=256, generations=2, candidates=4, search_games=2)
+    robust = replace(whole.robust, games=4, exploiters=4, steps=256, generations=2, candidates=4, search_games=2)
     alone = {
         kind: {"score": won, "score_ci95": [won - 0.1, won + 0.1], "opponents": {"uniform": won, "ring": 1.0}}
         for kind, won in (("constant", 0.5), ("sequence", 0.25))

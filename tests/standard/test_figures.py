@@ -17,7 +17,8 @@ def games(protocol, outcome_of, policies=1):
     found = []
     for track in all_tracks(protocol):
         for policy in range(policies):
-            learned = [f"learned {2 * policy + seed}" for seed in (0, 1)]
+            each = protocol.robust.exploiters_each(policies)
+            learned = [f"learned {each * policy + seed}" for seed in range(each)]
             for name in [trial.name for trial in track.trials] or [*learned, "siege 1 2"]:
                 for number in range(track.games):
                     how = outcome_of(policy, track.name, name, number)
@@ -94,6 +95,7 @@ def test_robust_is_the_worst_attack_and_a_fifth_of_the_score(tiny):
         return "draw" if name.startswith("siege") else "win"
 
     said = of(tiny, outcome)
+    assert [tiny.robust.exploiters_each(policies) for policies in (1, 2, 3, 4, 9)] == [4, 2, 2, 1, 1]
     assert said["tracks"]["robust"]["score"] == 0.0 and said["score"] == pytest.approx(0.8)
     assert said["tracks"]["robust"]["worst"]["opponent"] == "siege"
 
