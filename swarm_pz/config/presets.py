@@ -22,7 +22,12 @@ PRESETS: dict[str, dict[str, Any]] = {
         ),
         "capture": CaptureConfig(field="reconstruction"),
         "controller": ControllerConfig(
-            spectrum="exponential", ergodic_weight=1.0, control_weight=1.0, wall_margin=0.01, target_mass=10.0
+            spectrum="exponential",
+            ergodic_weight=1.0,
+            control_weight=1.0,
+            wall_margin=0.01,
+            target_mass=10.0,
+            warm_start=True,
         ),
         "dynamics": DynamicsConfig(speed_factor=0.8),
     },

@@ -164,6 +164,10 @@ class ControllerConfig(Config):
     target_mass : float
         What a target that was sent sums to, as the controller sees it: it compares c_k with this times the phi_k
         of a density. The uniform target of the start, which nobody sent, sums to 1.
+    warm_start : bool
+        Whether a solve looks ahead along the controls that the last one planned, as the authors' code does; False: as
+        if drones coasted. A drone that is captured keeps its plan. Where another system flies a team, its drones have
+        none, and coast.
     """
 
     modes: int = 10
@@ -178,6 +182,7 @@ class ControllerConfig(Config):
     message_loss: float = hash_exempt(0.0)
     relay: bool = hash_exempt(False)
     target_mass: float = hash_exempt(1.0)
+    warm_start: bool = hash_exempt(False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -194,6 +199,7 @@ class ControllerConfig(Config):
         check_number(self.message_loss, "controller.message_loss", 0.0, 1.0)
         check(isinstance(self.relay, bool), "controller.relay", self.relay, "True or False")
         check_number(self.target_mass, "controller.target_mass", 1e-3, 1e3)
+        check(isinstance(self.warm_start, bool), "controller.warm_start", self.warm_start, "True or False")
 
 
 @dataclass(frozen=True, kw_only=True)

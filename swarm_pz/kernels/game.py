@@ -55,6 +55,8 @@ class Games(NamedTuple):
     """(E, K, K, N) the controller's decayed sums of F_k over the past."""
     memory_weight: Float32s
     """(E, N) their weight."""
+    plans: Float32s
+    """(E, N, H, 2) accelerations that each drone's last solve planned, if solves start warm; else (E, N, 0, 2)."""
     targets: Float64s
     """(E, 2, A, A) each team's command in force, summing to 1."""
     coefficients: Float32s
@@ -141,6 +143,7 @@ def swarm_of(games: Games, e: int) -> Swarm:
         games.memory[e],
         games.memory_weight[e],
         games.accelerations[e],
+        games.plans[e],
     )
 
 
@@ -189,7 +192,7 @@ def take_up_commands(games: Games, e: int, variants: RuleVariants, boards: Board
 
 @kernel
 def fail_and_repair(games: Games, e: int, variants: RuleVariants) -> None:
-    """Let drones fail, at rest and with an empty memory, and let others return to work."""
+    """Let drones fail, at rest, with an empty memory and no plan, and let others return to work."""
     for i in range(games.teams.shape[1]):
         chance = draw(games.seeds[e], FAILURE, games.ticks[e], i, 0)
         if games.failed[e, i]:
@@ -201,6 +204,7 @@ def fail_and_repair(games: Games, e: int, variants: RuleVariants) -> None:
             games.accelerations[e, i] = 0.0
             games.memory[e, :, :, i] = 0.0
             games.memory_weight[e, i] = 0.0
+            games.plans[e, i] = 0.0
 
 
 @kernel
@@ -236,7 +240,7 @@ def solve_with_variants(
     """Choose all accelerations, where variants have a say.
 
     Where anybody needs it, the ergodic controller runs for all drones, since memories and coefficients are kept of
-    whoever is flown by another one, too; those then get what they were given.
+    whoever is flown by another one, too; those then get what they were given, and no plan: they will not follow it.
     """
     if variants.is_given:
         pass_on_commands(games, e, variants.unit)
@@ -264,6 +268,7 @@ def solve_with_variants(
         for i in range(games.teams.shape[1]):
             if games.flown_by[e, games.teams[e, i]] != ERGODIC and not games.failed[e, i]:
                 games.accelerations[e, i] = games.given[e, i]
+                games.plans[e, i] = 0.0
     if variants.reconstructs:
         for team in range(2):
             rebuild_field(scratch.means[team], games.reconstruction[e, team])

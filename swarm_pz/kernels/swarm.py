@@ -23,9 +23,19 @@ class Swarm(NamedTuple):
     """(N,) their weight."""
     accelerations: Float32s
     """(N, 2) map widths per second squared: what controllers write."""
+    plans: Float32s
+    """(N, H, 2) accelerations that each drone's last solve planned, from that solve on; (N, 0, 2) if none are kept."""
 
 
 @kernel
 def with_teams(swarm: Swarm, teams: Int8s) -> Swarm:
     """Return the same drones with other teams (N,)."""
-    return Swarm(swarm.positions, swarm.velocities, teams, swarm.memory, swarm.memory_weight, swarm.accelerations)
+    return Swarm(
+        swarm.positions,
+        swarm.velocities,
+        teams,
+        swarm.memory,
+        swarm.memory_weight,
+        swarm.accelerations,
+        swarm.plans,
+    )

@@ -45,7 +45,7 @@ def at_work(simulator: Simulator, row: int, team: int) -> NDArray[np.int64]:
 def shared_coefficients(simulator: Simulator, row: int, team: int) -> NDArray[np.float64]:
     """Return what a solve would take for a team's coverage if it came now: steps 1 to 4 of the controller.
 
-    Every drone's memory, decayed once and extended by the present, and the points that it coasts to,
+    Every drone's memory, decayed once and extended by the present, and the points that its plan takes it to,
     c_k = (m_k + sum_h F_k(x_h)) / (w + H); the mean over the team's drones at work, also where each of
     them hears only some, and before a new command makes them forget. Nothing is changed.
 
@@ -69,6 +69,9 @@ def shared_coefficients(simulator: Simulator, row: int, team: int) -> NDArray[np
     past = decay * games.memory[row][:, :, members].transpose(2, 0, 1).astype(np.float64) + basis(places, modes)
     weight = decay * games.memory_weight[row, members].astype(np.float64) + 1.0
     ahead = places[:, None] + times[1:, None] * games.velocities[row, members, None]
+    if controller.plan_step is not None:
+        speeds = float(controller.plan_step) * games.plans[row, members, 1:].astype(np.float64).cumsum(axis=1)
+        ahead[:, 1:] += times[1] * speeds.cumsum(axis=1)
     expected = past + basis(ahead, modes).sum(axis=1)
     return np.asarray((expected / (weight + len(times) - 1)[:, None, None]).mean(axis=0))
 

@@ -72,5 +72,5 @@ def check_finite(parameters: NamedTuple) -> None:
         If one is not finite in the type that they take it in.
     """
     for name, value in parameters._asdict().items():
-        if not np.isfinite(value).all():
+        if value is not None and not np.isfinite(value).all():
             raise ConfigError(f"the configuration's {name} must be finite for the kernels, got {value}")

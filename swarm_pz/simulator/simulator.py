@@ -103,7 +103,7 @@ class Simulator:
 
     def _empty_games(self) -> Games:
         e, n, cells = self.num_games, self.config.num_drones, self.config.command_cells
-        modes = self.config.controller.modes
+        modes, horizon = self.config.controller.modes, self.config.controller.horizon
         side = FRAMED_CELLS if n >= MANY_DRONES else 0
         variants = self._variants
         forgets = variants is not None and any(variants.command_forgets + variants.sending_forgets)
@@ -121,6 +121,7 @@ class Simulator:
             occupancy=np.zeros((e, 2, side, side), self._rules.ring_weights.dtype),
             memory=np.zeros((e, modes, modes, n), np.float32),
             memory_weight=np.zeros((e, n), np.float32),
+            plans=np.zeros((e, n, horizon if self.config.controller.warm_start else 0, 2), np.float32),
             targets=np.zeros((e, 2, cells, cells), np.float64),
             coefficients=np.zeros((e, 2, modes, modes), np.float32),
             capture_ticks=np.zeros((e, n), np.int64),

@@ -42,7 +42,9 @@ def test_the_basis_is_that_of_the_rules():
 
 
 @pytest.mark.parametrize(
-    "config", [GameConfig(capture=CaptureConfig(field="reconstruction")), SLOW], ids=["paper", "slow"]
+    "config",
+    [GameConfig(capture=CaptureConfig(field="reconstruction")), SLOW, GameConfig.preset("released")],
+    ids=["paper", "slow", "warm"],
 )
 def test_shared_coefficients_are_those_of_the_kernels_next_solve(config):
     # From them it makes the field of the preset `released`.

@@ -66,13 +66,14 @@ def test_a_row_of_a_batch_is_the_game_alone_and_threads_change_nothing(config):
         assert_same_game(batch, row, alone, 0)
 
 
-def test_a_snapshot_continues_bit_for_bit_in_any_row():
-    simulator = Simulator(num_games=3)
+@pytest.mark.parametrize("preset", ["paper", "released"])
+def test_a_snapshot_continues_bit_for_bit_in_any_row(preset):
+    simulator = Simulator(GameConfig.preset(preset), num_games=3)
     simulator.reset([1, 2, 3])
     play(simulator, 5, [1, 2, 3])
     saved = simulator.snapshot(rows=[1])
     play(simulator, 5, [4, 5, 6])
-    other = Simulator(num_games=2)
+    other = Simulator(simulator.config, num_games=2)
     other.restore(saved)
     play(other, 5, [5, 5])
     assert_same_game(simulator, 1, other, 0)

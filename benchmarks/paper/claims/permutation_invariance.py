@@ -25,7 +25,8 @@ SAME = 0.0001
 """Difference of the ergodic metric that is none."""
 _LAST_AXIS = ("trails", "memory")
 _SECOND_AXIS = (
-    "positions", "velocities", "accelerations", "altitudes", "teams", "memory_weight", "capture_ticks", "failed"
+    "positions", "velocities", "accelerations", "altitudes", "teams", "memory_weight", "plans", "capture_ticks",
+    "failed",
 )  # fmt: skip
 
 

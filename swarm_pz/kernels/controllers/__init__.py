@@ -3,6 +3,7 @@
 =================  ======================================================
 `ergodic`          receding-horizon control towards a density
 `communication`    the same where not everybody hears everybody
+`plans`            the same where solves begin with what the last one planned
 `flocking`         alignment, cohesion, separation, and an attractor
 `coverage`         towards the centroids of Voronoi cells
 `potential_field`  repulsion between drones, and images of charges

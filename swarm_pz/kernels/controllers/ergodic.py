@@ -14,6 +14,7 @@ import numpy as np
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels import kernel, reduction
 from swarm_pz.kernels.arrays import Float32s, Float64s, Int8s, Int64s
+from swarm_pz.kernels.controllers.plans import follow_plans, make_plans
 from swarm_pz.kernels.fourier import PI, fill_harmonics
 from swarm_pz.kernels.swarm import Swarm
 
@@ -42,6 +43,8 @@ class ErgodicParameters(NamedTuple):
     wall_weight: np.float32
     wall_margin: np.float32
     max_acceleration: np.float32
+    plan_step: np.float32 | None
+    """Seconds from one acceleration of a drone's plan to the next; None: solves look ahead without plans."""
 
 
 def sobolev_weights(modes: int) -> Float64s:
@@ -68,6 +71,7 @@ def ergodic_parameters(config: GameConfig) -> ErgodicParameters:
         wall_weight=np.float32(controller.wall_weight),
         wall_margin=np.float32(controller.wall_margin),
         max_acceleration=np.float32(controller.max_acceleration),
+        plan_step=np.float32(CONTROL_PERIOD) if controller.warm_start else None,
     )
 
 
@@ -206,7 +210,7 @@ def remember(swarm: Swarm, sizes: tuple[int, int], parameters: ErgodicParameters
 
 @kernel
 def look_ahead(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tables: Tables) -> None:
-    """Let drones coast, and tabulate the basis at the points h = H, ..., 1 that they come to.
+    """Let drones coast, or follow their plans, and tabulate the basis at the points h = H, ..., 1 that they come to.
 
     Point h of drone j is place (H - h) * drones + j: the points that steer a drone come first.
     """
@@ -218,6 +222,7 @@ def look_ahead(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tabl
         for h in range(1, len(times)):
             tables.x[(horizon - h) * count + j] = x + times[h] * velocity_x
             tables.y[(horizon - h) * count + j] = y + times[h] * velocity_y
+    follow_plans(drones, swarm.plans, parameters.plan_step, times, tables.x, tables.y)
     tabulate(tables, parameters.modes, horizon * count)
 
 
@@ -281,6 +286,8 @@ def integrate_costate(drones: Int64s, swarm: Swarm, parameters: ErgodicParameter
             total_y += parameters.times[h - 1] * tables.sum_y[(horizon - h) * count + j]
         accelerations[drones[j], 0] = scale * total_x
         accelerations[drones[j], 1] = scale * total_y
+    scale, limit = scale * parameters.times[1], parameters.max_acceleration
+    make_plans(drones, swarm.plans, parameters.plan_step, scale, limit, tables.sum_x, tables.sum_y)
 
 
 @kernel
@@ -338,21 +345,21 @@ def ergodic(swarm: Swarm, target: Float32s, parameters: ErgodicParameters, scrat
     """Solve the optimal control problem of every drone of one game.
 
     1. Memory: (m, w) <- decay (m, w) + (F(p), 1).
-    2. Each drone looks ahead, coasting, to points h = 1..H one period apart.
+    2. Each drone looks ahead, coasting or following its plan, to points h = 1..H one period apart.
     3. c_k = (m_k + sum_h F_k(x_h)) / (w + H).
     4. The team's coefficients are the mean over its drones.
     5. Costate, backwards from rho = 0: rho <- rho + dt (g_h + A' rho), with
        g_h = sum_k q Lambda_k (c_k - phi_k) grad F_k(x_h) + grad Phi(x_h). A point mass's A is
        nilpotent, so the velocity part comes out as dt^2 sum_h (h - 1) g_h, times the speed factor, which is
        what is summed.
-    6. u = -R^-1 B' rho, which is that sum over -R.
+    6. u = -R^-1 B' rho, which is that sum over -R; for a plan also at the later points.
 
     Accelerations are not yet saturated. A team without drones is skipped.
 
     Parameters
     ----------
     swarm : Swarm
-        All drones, each of team 0 or 1; memories are updated, accelerations overwritten.
+        All drones, each of team 0 or 1; memories are updated, accelerations and plans overwritten.
     target : float32 array (2, K, K)
         Fourier coefficients phi_k of each team's target, indexed `[k1 (x), k2 (y)]`.
     parameters : ErgodicParameters

@@ -38,7 +38,7 @@ MIRRORS = {
         {"q": 50.0, "wall_weight": 30.0},
     ),
     "published gains": (
-        {"controller": GameConfig.preset("released").controller},
+        {"controller": GameConfig.preset("released").controller.replace(warm_start=False)},
         {"q": 1.0, "r": 1.0, "spectrum": "exponential", "wall_margin": 0.01},
     ),
 }
