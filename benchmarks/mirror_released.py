@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,13 @@ from tests.reference_released import ReleasedReference
 
 NEAR = 1e-5
 """Where the opposing field is this near the threshold, rounding decides whether a drone is captured."""
+NEAR_LIMIT = 1e-5
+"""Where a control is this near 1, in units of its solve's largest, rounding decides whether it is limited."""
 UNLIMITED = 100.0
-"""A limit that hardly an acceleration of these games reaches, so that saturation hides nothing."""
+"""A limit that hardly an acceleration of these games reaches, so that saturation hides nothing.
+
+With a warm start, the unlimited simulator looks ahead along the limited controls of the other, in each single solve.
+"""
 Command = NDArray[np.float64]
 """A density (10, 10), row = y, column = x."""
 
@@ -37,6 +43,8 @@ class Mirrored:
         Difference of an acceleration before saturation, over the largest acceleration of its solve.
     flown : float
         The same after saturation.
+    kept : float
+        Difference of a control that drones keep for the next solve, over the largest; 0 without a warm start.
     field : float
         Difference of a capture field, whose values reach from 0 to 1.
     mismatches : int
@@ -51,6 +59,7 @@ class Mirrored:
     captures: int = 0
     acceleration: float = 0.0
     flown: float = 0.0
+    kept: float = 0.0
     field: float = 0.0
     mismatches: int = 0
     undecided: int = 0
@@ -102,6 +111,22 @@ def send(
         found.resent += again
 
 
+def compare_controls(simulator: Simulator, reference: ReleasedReference, found: Mirrored) -> None:
+    """Compare the controls that drones keep, (N, H, 2), just after a solve.
+
+    A control with a component of 1 jumps: a little more, and it is made a unit vector. Where rounding decides that, the
+    reference goes on with the simulator's choice.
+    """
+    games: Any = simulator.games
+    kept, wanted = games.controls[0], reference.wanted
+    largest = np.abs(wanted).max(axis=-1)
+    for drone, h in np.argwhere(np.abs(largest - 1.0) <= NEAR_LIMIT * max(1.0, largest.max())):
+        free = wanted[drone, h]
+        choices = [free, free / np.linalg.norm(free)]
+        reference.controls[drone, h] = min(choices, key=lambda choice: np.abs(kept[drone, h] - choice).max())
+    found.kept = max(found.kept, _difference(kept, reference.controls))
+
+
 def compare_pasts(simulator: Simulator, reference: ReleasedReference) -> None:
     """Compare what a tick left of memories, trails and counts."""
     games, rules = simulator.games, reference.rules
@@ -126,7 +151,8 @@ def play(seed: int, seconds: int, found: Mirrored, largest_team: int = 20) -> No
     simulator = Simulator(config)
     unlimited = Simulator(config.replace(controller=config.controller.replace(max_acceleration=UNLIMITED)))
     simulator.reset([seed])
-    reference = ReleasedReference(simulator.teams[0])
+    warm_start = getattr(config.controller, "warm_start", False)
+    reference = ReleasedReference(simulator.teams[0], warm_start=warm_start)
     in_force: list[Command | None] = [None, None]
     for tick in range(30 * seconds):
         if tick % 3 == 0 or generator.random() < 0.5:
@@ -140,6 +166,8 @@ def play(seed: int, seconds: int, found: Mirrored, largest_team: int = 20) -> No
             np.testing.assert_allclose(simulator.games.coefficients[0], reference.phi, atol=1e-5)
             field = float(np.abs(simulator.capture_field[0] - reference.fields).max())
             found.add_solve(expected, unlimited, simulator, field)
+            if warm_start:
+                compare_controls(simulator, reference, found)
         flown = move(before.positions[0], before.velocities[0], simulator.games.accelerations[0], speed_factor=0.8)
         np.testing.assert_allclose(simulator.positions[0], flown[0], atol=1e-6)
         np.testing.assert_allclose(simulator.velocities[0], flown[1], atol=1e-5)
@@ -169,8 +197,9 @@ def main() -> None:
     print(
         f"{found.solves:,} solves in {options.games} games of 1 to 20 drones a team, with {found.commands} commands of "
         f"which {found.resent} were in force already: accelerations differ by at most {found.acceleration:.1e} of "
-        f"the largest before saturation, {found.flown:.1e} after; fields by {found.field:.1e}; of {found.captures} "
-        f"captures {found.mismatches} differ, {found.undecided} are left to rounding"
+        f"the largest before saturation, {found.flown:.1e} after, controls kept by {found.kept:.1e}; fields by "
+        f"{found.field:.1e}; of {found.captures} captures {found.mismatches} differ, {found.undecided} are left to "
+        f"rounding"
     )
 
 

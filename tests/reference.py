@@ -343,7 +343,7 @@ class ControllerReference:
             for i in members:
                 known = [j for j in members if j == i or heard[i, j]]
                 shared = sum(coefficients[j] for j in known) / len(known)
-                accelerations[i] = self._control(rollouts[i], shared - phi[team])
+                accelerations[i] = self.controls(rollouts[i], shared - phi[team])[0]
         return accelerations, sums, weights
 
     def remember(
@@ -380,13 +380,13 @@ class ControllerReference:
             coefficients[i] = (sums[i] + ahead) / (weights[i] + self.horizon)
         return coefficients
 
-    def _control(self, rollout: Floats, difference: Floats) -> Floats:
-        """Costate backwards along one (H, 2) rollout for one (K, K) cbar - phi; the (2,) control at its first point."""
+    def controls(self, rollout: Floats, difference: Floats) -> Floats:
+        """Costate backwards along one (H, 2) rollout for one (K, K) cbar - phi; the (H, 2) controls at its points."""
         zero, one = np.zeros((2, 2)), np.eye(2)
         a = np.block([[zero, self.speed_factor * one], [zero, zero]])
         b = np.block([[zero], [one]])
         weighted = self.weights * difference
-        rho = np.zeros(4)
+        rho, controls = np.zeros(4), np.zeros((self.horizon, 2))
         for h in range(self.horizon, 0, -1):
             point = rollout[h - 1]
             gradients = basis_gradient(point, self.modes)
@@ -395,4 +395,5 @@ class ControllerReference:
                 g[axis] = self.q * np.sum(weighted * gradients[:, :, axis])
             g[:2] += wall_gradient(point, self.wall_weight, self.wall_margin)
             rho = rho + self.period * (g + a.T @ rho)
-        return -(b.T @ rho) / self.r
+            controls[h - 1] = -(b.T @ rho) / self.r
+        return controls

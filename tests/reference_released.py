@@ -21,14 +21,41 @@ def published_controller() -> ControllerReference:
     return ControllerReference(tau=None, q=1.0, r=1.0, wall_margin=0.01, speed_factor=0.8, spectrum="exponential")
 
 
+def unit_vectors(controls: Floats, limit: float = 1.0) -> Floats:
+    """Scale every vector (..., 2) of which a component exceeds the limit to the length of the limit; return a copy.
+
+    A vector without such a component stays as it is, though it may be as long as sqrt(2) limits.
+    """
+    lengths = np.linalg.norm(controls, axis=-1, keepdims=True)
+    exceeds = np.abs(controls).max(axis=-1, keepdims=True) > limit
+    return np.where(exceeds, limit * controls / np.maximum(lengths, limit), controls)
+
+
 class ReleasedReference:
     """One game by the preset `released`, of which positions and velocities are given.
 
     It has `rules`, and as of the last solve `phi` (2, K, K), `memory` (N, K, K), `memory_weight` (N,) and the capture
-    `fields` (2, 50, 50), which are 0 for a team without drones.
+    `fields` (2, 50, 50), which are 0 for a team without drones; `wanted` (N, H, 2) are the controls of the backward
+    pass before any limit, and `controls` (N, H, 2) those that drones keep for the next solve, which may be set.
+
+    With a warm start, each drone keeps its sequence of controls u_1 ... u_H, zeros at first, whatever its team or
+    target. One solve of a drone at position p with velocity v, where D is the control period and g the speed factor:
+
+    1. Shift: u_h <- u_(h+1) for h < H, and u_H <- 0.
+    2. Look ahead by Euler steps from x_0 = p, v_0 = v, for h = 1 ... H. Walls stop nothing:
+       x_h = x_(h-1) + D g v_(h-1) and v_h = v_(h-1) + D u_h.
+       The points x_1 ... x_H, with the memory, give c_k, cbar_k and the capture field, as without a warm start.
+    3. Costate at the same points, from rho_(H+1) = 0, for h = H ... 1, as without a warm start:
+       rho_h = rho_(h+1) + D (q sum_k Lambda_k (cbar_k - phi_k) grad F_k(x_h) + grad Phi(x_h) + A^T rho_(h+1)).
+    4. Control at every step, not at the first alone: u_h = -(1 / R) B^T rho_h. This is `wanted`.
+    5. Limit: u_h <- u_h / |u_h| if a component of u_h exceeds 1 in magnitude. This is `controls`.
+
+    The first, u_1, is applied; the game scales it to length 1 if it is longer. Without a warm start, step 1 makes all
+    controls 0: the drone coasts.
     """
 
-    def __init__(self, teams: NDArray[np.integer], cells: int = 10) -> None:
+    def __init__(self, teams: NDArray[np.integer], cells: int = 10, warm_start: bool = False) -> None:
+        self.warm_start = warm_start
         self.rules = VariantRules(teams, trail_ticks=None, forgotten_on_capture=True)
         self.controller = published_controller()
         uniform = np.full((cells, cells), 1.0 / cells**2)
@@ -37,6 +64,8 @@ class ReleasedReference:
         self.phi: Floats = np.stack([target_coefficients(uniform)] * 2)
         self.memory: Floats = np.zeros((len(teams), 10, 10))
         self.memory_weight: Floats = np.zeros(len(teams))
+        self.wanted: Floats = np.zeros((len(teams), self.controller.horizon, 2))
+        self.controls: Floats = np.zeros_like(self.wanted)
         self.fields: Floats = np.zeros((2, 50, 50))
 
     def command(self, team: int, density: NDArray[np.floating]) -> None:
@@ -57,14 +86,35 @@ class ReleasedReference:
         """One solve: accelerations of all drones, (N, 2) float64, not saturated."""
         for team in (0, 1):
             self._follow(team)
-        state = (positions, velocities, self.rules.teams, self.memory, self.memory_weight)
-        accelerations, self.memory, self.memory_weight = self.controller.solve(*state, self.phi)
-        rollouts = self.controller.look_ahead(positions, velocities)
-        coefficients = self.controller.coefficients(rollouts, self.memory, self.memory_weight)
+        controller, teams = self.controller, self.rules.teams
+        none_failed = np.zeros(len(teams), dtype=np.bool_)
+        self.memory, self.memory_weight = controller.remember(positions, self.memory, self.memory_weight, none_failed)
+        rollouts = self._look_ahead(positions, velocities)
+        coefficients = controller.coefficients(rollouts, self.memory, self.memory_weight)
         for team in (0, 1):
-            members = coefficients[self.rules.teams == team]
-            self.fields[team] = reconstruction_field(members.mean(axis=0)) if len(members) else 0.0
-        return accelerations
+            members = np.flatnonzero(teams == team)
+            self.fields[team] = 0.0
+            if len(members) == 0:
+                continue
+            shared = coefficients[members].mean(axis=0)
+            self.fields[team] = reconstruction_field(shared)
+            for i in members:
+                self.wanted[i] = controller.controls(rollouts[i], shared - self.phi[team])
+        self.controls = unit_vectors(self.wanted)
+        return self.wanted[:, 0].copy()
+
+    def _look_ahead(self, positions: NDArray[np.floating], velocities: NDArray[np.floating]) -> Floats:
+        """Shift the sequences of controls, and follow them: the (N, H, 2) points x_1 ... x_H."""
+        following = np.zeros_like(self.controls)
+        if self.warm_start:
+            following[:, :-1] = self.controls[:, 1:]
+        step, rollouts = self.controller.period, np.zeros_like(following)
+        points, speeds = np.array(positions, dtype=np.float64), np.array(velocities, dtype=np.float64)
+        for h in range(self.controller.horizon):
+            points = points + step * self.controller.speed_factor * speeds
+            speeds = speeds + step * following[:, h]
+            rollouts[:, h] = points
+        return rollouts
 
     def _follow(self, team: int) -> None:
         """Take over what a team was sent, if anything: memories are emptied by all of it, trails by what is new."""

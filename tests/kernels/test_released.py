@@ -32,7 +32,7 @@ def test_solves_and_captures_of_whole_games_are_the_references():
         play(seed, 4, found, largest_team=12)
         seed += 1
     assert found.mismatches == 0
-    assert max(found.acceleration, found.flown, found.field) < 1e-4
+    assert max(found.acceleration, found.flown, found.kept, found.field) < 1e-4
     assert found.captures > 3
     assert 0 < found.resent < found.commands
 
