@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,19 +111,19 @@ def send(
 
 
 def compare_controls(simulator: Simulator, reference: ReleasedReference, found: Mirrored) -> None:
-    """Compare the controls that drones keep, (N, H, 2), just after a solve.
+    """Compare the controls that drones keep, (N, H, 2), just after a solve; the reference goes on with the simulator's.
 
-    A control with a component of 1 jumps: a little more, and it is made a unit vector. Where rounding decides that, the
-    reference goes on with the simulator's choice.
+    From solve to solve small differences can grow, as near walls. A control with a component of 1 jumps: a little more,
+    and it is made a unit vector. Where rounding decides that, either is right.
     """
-    games: Any = simulator.games
-    kept, wanted = games.controls[0], reference.wanted
+    kept, wanted = simulator.games.plans[0], reference.wanted
     largest = np.abs(wanted).max(axis=-1)
     for drone, h in np.argwhere(np.abs(largest - 1.0) <= NEAR_LIMIT * max(1.0, largest.max())):
         free = wanted[drone, h]
         choices = [free, free / np.linalg.norm(free)]
         reference.controls[drone, h] = min(choices, key=lambda choice: np.abs(kept[drone, h] - choice).max())
     found.kept = max(found.kept, _difference(kept, reference.controls))
+    reference.controls[:] = kept
 
 
 def compare_pasts(simulator: Simulator, reference: ReleasedReference) -> None:
@@ -142,8 +141,9 @@ def compare_pasts(simulator: Simulator, reference: ReleasedReference) -> None:
 def play(seed: int, seconds: int, found: Mirrored, largest_team: int = 20) -> None:
     """Play a game of random commands and team sizes beside the slow reference.
 
-    Positions and velocities are taken from the simulator in every tick; all else is the reference's own. Numbers and
-    differences are added to `found`; other faults than those that it counts are an AssertionError.
+    Positions and velocities are taken from the simulator in every tick, and after every solve the controls that drones
+    keep, once they were compared; all else is the reference's own. Numbers and differences are added to `found`; other
+    faults than those that it counts are an AssertionError.
     """
     generator = np.random.default_rng(seed)
     red, blue = (int(size) for size in generator.integers(1, largest_team + 1, size=2))
@@ -151,7 +151,7 @@ def play(seed: int, seconds: int, found: Mirrored, largest_team: int = 20) -> No
     simulator = Simulator(config)
     unlimited = Simulator(config.replace(controller=config.controller.replace(max_acceleration=UNLIMITED)))
     simulator.reset([seed])
-    warm_start = getattr(config.controller, "warm_start", False)
+    warm_start = config.controller.warm_start
     reference = ReleasedReference(simulator.teams[0], warm_start=warm_start)
     in_force: list[Command | None] = [None, None]
     for tick in range(30 * seconds):
