@@ -15,6 +15,7 @@ from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s, In
 from swarm_pz.kernels.capture import Boards, add_up, find_captured
 from swarm_pz.kernels.controllers.communication import Communication, Crew, ergodic_among_heard, who_hears_whom
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
+from swarm_pz.kernels.controllers.plans import plans_of
 from swarm_pz.kernels.dynamics import move
 from swarm_pz.kernels.fourier import differ
 from swarm_pz.kernels.reconstruction import find_captured_by_density, rebuild_field
@@ -134,8 +135,8 @@ class RuleVariants(NamedTuple):
 
 
 @kernel
-def swarm_of(games: Games, e: int) -> Swarm:
-    """Return the drones of game `e`."""
+def swarm_of(games: Games, e: int, warm_start: bool | None) -> Swarm:
+    """Return the drones of game `e`, with plans if solves start warm."""
     return Swarm(
         games.positions[e],
         games.velocities[e],
@@ -143,7 +144,7 @@ def swarm_of(games: Games, e: int) -> Swarm:
         games.memory[e],
         games.memory_weight[e],
         games.accelerations[e],
-        games.plans[e],
+        plans_of(games.plans, e, warm_start),
     )
 
 
@@ -319,7 +320,7 @@ def advance_game(
     variants: RuleVariants | None,
 ) -> None:
     """Advance game `e` by some ticks, or to the tick that decides it."""
-    swarm = swarm_of(games, e)
+    swarm = swarm_of(games, e, controller.warm_start)
     positions, velocities, accelerations = swarm.positions, swarm.velocities, swarm.accelerations
     teams, trails = swarm.teams, games.trails[e]
     boards = Boards(games.fields[e], games.occupancy[e], rules.ring_weights)

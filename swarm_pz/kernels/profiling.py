@@ -22,7 +22,7 @@ def find_coefficients(games: Games, controller: ErgodicParameters) -> None:
     """Do steps 1 to 4 of `ergodic`, memory, rollout and coefficients, once in every game."""
     scratch = make_scratch(games.teams.shape[1], controller)
     for e in range(games.ticks.shape[0]):
-        swarm = swarm_of(games, e)
+        swarm = swarm_of(games, e, controller.warm_start)
         sizes = list_members(swarm.teams, scratch.members)
         remember(swarm, sizes, controller, scratch)
         for team in range(2):
@@ -35,4 +35,4 @@ def solve(games: Games, controller: ErgodicParameters) -> None:
     """Do all of `ergodic` once in every game."""
     scratch = make_scratch(games.teams.shape[1], controller)
     for e in range(games.ticks.shape[0]):
-        ergodic(swarm_of(games, e), games.coefficients[e], controller, scratch)
+        ergodic(swarm_of(games, e, controller.warm_start), games.coefficients[e], controller, scratch)

@@ -23,8 +23,8 @@ class Swarm(NamedTuple):
     """(N,) their weight."""
     accelerations: Float32s
     """(N, 2) map widths per second squared: what controllers write."""
-    plans: Float32s
-    """(N, H, 2) accelerations that each drone's last solve planned, from that solve on; (N, 0, 2) if none are kept."""
+    plans: Float32s | None
+    """(N, H, 2) accelerations that each drone's last solve planned, from that solve on; None if none are kept."""
 
 
 @kernel

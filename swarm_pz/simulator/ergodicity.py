@@ -12,7 +12,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import TEAM_NAMES
+from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.controllers.ergodic import sobolev_weights
 from swarm_pz.simulator import Simulator
@@ -69,8 +69,8 @@ def shared_coefficients(simulator: Simulator, row: int, team: int) -> NDArray[np
     past = decay * games.memory[row][:, :, members].transpose(2, 0, 1).astype(np.float64) + basis(places, modes)
     weight = decay * games.memory_weight[row, members].astype(np.float64) + 1.0
     ahead = places[:, None] + times[1:, None] * games.velocities[row, members, None]
-    if controller.plan_step is not None:
-        speeds = float(controller.plan_step) * games.plans[row, members, 1:].astype(np.float64).cumsum(axis=1)
+    if controller.warm_start:
+        speeds = CONTROL_PERIOD * games.plans[row, members, 1:].astype(np.float64).cumsum(axis=1)
         ahead[:, 1:] += times[1] * speeds.cumsum(axis=1)
     expected = past + basis(ahead, modes).sum(axis=1)
     return np.asarray((expected / (weight + len(times) - 1)[:, None, None]).mean(axis=0))

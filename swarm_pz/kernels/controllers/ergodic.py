@@ -43,8 +43,8 @@ class ErgodicParameters(NamedTuple):
     wall_weight: np.float32
     wall_margin: np.float32
     max_acceleration: np.float32
-    plan_step: np.float32 | None
-    """Seconds from one acceleration of a drone's plan to the next; None: solves look ahead without plans."""
+    warm_start: bool | None
+    """True: drones keep plans. None: they do not, and nothing that plans take is compiled."""
 
 
 def sobolev_weights(modes: int) -> Float64s:
@@ -71,7 +71,7 @@ def ergodic_parameters(config: GameConfig) -> ErgodicParameters:
         wall_weight=np.float32(controller.wall_weight),
         wall_margin=np.float32(controller.wall_margin),
         max_acceleration=np.float32(controller.max_acceleration),
-        plan_step=np.float32(CONTROL_PERIOD) if controller.warm_start else None,
+        warm_start=True if controller.warm_start else None,
     )
 
 
@@ -222,7 +222,7 @@ def look_ahead(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tabl
         for h in range(1, len(times)):
             tables.x[(horizon - h) * count + j] = x + times[h] * velocity_x
             tables.y[(horizon - h) * count + j] = y + times[h] * velocity_y
-    follow_plans(drones, swarm.plans, parameters.plan_step, times, tables.x, tables.y)
+    follow_plans(drones, swarm.plans, times, tables.x, tables.y)
     tabulate(tables, parameters.modes, horizon * count)
 
 
@@ -287,7 +287,7 @@ def integrate_costate(drones: Int64s, swarm: Swarm, parameters: ErgodicParameter
         accelerations[drones[j], 0] = scale * total_x
         accelerations[drones[j], 1] = scale * total_y
     scale, limit = scale * parameters.times[1], parameters.max_acceleration
-    make_plans(drones, swarm.plans, parameters.plan_step, scale, limit, tables.sum_x, tables.sum_y)
+    make_plans(drones, swarm.plans, scale, limit, tables.sum_x, tables.sum_y)
 
 
 @kernel

@@ -1,7 +1,7 @@
 """Warm starts of the ergodic controller: what a solve planned is where the next one looks ahead along.
 
-As in the authors' code, each drone keeps an acceleration for every point of its look-ahead. Its kernels do nothing, and
-are not even compiled, where `step`, the seconds from one acceleration to the next, is None.
+As in the authors' code, each drone keeps an acceleration for every point of its look-ahead. Where drones keep none,
+`plans` is None: these kernels do nothing then, and are not even compiled.
 """
 
 from __future__ import annotations
@@ -10,8 +10,20 @@ import math
 
 import numpy as np
 
+from swarm_pz.config import CONTROL_PERIOD
 from swarm_pz.kernels import kernel
 from swarm_pz.kernels.arrays import Float32s, Int64s
+
+_STEP = np.float32(CONTROL_PERIOD)
+"""Seconds from one acceleration of a plan to the next."""
+
+
+@kernel
+def plans_of(plans: Float32s, e: int, warm_start: bool | None) -> Float32s | None:
+    """Return the plans of game `e` (N, H, 2), None if drones keep none."""
+    if warm_start is None:
+        return None
+    return plans[e]
 
 
 @kernel
@@ -25,21 +37,21 @@ def saturate_axes(acceleration: Float32s, limit: np.float32) -> None:
 
 @kernel
 def follow_plans(
-    drones: Int64s, plans: Float32s, step: np.float32 | None, times: tuple[np.float32, ...], x: Float32s, y: Float32s
+    drones: Int64s, plans: Float32s | None, times: tuple[np.float32, ...], x: Float32s, y: Float32s
 ) -> None:
     """Move the points that drones coast to, in the order of `look_ahead`, to where their plans (N, H, 2) take them.
 
     The first acceleration of a plan was flown since the last solve. By Euler's rule number t changes the velocity at
     point t, and so where the drone is from point t + 1 on.
     """
-    if step is not None:
+    if plans is not None:
         count, horizon = drones.shape[0], len(times) - 1
         for j in range(count):
             plan = plans[drones[j]]
             speed_x, speed_y, away_x, away_y = np.float32(0.0), np.float32(0.0), np.float32(0.0), np.float32(0.0)
             for t in range(1, horizon):
-                speed_x += step * plan[t, 0]
-                speed_y += step * plan[t, 1]
+                speed_x += _STEP * plan[t, 0]
+                speed_y += _STEP * plan[t, 1]
                 away_x += times[1] * speed_x
                 away_y += times[1] * speed_y
                 x[(horizon - t - 1) * count + j] += away_x
@@ -49,8 +61,7 @@ def follow_plans(
 @kernel
 def make_plans(
     drones: Int64s,
-    plans: Float32s,
-    step: np.float32 | None,
+    plans: Float32s | None,
     scale: np.float32,
     limit: np.float32,
     slope_x: Float32s,
@@ -61,7 +72,7 @@ def make_plans(
     Number t, flown from point t to t + 1, counts from point t + 2 on, with the slopes there times 1, 2, ...; so the
     last is zero. Each is saturated as in the authors' code.
     """
-    if step is not None:
+    if plans is not None:
         count, horizon = drones.shape[0], plans.shape[1]
         for j in range(count):
             plan = plans[drones[j]]
