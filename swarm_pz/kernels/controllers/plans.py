@@ -23,7 +23,8 @@ def plans_of(plans: Float32s, e: int, warm_start: bool | None) -> Float32s | Non
     """Return the plans of game `e` (N, H, 2), None if drones keep none."""
     if warm_start is None:
         return None
-    return plans[e]
+    own: Float32s = plans[e]
+    return own
 
 
 @kernel
