@@ -58,7 +58,7 @@ class Bridge(Rosbridge):
         super().__init__(TOPICS, commands.INPUTS, every=frozenset({"/agent_team_status", LOG}))
         self._address, self._opponent, self._say, self._alone_s = address, opponent, say, alone_s
         self._origins, self._settings = origins, settings_of(table)
-        self._shown = Shown(self, table.game)
+        self._shown = Shown(self)
         self._seats: dict[Side, Seat] = {}
         self._owners: dict[Side, Client] = {}
         self._present: set[Client] = set()

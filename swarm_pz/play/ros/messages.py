@@ -57,6 +57,7 @@ def makers_of(frame: Frame) -> dict[str, Callable[[], Message]]:
         makers[f"/swarm/{name}/poses"] = partial(poses, frame, team)
         if frame.fields is not None:
             makers[f"/swarm/{name}/capture_field"] = partial(capture_field, frame.fields[team], frame.tick)
+            makers[f"/{name}_ck_plot"] = partial(ck_plot, frame.fields[team])
     return makers
 
 
@@ -160,9 +161,12 @@ def sizes(frame: Frame) -> Message:
     return _array([len(frame.teams) - blue, blue], "team")
 
 
-def floats(values: NDArray[Any]) -> Message:
-    """Return an image (cells, cells) row after row, row 0 at the bottom: std_msgs/Float32MultiArray."""
-    return _array(values.astype(np.float32).ravel().tolist(), "cell")
+def ck_plot(field: NDArray[np.uint8]) -> Message:
+    """Return a capture field, 1 at its largest and at least 0.75 exactly where it captures: std_msgs/Float32MultiArray.
+
+    Row after row, row 0 at the bottom, as the authors' code sends it.
+    """
+    return _array((field / np.float32(255.0)).ravel().tolist(), "cell")
 
 
 def _array(data: list[Any], label: str) -> Message:

@@ -30,7 +30,7 @@ MESSAGES = {
     "std_msgs/Int32MultiArray": messages.sizes(FRAME),
     "geometry_msgs/PoseArray": messages.poses(FRAME, 1),
     "nav_msgs/OccupancyGrid": messages.capture_field(FIELD, 31),
-    "std_msgs/Float32MultiArray": messages.floats(FIELD),
+    "std_msgs/Float32MultiArray": messages.ck_plot(FIELD),
     "rcl_interfaces/Log": messages.log("red: plays", 12.5, is_fault=True),
 }
 
@@ -78,8 +78,9 @@ def test_numbers_mean_what_ros_takes_them_for():
     assert messages.capture_field(field, 0)["data"] == [0, 74, 76, 100], "above 75 exactly where it captures"
     (dim,) = messages.sizes(FRAME)["layout"]["dim"]
     assert dim == {"label": "team", "size": 2, "stride": 2} and messages.sizes(FRAME)["data"] == [2, 3]
-    told = messages.floats(np.arange(6.0).reshape(2, 3))
-    assert told["layout"]["dim"][0]["stride"] == 6 and told["data"] == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0], "row after row"
+    told = messages.ck_plot(field)
+    assert told["layout"]["dim"][0]["stride"] == 4
+    assert [value >= 0.75 for value in told["data"]] == [False, False, True, True], "row after row"
     red, blue = (marker["color"] for marker in messages.markers(frame([0, 1]))["markers"])
     assert red["r"] > red["b"] and blue["b"] > blue["r"] and red["a"] == blue["a"] == 1.0
     told, wrong = (messages.log("x", 12.5, is_fault) for is_fault in (False, True))
