@@ -18,7 +18,7 @@ from swarm_pz.kernels.fourier import SAME_TARGET
 from swarm_pz.kernels.game import Games
 from swarm_pz.play.commands import Command, CommandReader
 from swarm_pz.play.factors import Factors
-from swarm_pz.play.strokes import DEFAULT_MAPPING, MAPPINGS, Mapping
+from swarm_pz.play.strokes import MAPPINGS, Mapping, mapping_of
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import make_target
 from swarm_pz.simulator.spawn import Seed
@@ -36,7 +36,7 @@ class TableConfig(Config):
         Seconds of game between two commands of a team that come into force, whoever gives them; of
         those that come sooner, the latest waits.
     mapping : {"firm", "paper"}
-        From strokes to a density; see `swarm_pz.play.strokes`.
+        From strokes to a density; see `swarm_pz.play.strokes`. None becomes that of the rules, `mapping_of(game)`.
     speed : float
         Seconds of game a second; that of the factors, if they have one.
     factors : (Factors, Factors)
@@ -45,7 +45,7 @@ class TableConfig(Config):
 
     game: GameConfig = field(default_factory=GameConfig)
     min_command_interval: float = 0.5
-    mapping: Mapping = DEFAULT_MAPPING
+    mapping: Mapping = None  # type: ignore[assignment]  # None until the rules are known
     speed: float = 1.0
     factors: tuple[Factors, Factors] = (Factors(), Factors())
 
@@ -54,6 +54,8 @@ class TableConfig(Config):
         check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
         self.game.to_dict()  # refuses what no recording can name
         check_number(self.min_command_interval, "min_command_interval", 0.0, 60.0)
+        if vars(self)["mapping"] is None:  # whatever its type says
+            object.__setattr__(self, "mapping", mapping_of(self.game))
         is_known = isinstance(self.mapping, str) and self.mapping in MAPPINGS
         check(is_known, "mapping", self.mapping, f"one of {', '.join(MAPPINGS)}")
         check_number(self.speed, "speed", 0.1, 10.0)

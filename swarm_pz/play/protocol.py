@@ -14,7 +14,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from swarm_pz.errors import ProtocolError
-from swarm_pz.play.strokes import DEFAULT_MAPPING, MOST_POINTS, Brush, Mapping
+from swarm_pz.play.strokes import MOST_POINTS, Brush, Mapping
 
 SUBPROTOCOL = "swarm-pz.play.v2"
 """What clients and tables speak."""
@@ -53,7 +53,8 @@ class Settings(Message):
     red: Annotated[int, Meta(ge=0, le=200)] = 10
     blue: Annotated[int, Meta(ge=0, le=200)] = 10
     time_limit: Annotated[float, Meta(ge=1, le=36_000)] | None = 300.0
-    mapping: Mapping = DEFAULT_MAPPING
+    mapping: Mapping | None = None
+    """How drawings become densities; None for as the rules need it."""
     speed: Annotated[float, Meta(ge=0.25, le=2)] = 1.0
     red_system: Name | None = None
     """The control system that flies red; None for that of the table. So below."""

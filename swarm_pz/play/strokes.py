@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import GRID_CELLS
+from swarm_pz.config import GRID_CELLS, GameConfig
 from swarm_pz.errors import CommandError, nearest
 from swarm_pz.kernels.painting import paint
 
@@ -94,13 +94,17 @@ MAPPINGS: dict[Mapping, StrokeMapping] = {
     # Drones spend 1 % of the time on repelling ground beside a ring; 8 % if that ground is smoothed, too. With faint
     # ground beside what attracts they also wander through repelling ground far from it (4 % of the time, not none).
     "firm": StrokeMapping(beside_attract=0.0, smoothing=0.05, keeps_repelling=True),
-    # The paper's. A density sums to 1, so against ground at one half few strokes weigh anything.
+    # The paper's, for targets of mass 10: in one of mass 1, beside ground at one half, few strokes weigh anything.
     "paper": StrokeMapping(beside_attract=0.5, smoothing=0.2, keeps_repelling=False),
 }
-DEFAULT_MAPPING: Mapping = "firm"
 
 
-def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = DEFAULT_MAPPING) -> NDArray[np.float64]:
+def mapping_of(game: GameConfig) -> Mapping:
+    """Return the mapping whose drawings a swarm follows under these rules: `paper` for targets of mass above 1."""
+    return "paper" if game.controller.target_mass > 1.0 else "firm"
+
+
+def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm") -> NDArray[np.float64]:
     """Return the command that a drawing asks for.
 
     Parameters
@@ -134,7 +138,7 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = DEFAULT
     return np.asarray(means @ (smoothed - empty * smoothed) @ means.T)
 
 
-def attraction_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = DEFAULT_MAPPING) -> NDArray[np.float64]:
+def attraction_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm") -> NDArray[np.float64]:
     """Return what a drawing attracts to and repels from, two images (2, A, A); arguments and errors as `density_of`."""
     painted, smoothing = _painted(strokes), _mapping(mapping).smoothing
     return np.stack([_smooth((painted == BRUSHES.index(brush)) * 1.0, smoothing, cells) for brush in BRUSHES[:2]])

@@ -87,6 +87,9 @@ def test_nonsense_is_refused_and_the_game_goes_on():
             game.submit(team, 2, density)
     assert in_force(game.advance(1)) == [(0, RED, 1)]
     LiveGame(TableConfig(game=GameConfig(command_cells=5)), seed=0).submit(RED, 1, np.eye(5))
+    released = GameConfig.preset("released")
+    assert [TableConfig(game=game).mapping for game in (GameConfig(), released)] == ["firm", "paper"]
+    assert TableConfig(game=released, mapping="firm").mapping == "firm"
     for wrong in ({"maping": "firm"}, {"mapping": "thin"}):
         with pytest.raises(ConfigError, match="mapping"):
             TableConfig(**wrong)

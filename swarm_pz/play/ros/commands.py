@@ -12,6 +12,7 @@ from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play.protocol import CommandMessage, Commands
 from swarm_pz.play.ros.messages import Message
+from swarm_pz.play.strokes import Mapping
 
 Maker = Callable[[Commands, int], CommandMessage]
 """From what a seat takes, and the cells a side of its densities, to a command; raises ProtocolError."""
@@ -19,12 +20,30 @@ Maker = Callable[[Commands, int], CommandMessage]
 TABLET = "/tablet_comm"
 CLEAR = "/clear_locs"
 ATTRACTOR = "/flocking_command"
+_CONTRAST = 4
+"""Power of the tablet's image above its least value; python -m benchmarks.mappings."""
+_FLAT = 1e-6
+"""What an image of one value differs by, from rounding alone."""
 
 
 def density(message: Message) -> Maker:
-    """Read an image: Float32MultiArray, the tablet's message, or anything else with `data`."""
+    """Read an image: Float32MultiArray, or anything else with `data`."""
     values = _floats(message)
     return _maker("a density", "density", lambda _, cells: CommandMessage(0, density=coarse(values, cells).tolist()))
+
+
+def drawing(message: Message, mapping: Mapping) -> Maker:
+    """Read the tablet app's image; if the rules do not want its weak contrast, with one that drones follow."""
+    values = _floats(message)
+
+    def make(_: Commands, cells: int) -> CommandMessage:
+        image = coarse(values, cells)
+        above = image - image.min()
+        if mapping != "paper" and above.max() > _FLAT:
+            image = (above / above.max()) ** _CONTRAST
+        return CommandMessage(0, density=image.tolist())
+
+    return _maker("a density", "density", make)
 
 
 def occupancy(message: Message) -> Maker:

@@ -22,6 +22,7 @@ from swarm_pz.play.server.replays import ReplaySession
 from swarm_pz.play.server.responses import SAVED, ReadyRule, check_rules
 from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.room_settings import settings_of
+from swarm_pz.play.strokes import mapping_of
 
 HELLO_S = 10.0
 """Seconds within which a connection must say hello."""
@@ -225,6 +226,10 @@ class ClientHandler:
         room = self._lobby.open_room(message.settings, address=self._connection.address)
         room.once, room.lesson, room.seed = message.once, message.lesson, message.seed
         self._enter(room, message.seat, message.label, policies)
+        given, fitting = room.config.mapping, mapping_of(room.config.game)
+        if given != fitting:
+            text = f"under these rules drones hardly follow drawings of the mapping {given}: open a room with {fitting}"
+            self._connection.send(protocol.Notice(text))
 
     def _enter(
         self, room: Room, side: protocol.Side | Literal["watch"], label: str, policies: dict[protocol.Side, str | None]

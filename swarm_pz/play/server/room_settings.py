@@ -59,7 +59,7 @@ def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig
         time_limit=settings.time_limit if settings.time_limit is not None else _UNTIMED,
         capture=rules.capture.replace(enabled=rules.capture.enabled and min(sizes) > 0),
     )
-    return table.replace(game=game, mapping=settings.mapping, speed=settings.speed)
+    return table.replace(game=game, mapping=settings.mapping or table.mapping, speed=settings.speed)
 
 
 def cost_of(config: TableConfig) -> float:

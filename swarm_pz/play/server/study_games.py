@@ -96,7 +96,7 @@ class StudyGames:
         first = TEAM_NAMES.index(condition.side)
         seats = (first, 1 - first)[: len(players)]
         red, blue = (condition.bare if team in seats else Factors(speed=condition.speed) for team in range(2))
-        table = self._lobby.context.table.replace(game=condition.game(study.rules), factors=(red, blue))
+        table = self._lobby.context.table.replace(game=condition.game(study.rules), mapping=None, factors=(red, blue))
         path, seed = self._folder.recording(players[0], step), self._folder.seed_of(step)
         hosted = Hosted(config=table, seed=seed, path=path, over=lambda: self._over(game))
         game = StudyGame(players, self._lobby.open_hosted(hosted), seats)

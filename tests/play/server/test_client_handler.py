@@ -156,6 +156,14 @@ async def test_an_opponent_faces_whoever_opens_a_room_and_two_policies_are_watch
     assert [seat.policy for seat in hall.room().seats] == ["ring", "uniform"] and guest.say(dot(1)) == "out_of_turn"
 
 
+async def test_who_opens_a_room_whose_drawings_would_steer_nothing_is_told(hall):
+    for mapping, told in ((None, []), ("firm", []), ("paper", ["firm"])):
+        guest = Guest(hall)
+        guest.say(protocol.Create(settings=protocol.Settings(mapping=mapping)))
+        assert [notice.rpartition(" ")[2] for notice in guest.notices] == told
+        guest.say(protocol.Leave())
+
+
 async def test_what_a_client_says_reaches_its_room_and_its_connection(hall):
     screen = protocol.ClientInfo(viewport=(360, 640))
     red, blue = Guest(hall, client=screen), Guest(hall)

@@ -312,6 +312,7 @@ async def test_who_has_withdrawn_is_told_so_and_the_partner_is_asked_no_game_of_
 def test_a_condition_is_of_its_participants_seats_and_its_speed_of_the_table(tmp_path):
     plan = PLAN.replace('title = "alone"', 'title = "alone"\nside = "blue"\ncommand_delay_ms = 300\nspeed = 0.5')
     plan = plan.replace('opponent = "person"', 'opponent = "person"\nspeed = 2.0\nhide = ["opponents"]')
+    plan = plan.replace("rules = {", "rules = { controller = { target_mass = 10.0 },")
     with begun(tmp_path, plan) as folder:
         games, (alone, together) = StudyGames(folder, Rooms()), folder.study.conditions
         practice, game = (Step(f"block1.{kind}1", kind, alone) for kind in ("practice", "game"))
@@ -320,6 +321,7 @@ def test_a_condition_is_of_its_participants_seats_and_its_speed_of_the_table(tmp
             games.open(players, step)
             opened.append(games.of(players[-1]).room)
     assert [room.policies for room in opened] == [[("red", "corners")], [("red", "uniform")], []]
+    assert {room.hosted.config.mapping for room in opened} == {"paper"}, "as these rules need it"
     for room in opened[:2]:
         assert room.hosted.config.factors == (Factors(speed=0.5), Factors(command_delay_ms=300, speed=0.5))
         assert [bool(seat.token) for seat in room.seats] == [False, True]

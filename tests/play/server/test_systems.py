@@ -46,7 +46,7 @@ def test_settings_come_back_from_the_table_and_leave_the_hosts_rules_alone():
     assert settings_of(chosen) == settings and chosen.min_command_interval == 0.25
     released = GameConfig.preset("released")
     chosen = table_config(protocol.Settings(red=3, time_limit=60.0), TableConfig(game=released))
-    assert chosen.game == released.replace(drones_per_team=(3, 10), time_limit=60.0)
+    assert chosen.game == released.replace(drones_per_team=(3, 10), time_limit=60.0) and chosen.mapping == "paper"
     assert not table_config(settings, table("ergodic", "ergodic")).game.capture.enabled
     assert not table_config(protocol.Settings(blue=0), TableConfig()).game.capture.enabled
 
