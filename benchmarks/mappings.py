@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from benchmarks.paper.coverage import Flight, lone_team, start
 from benchmarks.paper.drawings import interpolated
-from swarm_pz.config import RED, GameConfig
-from swarm_pz.play.forms import commands_of
-from swarm_pz.play.ros.commands import drawing
+from swarm_pz.config import GameConfig
+from swarm_pz.play.ros.commands import coarse
 from swarm_pz.play.strokes import MAPPINGS, Stroke, density_of, mapping_of
 
 DRONES, GAMES, CELLS = 10, 20, 10
@@ -37,9 +36,7 @@ DRAWN: dict[str, tuple[Stroke, tuple[float, float], float, float]] = {
 def tablet(stroke: Stroke, rules: GameConfig) -> Array:
     """Return the command that the rosbridge makes of what the tablet app sends: 8 bits, and a sum of 10."""
     image = np.rint(interpolated(np.rint(255.0 * density_of([stroke], CELLS, "paper")), 50))
-    takes = commands_of(rules.team_systems[RED], rules)
-    message = drawing({"data": (10.0 * image / image.sum()).ravel().tolist()}, mapping_of(rules))
-    return np.array(message(takes, CELLS).density)
+    return coarse((10.0 * image / image.sum()).ravel(), CELLS, is_weak=mapping_of(rules) != "paper")
 
 
 def shares(places: Iterable[Array]) -> list[str]:

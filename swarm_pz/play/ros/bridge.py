@@ -57,7 +57,9 @@ class Bridge(Rosbridge):
     ) -> None:
         super().__init__(TOPICS, commands.INPUTS, every=frozenset({"/agent_team_status", LOG}))
         self._address, self._opponent, self._say, self._alone_s = address, opponent, say, alone_s
-        self._origins, self._settings, self._mapping = origins, settings_of(table), table.mapping
+        self._origins, self._settings = origins, settings_of(table)
+        self._is_weak = table.mapping != "paper"
+        """Whether these rules need more contrast than the tablet's images have."""
         self._shown = Shown(self)
         self._seats: dict[Side, Seat] = {}
         self._owners: dict[Side, Client] = {}
@@ -98,7 +100,7 @@ class Bridge(Rosbridge):
     def _obey_message(self, client: Client, topic: str, message: Message) -> None:
         own = [side for side, owner in self._owners.items() if owner is client]
         if topic == commands.TABLET:
-            self._command(client, message.get("team"), commands.drawing(message, self._mapping))
+            self._command(client, message.get("team"), commands.density(message, self._is_weak))
         elif topic == commands.CLEAR:
             for side in own:
                 self._command(client, side, commands.clear)

@@ -12,7 +12,6 @@ from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play.protocol import CommandMessage, Commands
 from swarm_pz.play.ros.messages import Message
-from swarm_pz.play.strokes import Mapping
 
 Maker = Callable[[Commands, int], CommandMessage]
 """From what a seat takes, and the cells a side of its densities, to a command; raises ProtocolError."""
@@ -20,30 +19,12 @@ Maker = Callable[[Commands, int], CommandMessage]
 TABLET = "/tablet_comm"
 CLEAR = "/clear_locs"
 ATTRACTOR = "/flocking_command"
-_CONTRAST = 4
-"""Power of the tablet's image above its least value; python -m benchmarks.mappings."""
-_FLAT = 1e-6
-"""What an image of one value differs by, from rounding alone."""
 
 
-def density(message: Message) -> Maker:
-    """Read an image: Float32MultiArray, or anything else with `data`."""
-    values = _floats(message)
-    return _maker("a density", "density", lambda _, cells: CommandMessage(0, density=coarse(values, cells).tolist()))
-
-
-def drawing(message: Message, mapping: Mapping) -> Maker:
-    """Read the tablet app's image; if the rules do not want its weak contrast, with one that drones follow."""
-    values = _floats(message)
-
-    def make(_: Commands, cells: int) -> CommandMessage:
-        image = coarse(values, cells)
-        above = image - image.min()
-        if mapping != "paper" and above.max() > _FLAT:
-            image = (above / above.max()) ** _CONTRAST
-        return CommandMessage(0, density=image.tolist())
-
-    return _maker("a density", "density", make)
+def density(message: Message, is_weak: bool = False) -> Maker:
+    """Read an image: Float32MultiArray, the tablet's message, or anything else with `data`; see `coarse`."""
+    values, given = _floats(message), "a density"
+    return _maker(given, "density", lambda _, cells: CommandMessage(0, density=coarse(values, cells, is_weak).tolist()))
 
 
 def occupancy(message: Message) -> Maker:
@@ -74,12 +55,6 @@ def _attractors_of(rows: list[list[float]]) -> Maker:
     return _maker("an attractor", "attractors", make)
 
 
-def accelerations(message: Message) -> Maker:
-    """Read accelerations: x and y for each drone of the game, by its number."""
-    values = _floats(message)
-    return _maker("accelerations", "accelerations", lambda takes, _: _shaped(values, takes))
-
-
 def any_kind(message: Message) -> Maker:
     """Read a command of whatever kind the seat takes, as the numbers of its array form."""
     values, image = _floats(message), density(message)
@@ -108,8 +83,10 @@ def clear(takes: Commands, cells: int) -> CommandMessage:
     return CommandMessage(0, command=takes.default)
 
 
-def coarse(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
+def coarse(values: NDArray[np.float64], cells: int, is_weak: bool = False) -> NDArray[np.float64]:
     """Return an image as a density (cells, cells) with 1 as its largest value: each cell's mean.
+
+    If it is weak, its contrast is raised until drones follow it (python -m benchmarks.mappings).
 
     Raises
     ------
@@ -129,6 +106,9 @@ def coarse(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
         return np.ones((cells, cells))
     part = side // cells
     means = (values / largest).reshape(cells, part, cells, part).mean(axis=(1, 3))
+    above = means - means.min()
+    if is_weak and above.max() > 1e-6:  # and not by rounding alone
+        means = (above / above.max()) ** 4
     return np.asarray(means / means.max())
 
 
@@ -169,7 +149,6 @@ READERS: dict[str, tuple[str, Callable[[Message], Maker]]] = {
     "density": ("std_msgs/Float32MultiArray", density),
     "target": ("nav_msgs/OccupancyGrid", occupancy),
     "attractors": ("geometry_msgs/PoseArray", attractors),
-    "accelerations": ("std_msgs/Float32MultiArray", accelerations),
     "command": ("std_msgs/Float32MultiArray", any_kind),
 }
 """Type and reader of what is published on /swarm/red/..., by the topic's last part."""

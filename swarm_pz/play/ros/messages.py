@@ -162,10 +162,7 @@ def sizes(frame: Frame) -> Message:
 
 
 def ck_plot(field: NDArray[np.uint8]) -> Message:
-    """Return a capture field, 1 at its largest and at least 0.75 exactly where it captures: std_msgs/Float32MultiArray.
-
-    Row after row, row 0 at the bottom, as the authors' code sends it.
-    """
+    """Return a capture field by rows from the bottom, at least 0.75 where it captures: std_msgs/Float32MultiArray."""
     return _array((field / np.float32(255.0)).ravel().tolist(), "cell")
 
 

@@ -44,9 +44,7 @@ export class Controls {
     on("change", { width: sized, turn: sized, keep: () => { this.pen.keep = byId("keep").checked; }, "on-lift": () => this.show() });
     on("click", Object.fromEntries(BRUSHES.map((brush) => [brush, () => this.choose(brush)])));
     on("click", {
-      send: () => this.send(),
-      undo: () => this.undo(),
-      spread: () => this.spread(),
+      send: () => this.send(), undo: () => this.undo(), clear: () => this.clear(), spread: () => this.spread(),
       "close-tools": () => byId("tools").close(),
       manage: async () => {
         await this.respond();
@@ -109,7 +107,7 @@ export class Controls {
   }
 
   show() {
-    byId("send").disabled = byId("spread").disabled = !this.mayPlay();
+    byId("send").disabled = byId("clear").disabled = byId("spread").disabled = !this.mayPlay();
     byId("send").classList.toggle("primary", !byId("on-lift").checked);
     byId("undo").disabled = !this.mayPlay() || this.pen.before.length === 0;
     byId("width").value = this.pen.extent;
@@ -159,6 +157,7 @@ export class Controls {
       "+": () => this.wider(2), "=": () => this.wider(2), "-": () => this.wider(-2),
       "[": () => this.pen.turn?.(TURN), "]": () => this.pen.turn?.(-TURN), n: () => this.pen.next?.(),
       s: () => this.library.save(), u: () => this.undo(), c: () => this.spread(), enter: onButton ? null : () => this.send(),
+      delete: () => this.clear(), backspace: () => this.clear(),
     };
     return acts[key] ?? null;
   }
@@ -191,6 +190,13 @@ export class Controls {
     if (!this.mayPlay()) return;
     this.pen.recall(strokes);
     if (this.send()) this.answer(`Sent: ${name}`);
+  }
+
+  // Begin the drawing anew; the swarm keeps the command that it has.
+  clear() {
+    if (!this.mayPlay() || this.pen !== this.brush) return; // what is placed is never empty
+    this.pen.clear();
+    this.answer("Cleared: nothing was sent");
   }
 
   // A drawing of nothing asks for the whole square; other commands have one to begin with.
