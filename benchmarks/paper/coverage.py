@@ -20,7 +20,9 @@ SECONDS = 60
 JUDGED = 30
 """Second at which coverage is judged."""
 COVERED = 0.001
-"""Ergodic metric below which a target counts as covered by then."""
+"""Ergodic metric below which a target counts as covered by then; this bound is ours."""
+SOON = 1
+"""Second whose metric a later one is compared with: who converges comes closer to the target."""
 BIMODAL = ((0.25, 0.25, 0.12), (0.75, 0.75, 0.08))
 """x, y and sigma of the two modes, of equal mass."""
 
@@ -138,3 +140,14 @@ def over_seeds(values: Array) -> dict[str, Any]:
     """Return the mean (T,) over seeds of values (seeds, T), and the ends of its interval, as plain lists."""
     mean, low, high = bootstrap(values)
     return {"mean": rounded(mean), "low": rounded(low), "high": rounded(high)}
+
+
+def worst_fall(values: Array) -> Any:
+    """Return the metric in the end over that soon after the start, the largest of means (seeds, flights, seconds)."""
+    means = values.mean(axis=0)
+    return (means[:, -1] / means[:, SOON - 1]).max()
+
+
+def worst_judged(values: Array) -> Any:
+    """Return the largest mean metric when it is judged, of flights (seeds, flights, seconds)."""
+    return values[:, :, JUDGED - 1].mean(axis=0).max()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,9 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.play.strokes import Stroke, density_of
+from swarm_pz.play.strokes import Mapping, Stroke, density_of
 
 Array = NDArray[np.float64]
+CELLS = GameConfig().command_cells
+
+
+def mapping_of(game: GameConfig) -> Mapping:
+    """Return the mapping whose drawings a swarm follows under these rules: `paper` for targets of mass above 1."""
+    return "paper" if game.controller.target_mass > 1.0 else "firm"
 
 
 class Drawing(NamedTuple):
@@ -20,11 +27,39 @@ class Drawing(NamedTuple):
 
     strokes: tuple[Stroke, ...]
 
-    @property
-    def density(self) -> Array:
-        """The command (A, A) that the table makes of them, rounded to a thousandth."""
-        asked = density_of(self.strokes, GameConfig().command_cells)
+    def density(self, mapping: Mapping) -> Array:
+        """Return the command (A, A) that the table makes of them, rounded to a thousandth."""
+        asked = density_of(self.strokes, CELLS, mapping)
         return np.asarray(np.round(asked / asked.max(), 3))
+
+
+def dot(place: tuple[float, float], width: float) -> Drawing:
+    """Return one touch of the brush Attract."""
+    return Drawing((_stroke([[*place]], brush="attract", width=width),))
+
+
+def painted(density: Array, mapping: Mapping, *, repels: bool = False) -> Array:
+    """Return the command (A, A) of who paints Attract where a density is at least half of its largest value.
+
+    All other ground is left alone, or painted with Repel.
+    """
+    attracts = density >= 0.5 * density.max()
+    return _painted(attracts.tobytes(), len(density), mapping, repels).copy()
+
+
+@cache
+def _painted(attracts: bytes, cells: int, mapping: Mapping, repels: bool) -> Array:
+    ground = np.frombuffer(attracts, np.bool_).reshape(cells, cells)
+    if ground.all():
+        return np.ones((cells, cells))  # nothing is drawn: spread out
+    brushes = {True: "attract", False: "repel"} if repels else {True: "attract"}
+    strokes = [
+        # A little wider than a cell, as dots are round.
+        _stroke([[(column + 0.5) / cells, (row + 0.5) / cells]], brush=brushes[bool(ground[row, column])], width=0.12)
+        for row, column in np.ndindex(ground.shape)
+        if bool(ground[row, column]) in brushes
+    ]
+    return Drawing(tuple(strokes)).density(mapping)
 
 
 def interpolated(density: Array, cells: int) -> Array:

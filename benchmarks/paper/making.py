@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from benchmarks.paper import claims, ours
-from benchmarks.paper.figure import Figure
+from benchmarks.paper.figure import Figure, Setting
 from benchmarks.paper.page import draw, to_dict, write, write_page
-from swarm_pz.config import PRESETS, GameConfig
-from swarm_pz.config.base import check_count
+from swarm_pz.config import GameConfig
+from swarm_pz.config.base import check_choice, check_count, check_number
 from swarm_pz.errors import CommandError, Stopped, nearest
 from swarm_pz.evaluation.rollout import play_games
 from swarm_pz.evaluation.workers import open_pool, share
@@ -19,29 +19,34 @@ from swarm_pz.simulator.spawn import check_seed
 
 EVERY: dict[str, Figure] = claims.FIGURES | ours.FIGURES
 """All figures by name: the paper's claims, then what is ours."""
+BOTH = ("paper", "released")
+"""The presets whose rules are those of the paper and those of its authors' code."""
 
 
 class Made(NamedTuple):
-    """A figure that was made: its name, whether its claim holds, and the seconds that it took."""
+    """A figure that was made under one preset: its verdict, and the seconds that it took."""
 
     name: str
-    supported: bool
+    preset: str
+    verdict: str
     seconds: float
 
 
-def make(name: str, seed: int, out: Path, command: str = "") -> Made:
-    """Make one figure: NAME.png and NAME.json in a folder."""
+def make(name: str, setting: Setting, out: Path, command: str = "") -> Made:
+    """Make one figure under one preset: its pictures and NAME_PRESET.json in a folder."""
     figure, began = EVERY[name], time.monotonic()
-    record = to_dict(figure, figure.measure(seed), seed, command)
-    draw(figure, record["series"], out)
+    record = to_dict(figure, figure.measure(setting), setting, command)
+    draw(figure, record["series"], setting.preset, out)
     write(record, out)  # last: the page shows what has one
-    return Made(name, record["supported"], time.monotonic() - began)
+    return Made(name, setting.preset, record["verdict"], time.monotonic() - began)
 
 
 def make_all(
     names: Sequence[str],
     out: Path,
     *,
+    presets: Sequence[str] = BOTH,
+    size: float = 1.0,
     seed: int = 0,
     processes: int = 2,
     done: Callable[[Made], None] = lambda _: None,
@@ -59,14 +64,25 @@ def make_all(
         If it was asked to; every figure that was begun is made, and on the page.
     CommandError
         If there is no figure of a name.
+    ConfigError
+        If a preset or a size is none.
     """
     check_count(processes, "processes", 1, 1024)
+    check_number(size, "size", 0.01, 1.0)
     check_seed(seed)
+    for preset in presets:
+        check_choice(preset, "preset", BOTH)
     chosen = list(dict.fromkeys(names or EVERY))
     for name in chosen:
         if name not in EVERY:
             raise CommandError(f"there is no figure {name!r}; {nearest(name, EVERY)}")
     chosen.sort(key=lambda name: -EVERY[name].seconds)  # long ones first, so that no process works alone in the end
+    tasks = [
+        (name, Setting(preset, seed, size), out, command)
+        for name in chosen
+        for preset in presets
+        if preset in EVERY[name].presets
+    ]
     out.mkdir(parents=True, exist_ok=True)
     made: list[Made] = []
 
@@ -74,15 +90,14 @@ def make_all(
         made.append(result)
         done(result)
 
-    with open_pool(1 if len(chosen) == 1 else processes) as pool:
-        if processes > 1 and len(chosen) > 1:  # two figures that find nothing compiled would both compile all of it
-            share(pool, _compile, [(preset,) for preset in PRESETS], lambda *_: None)
-        tasks = [(name, seed, out, command) for name in chosen]
+    with open_pool(1 if len(tasks) == 1 else processes) as pool:
+        if processes > 1 and len(tasks) > 1:  # two figures that find nothing compiled would both compile all of it
+            share(pool, _compile, [(preset,) for preset in BOTH], lambda *_: None)
         share(pool, make, tasks, keep, should_stop=should_stop, name=lambda task: task[0], verb="made")
     for part in (claims, ours):
         write_page(part.PAGE, part.FIGURES, out)
-    if len(made) < len(chosen):
-        raise Stopped(f"{len(made)} of {len(chosen)} figures are in {out}")
+    if len(made) < len(tasks):
+        raise Stopped(f"{len(made)} of {len(tasks)} figures are in {out}")
     return made
 
 

@@ -1,18 +1,19 @@
-"""What a figure leaves behind: its picture, its numbers, and its part of the page and its tables."""
+"""What a figure leaves behind: its pictures, its numbers, and its part of the page and its tables."""
 
 from __future__ import annotations
 
 import io
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import swarm_pz
 from benchmarks.csv_table import write_csv
-from benchmarks.paper.figure import Figure, Finding
-from benchmarks.paper.style import DPI, RC
+from benchmarks.paper.figure import Figure, Finding, Setting, verdict
+from benchmarks.paper.style import COLUMNS, PRINT, RASTER
 from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.intervals import LEVEL
 from swarm_pz.evaluation.provenance import provenance
@@ -26,25 +27,29 @@ class Page(NamedTuple):
     opening: str
 
 
-def to_dict(figure: Figure, finding: Finding, seed: int, command: str = "") -> dict[str, Any]:
-    """Return everything about a figure as plain values, ready for JSON."""
-    numbers, holds = finding.numbers, finding.holds
-    parts = holds if isinstance(holds, dict) else {}
-    said = ("name", "title", "claim", "section", "quote", "paper", "rule", "revised")
+def to_dict(figure: Figure, finding: Finding, setting: Setting, command: str = "") -> dict[str, Any]:
+    """Return everything about a figure under one preset as plain values, ready for JSON."""
+    said = ("name", "claim", "section", "quote", "note", "revised")
     return {
         **{name: getattr(figure, name) for name in said},
-        "statistic": {name: _plain(value) for name, (value, _) in numbers.items()},
-        "interval": {
-            "level": LEVEL,
-            "method": finding.method,
-            **{name: [*map(_plain, ends)] for name, (_, ends) in numbers.items() if ends is not None},
-        },
-        "supported": all(parts.values()) if parts else bool(holds),
-        "parts": {name: bool(part) for name, part in parts.items()},
-        "caption": f"{figure.paper} {finding.seen}",
+        "preset": setting.preset,
+        "mapping": setting.mapping,
+        "verdict": verdict(finding.parts),
+        "parts": [
+            {
+                "asked": part.asked,
+                "value": _plain(part.value),
+                "interval": None if part.interval is None else [*map(_plain, part.interval)],
+                "holds": part.holds,
+                "ours": part.ours,
+            }
+            for part in finding.parts
+        ],
+        "interval": {"level": LEVEL, "method": finding.method},
         "config_hash": {name: config.hash for name, config in finding.configs.items()},
         **provenance(finding.configs, command),
-        "seed": seed,
+        "seed": setting.seed,
+        "size": setting.size,
         "seeds": finding.seeds,
         "swarm_pz": swarm_pz.__version__,
         "series": finding.series,
@@ -57,39 +62,66 @@ def _plain(value: float) -> float | None:
 
 
 def write(record: dict[str, Any], out: Path) -> None:
-    """Write a figure's NAME.json, the long rows of numbers on one line, so that the rest can be read."""
+    """Write a figure's NAME_PRESET.json, the long rows of numbers on one line, so that the rest can be read."""
     text = {name: value for name, value in record.items() if name != "series"}
     series = json.dumps(record["series"], separators=(",", ":"), allow_nan=False)
     body = json.dumps(text, indent=2, allow_nan=False).removesuffix("\n}")
-    (out / f"{record['name']}.json").write_text(f'{body},\n  "series": {series}\n}}\n')
+    (out / f"{record['name']}_{record['preset']}.json").write_text(f'{body},\n  "series": {series}\n}}\n')
 
 
-def draw(figure: Figure, series: dict[str, Any], out: Path) -> None:
-    """Draw a figure's NAME.png, with a palette, which takes less than half of the room."""
+def on_canvas(figure: Figure, series: dict[str, Any], columns: int) -> Any:
+    """Return a matplotlib figure, one or two columns of a paper wide, with everything drawn; within `style.PRINT`."""
+    size = COLUMNS[columns - 1], figure.heights[columns - 1]
+    canvas = require_extra("matplotlib.figure", "cli").Figure(figsize=size, layout="constrained")
+    figure.draw(canvas, series)
+    return canvas
+
+
+def draw(figure: Figure, series: dict[str, Any], preset: str, out: Path) -> None:
+    """Draw a figure for a paper, as NAME_PRESET_1col and 2col, .pdf and .svg, and for a page, as NAME_PRESET.png."""
     matplotlib, image = require_extra("matplotlib", "cli"), require_extra("PIL.Image", "render")
-    figure_class = require_extra("matplotlib.figure", "cli").Figure
-    with matplotlib.rc_context(RC), io.BytesIO() as drawn:
-        canvas = figure_class(figsize=figure.size, layout="constrained")
-        canvas.suptitle(figure.title, x=0.01, ha="left")
-        figure.draw(canvas, series)
-        canvas.savefig(drawn)
-        cut, plain = image.Quantize.MEDIANCUT, image.Dither.NONE
+    name = f"{figure.name}_{preset}"
+    with matplotlib.rc_context(PRINT), io.BytesIO() as drawn:
+        for columns in (1, 2):
+            canvas = on_canvas(figure, series, columns)
+            canvas.draw_without_rendering()
+            canvas.set_layout_engine("none")  # once is enough, and takes most of the time
+            for kind, date in (("pdf", "CreationDate"), ("svg", "Date")):  # the same numbers, the same file
+                canvas.savefig(out / f"{name}_{columns}col.{kind}", metadata={date: None})
+        canvas.savefig(drawn, dpi=RASTER)
+        cut, plain = image.Quantize.MEDIANCUT, image.Dither.NONE  # a palette takes less than half of the room
         picture = image.open(drawn).convert("RGB").quantize(256, method=cut, dither=plain)
-    picture.save(out / f"{figure.name}.png", optimize=True, dpi=(DPI, DPI))
+    picture.save(out / f"{name}.png", optimize=True, dpi=(RASTER, RASTER))
 
 
-def write_page(page: Page, names: Iterable[str], out: Path) -> None:
-    """Write a page of those figures that a folder holds, in the order of `names`, and its two tables."""
-    records = [json.loads(path.read_text()) for name in names if (path := out / f"{name}.json").exists()]
-    (out / f"{page.name}.md").write_text(to_markdown(page, records))
-    for name, rows in tables(records).items():
+Records = Mapping[str, Mapping[str, Any]]
+"""What was found of one figure, by preset."""
+
+
+def write_page(page: Page, figures: Mapping[str, Figure], out: Path) -> None:
+    """Write a page of those figures that a folder holds, in their order, and its two tables."""
+    found: list[Records] = []
+    for name, figure in figures.items():
+        paths = {preset: out / f"{name}_{preset}.json" for preset in figure.presets}
+        records = {preset: json.loads(path.read_text()) for preset, path in paths.items() if path.exists()}
+        if records:
+            found.append(records)
+    (out / f"{page.name}.md").write_text(to_markdown(page, found))
+    for name, rows in tables(found).items():
         write_csv(out / f"{page.name}_{name}.csv", rows)
 
 
-def to_markdown(page: Page, records: Sequence[dict[str, Any]]) -> str:
-    """Return a page: its opening, a table of verdicts, then each figure's picture and what is seen."""
-    holding = sum(record["supported"] for record in records)
+def to_markdown(page: Page, found: Sequence[Records]) -> str:
+    """Return a page: its opening, a table of verdicts, then each figure's parts and pictures."""
+    records = [record for one in found for record in one.values()]
+    presets = sorted({record["preset"] for record in records})
     versions = sorted({f"seed {record['seed']}, swarm-pz {record['swarm_pz']}" for record in records})
+    trial = min((record["size"] for record in records), default=1.0)
+    counts = {preset: Counter(one[preset]["verdict"] for one in found if preset in one) for preset in presets}
+    told = "; ".join(
+        f"`{preset}`: " + ", ".join(f"{count} {word}" for word, count in counted.most_common())
+        for preset, counted in counts.items()
+    )
     lines = [
         f"# {page.title}",
         "",
@@ -99,41 +131,61 @@ def to_markdown(page: Page, records: Sequence[dict[str, Any]]) -> str:
         "",
         page.opening,
         "",
-        "The command plays the games, draws the pictures and decides each claim by a rule in the code. The rules were "
-        f"fixed before the first look, or the table says otherwise. Of {len(records)} claims {holding} hold here "
-        f"({'; '.join(versions)}). [Claims and rules]({page.name}_claims.csv), [numbers with 95 % "
-        f"intervals]({page.name}_numbers.csv).",
+        f"{told} ({'; '.join(versions)}). [Claims]({page.name}_claims.csv), [parts]({page.name}_parts.csv).",
+        *([] if trial == 1 else ["", f"**A trial: {100 * trial:.0f} % of the games.**"]),
         "",
-        "| figure | claim | holds |",
-        "|---|---|---|",
-        *(f"| [{one['name']}](#{one['name']}) | {one['claim']} | {verdict(one)} |" for one in records),
+        f"| claim | {' | '.join(f'`{preset}`' for preset in presets)} |",
+        "|---|" + "---|" * len(presets),
     ]
-    for record in records:
-        seen = record["caption"].removeprefix(record["paper"]).strip()
-        lines += ["", f"## {record['name']}", "", f"![{record['title']}]({record['name']}.png)", "", seen]
+    for one in found:
+        first, words = next(iter(one.values())), [one[preset]["verdict"] if preset in one else "" for preset in presets]
+        lines.append(f"| [{first['name']}](#{first['name']}): {first['claim']} | {' | '.join(words)} |")
+    for one in found:
+        first = next(iter(one.values()))
+        lines += ["", f"## {first['name']}", ""]
+        lines += [f"![{first['name']}, rules {preset}]({first['name']}_{preset}.png)" for preset in one]
+        lines += ["", f"| part | {' | '.join(f'`{preset}`' for preset in one)} |", "|---|" + "---|" * len(one)]
+        lines += [_row(text, one) for text in dict.fromkeys(p["asked"] for r in one.values() for p in r["parts"])]
+        if first["note"]:
+            lines += ["", first["note"]]
     return "\n".join(lines) + "\n"
 
 
-def tables(records: Sequence[dict[str, Any]]) -> dict[str, list[tuple[str, ...]]]:
-    """Return the rows of a page's tables: its claims with their rules, and its numbers."""
+def _row(text: str, one: Records) -> str:
+    cells, ours = [], False
+    for record in one.values():
+        part = next((part for part in record["parts"] if part["asked"] == text), None)
+        ours = ours or bool(part and part["ours"])
+        cells.append(_cell(part) if part else "")
+    return f"| {'*ours:* ' * ours}{text} | {' | '.join(cells)} |"
+
+
+def _cell(part: Mapping[str, Any]) -> str:
+    said = {None: "", True: "yes: ", False: "no: "}[part["holds"]]
+    ends = part["interval"]
+    return f"{said}{_show(part['value'])}" + (f" ({_show(ends[0])}\N{EN DASH}{_show(ends[1])})" if ends else "")
+
+
+def tables(found: Iterable[Records]) -> dict[str, list[tuple[str, ...]]]:
+    """Return the rows of a page's tables: its claims, and all parts of their verdicts."""
     claims: list[tuple[str, ...]] = [
-        ("figure", "section", "the paper", "claim", "rule", "changed after the first look", "holds", "parts")
+        ("figure", "section", "the paper", "claim", "changed after the first look", "preset", "verdict")
     ]
-    numbers: list[tuple[str, ...]] = [("figure", "number", "value", "low", "high", "intervals")]
-    for record in records:
-        parts = "; ".join(f"{name}: {'yes' if holds else 'no'}" for name, holds in record["parts"].items())
-        rules = (record["claim"], record["rule"], record["revised"], verdict(record).strip("*"), parts)
-        claims.append((record["name"], record["section"], record["quote"], *rules))
-        for name, value in record["statistic"].items():
-            low, high = map(_show, record["interval"][name]) if name in record["interval"] else ("", "")
-            row = (record["name"], name.replace("_", " "), _show(value), low, high, record["interval"]["method"])
-            numbers.append(row)
-    return {"claims": claims, "numbers": numbers}
-
-
-def verdict(record: dict[str, Any]) -> str:
-    """Return whether a claim holds, in a word."""
-    return "yes" if record["supported"] else "**no**"
+    parts: list[tuple[str, ...]] = [
+        ("figure", "preset", "mapping", "whose", "part", "holds", "value", "low", "high", "intervals")
+    ]
+    for record in (record for one in found for record in one.values()):
+        name, preset = record["name"], record["preset"]
+        told = (record["section"], record["quote"], record["claim"], record["revised"])
+        claims.append((name, *told, preset, record["verdict"]))
+        for part in record["parts"]:
+            low, high = map(_show, part["interval"]) if part["interval"] else ("", "")
+            holds = {None: "", True: "yes", False: "no"}[part["holds"]]
+            whose = "ours" if part["ours"] else "the paper's"
+            head = (name, preset, record["mapping"], whose, part["asked"], holds)
+            method = record["interval"]["method"] if part["interval"] else "exact"
+            parts.append((*head, _show(part["value"]), low, high, method))
+    return {"claims": claims, "parts": parts}
 
 
 def _show(value: float | None) -> str:

@@ -1,18 +1,26 @@
-"""Players of figures: a fixed command, a script as slow as a person, and a tactic of two commands."""
+"""Players of figures: a fixed command, a person's drawings at a person's pace, and a tactic of two commands."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.paper.drawings import painted
+from benchmarks.paper.figure import Setting
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.policy import Policy
+from swarm_pz.evaluation.rollout import Rollout
+from swarm_pz.policy import Policy, load
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.densities import disc
 
 Array = NDArray[np.float64]
+Way = Literal["person", "program"]
+WAYS: tuple[Way, ...] = ("person", "program")
+PACE = 3
+"""Seconds between two commands of a person."""
 
 
 class Fixed:
@@ -32,16 +40,19 @@ class Fixed:
         return np.broadcast_to(self._density, (len(rows), *self._density.shape))
 
 
-class Held:
-    """Ask a player at every step, but give its answer in every few of them alone, and hold it in between.
+class Person:
+    """Play a player's tactic as somebody at the table: paint its density, and send the drawing every few seconds.
 
-    A player that counts its commands counts seconds as before, so a tactic's own course takes as long as it did.
+    The player is asked at every step, but only what it answers when it is time is sent. A player that counts its
+    commands counts seconds as before, so a tactic's own course takes as long as it did.
     """
 
-    def __init__(self, player: Policy, steps: int) -> None:
+    def __init__(
+        self, player: Policy, paint: Callable[[Array], Array] = lambda density: density, steps: int = PACE
+    ) -> None:
         self.name = f"{getattr(player, 'name', type(player).__name__)}, every {steps} steps"
         self.observation = player.observation
-        self._player, self._steps = player, steps
+        self._player, self._paint, self._steps = player, paint, steps
         self._asked: dict[int, int] = {}
         self._given: dict[int, Array] = {}
 
@@ -54,26 +65,31 @@ class Held:
         """Answer n observations with the commands (n, A, A) in force."""
         for row, answer in zip(rows.tolist(), self._player.act(observations, rows), strict=True):
             if self._asked[row] % self._steps == 0:
-                self._given[row] = np.array(answer)
+                self._given[row] = self._paint(np.array(answer, np.float64))
             self._asked[row] += 1
         return np.stack([self._given[row] for row in rows.tolist()])
 
 
-class Ensemble:
-    """Make a shape around the centre; once `last` opposing drones are left, the same around them.
+def player(name: str, way: Way, setting: Setting, *, repels: bool = False) -> Policy:
+    """Load a player: as a program, whose densities are sent each second, or as a person who draws the same tactic."""
+    tactic = cast("Policy", load(name, setting.config))
+    if way == "program":
+        return tactic
+    return Person(tactic, lambda density: painted(density, setting.mapping, repels=repels))
 
-    A shape makes densities of the distances (n, A, A) of a command's cells from the place, in map widths.
+
+class Ensemble:
+    """Command a place in the centre; once `last` opposing drones are left, the same around them.
+
+    `make` turns places (n, 2) into densities (n, A, A); by default into discs.
     """
 
     name = "ensemble"
     observation = ObservationConfig(grid=25, channels=("opposing_positions", "own_share"))
 
-    def __init__(
-        self, config: GameConfig, shape: Callable[[Array], Array] = lambda distance: disc(distance, 0.1), last: int = 1
-    ) -> None:
+    def __init__(self, config: GameConfig, make: Callable[[Array], Array] | None = None, last: int = 1) -> None:
         self._most = 1.0 - (last + 0.5) / config.num_drones
-        self._centres = (np.arange(config.command_cells) + 0.5) / config.command_cells
-        self._shape = shape
+        self._make = make if make is not None else shaped(config)
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin games; nothing is remembered."""
@@ -85,7 +101,38 @@ class Ensemble:
         odd = 2.0 * np.arange(positions.shape[-1]) + 1.0
         weight = 2.0 * len(odd) * np.maximum(positions.sum(axis=(1, 2)), 1.0)
         places = np.stack([positions.sum(axis=axis) @ odd for axis in (1, 2)], axis=1) / weight[:, None]
-        aim = np.where((share > self._most)[:, None], places, 0.5)
-        offset = self._centres[None, :] - aim[:, :, None]
-        density = self._shape(np.hypot(offset[:, 0, None, :], offset[:, 1, :, None]))
+        return self._make(np.where((share > self._most)[:, None], places, 0.5))
+
+
+def shaped(
+    config: GameConfig, shape: Callable[[Array], Array] = lambda distance: disc(distance, 0.1)
+) -> Callable[[Array], Array]:
+    """Return what makes a density of a place, by the distances (n, A, A) of a command's cells from it."""
+    centres = (np.arange(config.command_cells) + 0.5) / config.command_cells
+
+    def make(places: Array) -> Array:
+        offset = centres[None, :] - places[:, :, None]
+        density = shape(np.hypot(offset[:, 0, None, :], offset[:, 1, :, None]))
         return np.asarray(density / density.max(axis=(1, 2), keepdims=True))
+
+    return make
+
+
+class Captures:
+    """Keeps how many drones red and blue have taken so far, (2,) after every step, of every game."""
+
+    def __init__(self, games: int) -> None:
+        self.totals: list[list[NDArray[np.int64]]] = [[np.zeros(2, np.int64)] for _ in range(games)]
+
+    def __call__(self, rollout: Rollout) -> None:
+        """Look at the games that were running."""
+        captures = rollout.simulator.games.captures
+        for row in rollout.rows.tolist():
+            self.totals[row].append(captures[row].astype(np.int64))
+
+
+def most_within(totals: Sequence[NDArray[np.int64]], steps: int) -> NDArray[np.int64]:
+    """Return the most that red and that blue took (2,) in so many steps of a game."""
+    counts = np.array(totals)
+    later = counts[np.minimum(np.arange(len(counts)) + steps, len(counts) - 1)]
+    return np.asarray((later - counts).max(axis=0))

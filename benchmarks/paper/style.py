@@ -39,24 +39,41 @@ RC = {
     "font.size": 9,
     "grid.alpha": 0.25,
     "hatch.linewidth": 0.6,
+    "legend.fontsize": 9,
     "legend.frameon": False,
     "savefig.dpi": DPI,
     "text.color": DARK,
 }
 """matplotlib's settings while figures are drawn."""
+COLUMNS = (3.5, 7.16)
+"""Widths of one and of two columns of a paper, in inches."""
+RASTER = 200
+LEAST_POINTS = 7.0
+"""Size of the smallest text at these widths."""
+PRINT = RC | {
+    **dict.fromkeys(("font.size", "axes.titlesize", "legend.fontsize", "xtick.labelsize", "ytick.labelsize"), 7.0),
+    "axes.labelsize": 7.0,
+    "lines.markersize": 3.5,
+    "lines.linewidth": 1.1,
+    "axes.linewidth": 0.6,
+    "pdf.fonttype": 42,  # letters stay letters
+    "svg.fonttype": "none",
+    "svg.hashsalt": "swarm-pz",
+}
+"""The same for pictures of these widths."""
 
 
 def band(axes: Any, x: Any, series: dict[str, Any], colour: Any, dash: Any = "-", label: str | None = None) -> None:
     """Draw a mean as a line and its interval as a band; `series` holds `mean`, `low` and `high`."""
     axes.fill_between(x, series["low"], series["high"], color=colour, alpha=0.2, linewidth=0)
-    axes.plot(x, series["mean"], linestyle=dash, color=colour, linewidth=1.6, label=label)
+    axes.plot(x, series["mean"], linestyle=dash, color=colour, label=label)
 
 
 def whisker(axes: Any, x: Any, value: Any, low: Any, high: Any, *, sideways: bool = False, **look: Any) -> None:
     """Draw values at places x with intervals, upright or sideways; all of them arrays or all of them numbers."""
     reach = [np.maximum(np.subtract(value, low), 0), np.maximum(np.subtract(high, value), 0)]
     places = (value, x) if sideways else (x, value)
-    axes.errorbar(*places, **{"xerr" if sideways else "yerr": np.reshape(reach, (2, -1))}, capsize=3, **look)
+    axes.errorbar(*places, **{"xerr" if sideways else "yerr": np.reshape(reach, (2, -1))}, capsize=2, **look)
 
 
 def bars(axes: Any, rows: list[dict[str, Any]]) -> None:
@@ -83,7 +100,7 @@ def mark(axes: Any, value: float, text: str, *, upright: bool = False, at: float
     (axes.axvline if upright else axes.axhline)(value, color=GREY, linewidth=0.9)
     place = axes.get_xaxis_transform() if upright else axes.get_yaxis_transform()
     x, y, side = (value, 1.0, "center") if upright else (at, value, "right")
-    axes.text(x, y, text, transform=place, color=GREY, fontsize=8, ha=side, va="bottom")
+    axes.text(x, y, text, transform=place, color=GREY, ha=side, va="bottom")
 
 
 def arena(axes: Any, title: str) -> None:
@@ -91,6 +108,7 @@ def arena(axes: Any, title: str) -> None:
     axes.set(xlim=(0, 1), ylim=(0, 1), aspect="equal", title=title)
     axes.set_xlabel("x (map widths)")
     axes.set_ylabel("y (map widths)")
+    axes.set(xticks=(0, 0.5, 1), yticks=(0, 0.5, 1))
     axes.grid(visible=False)
     for side in axes.spines.values():
         side.set_visible(True)
@@ -111,12 +129,12 @@ def captured_ground(axes: Any, cells: Sequence[Sequence[int]], team: int) -> Non
     axes.add_collection(collection)
 
 
-def drones(axes: Any, positions: NDArray[np.float64], teams: NDArray[np.int64], size: float = 34.0) -> None:
+def drones(axes: Any, positions: NDArray[np.float64], teams: NDArray[np.int64], size: float = 10.0) -> None:
     """Draw drones (N, 2): red discs and blue diamonds."""
     for team in (RED, BLUE):
         own = positions[teams == team]
         axes.scatter(
-            *own.T, s=size, marker=_MARKERS[team], color=TEAMS[team], edgecolor="white", linewidth=0.7, zorder=3
+            *own.T, s=size, marker=_MARKERS[team], color=TEAMS[team], edgecolor="white", linewidth=0.3, zorder=3
         )
 
 
@@ -131,23 +149,41 @@ def swatch(
     """Make a legend's entry."""
     return require_extra("matplotlib.lines", "cli").Line2D(
         [], [], color=colour, marker=marker, linewidth=line, linestyle=dash if line else "none",
-        markerfacecolor="none" if hollow else colour, markersize=7, label=text,
+        markerfacecolor="none" if hollow else colour, label=text,
     )  # fmt: skip
 
 
-def legend_below(figure: Any, handles: Any = None, columns: int = 4) -> None:
-    """Put a legend under the whole figure: of some entries, of some axes, or of all of them."""
+def is_wide(figure: Any) -> bool:
+    """Return whether a figure takes two columns of a paper."""
+    return bool(figure.get_figwidth() > COLUMNS[0] + 1)
+
+
+def panels(figure: Any, count: int, across: tuple[int, int] = (2, 4), **options: Any) -> list[Any]:
+    """Return so many axes, at most so many beside each other in one and in two columns."""
+    columns = min(count, across[is_wide(figure)])
+    every = figure.subplots(-(-count // columns), columns, squeeze=False, **options).ravel().tolist()
+    for axes in every[count:]:
+        axes.remove()
+    return list(every[:count])
+
+
+def legend_below(figure: Any, handles: Any = None, columns: int | tuple[int, int] = (2, 4)) -> None:
+    """Put a legend under the whole figure: of some entries, of some axes, or of all of them, each label once."""
     if hasattr(handles, "get_legend_handles_labels"):
         handles, _ = handles.get_legend_handles_labels()
-    given = {} if handles is None else {"handles": handles}
-    figure.legend(loc="outside lower center", ncols=columns, fontsize=9, **given)
+    elif handles is None:
+        handles = [one for axes in figure.axes for one in axes.get_legend_handles_labels()[0]]
+    entries = list({one.get_label(): one for one in reversed(handles)}.values())[::-1]
+    across = columns if isinstance(columns, int) else columns[is_wide(figure)]
+    figure.legend(handles=entries, loc="outside lower center", ncols=across, columnspacing=1.2, handlelength=2.2)
 
 
 def for_targets(figure: Any, series: dict[str, Any], draw: Callable[[Any, Any], None], ylabel: str) -> None:
-    """Draw what belongs to each target into axes of its own, side by side, with one legend."""
-    panels = figure.subplots(1, len(series), sharey=True)
-    for axes, (target, found) in zip(panels, series.items(), strict=True):
+    """Draw what belongs to each target into axes of its own, with one legend."""
+    every = panels(figure, len(series), (1, 3), sharey=True, sharex=True)
+    for axes, (target, found) in zip(every, series.items(), strict=True):
         draw(axes, found)
         axes.set_title(f"target: {target}")
-    panels[0].set_ylabel(ylabel)
-    legend_below(figure, panels[0])
+        axes.label_outer()
+    figure.supylabel(ylabel, fontsize=LEAST_POINTS)
+    legend_below(figure, every[0], (1, 3))

@@ -73,10 +73,10 @@ def over_talk(axes: Any, names: Sequence[str], found: Mapping[str, Mapping[str, 
         ends = [values[key] for key in ("mean", "low", "high")]
         style.whisker(axes, places, *ends, fmt="o", linestyle=dash, color=colour, label=label)
     axes.set_xticks(places, names)
-    axes.set(yscale="log", xlabel="communication radius (map widths)")
+    axes.set(yscale="log", xlabel="radius (map widths)")
 
 
 def over_radius(figure: Any, series: Mapping[str, Mapping[str, Any]]) -> None:
     """Draw the metric over the radius for each target of `series`, a line for each of what stands there."""
-    names, label = radius_names(RADII), f"ergodic metric E after {JUDGED} s (no unit)"
+    names, label = radius_names(RADII), f"E after {JUDGED} s"
     style.for_targets(figure, dict(series), lambda axes, found: over_talk(axes, names, found), label)

@@ -10,15 +10,19 @@ from benchmarks.paper.page import Page
 PAGE = Page(
     "figures",
     "The paper's evidence, made again",
-    "The claims of *A Game Benchmark for Real-Time Human-Swarm Control* about its game, and whether they hold here. "
-    "Claims of our own are on [another page](robustness.md).",
+    "How much of what *A Game Benchmark for Real-Time Human-Swarm Control* says about its game is reproduced, by the "
+    "rules of the paper and of its [released code](paper.md#the-released-code). Commands are drawings, as the table "
+    "makes commands of them; raw densities stand beside them. A part holds if its whole 95 % interval says so, and is "
+    "no stricter than the paper's sentence: what it says *may* happen has to happen once. Parts and bounds of our own "
+    "are no part of a verdict. [Claims of our own](robustness.md) are on another page. The command also writes PDF "
+    "and SVG, one and two columns wide.",
 )
 
 FIGURES: dict[str, Figure] = {
     name: import_module(f"{__name__}.{name}").FIGURE
     for name in (
         "capture_geometry", "scale_invariance", "permutation_invariance", "fluctuation", "ensemble_tactic",
-        "team_sizes", "flocking_comparison", "drawing_attention", "adversary", "bunching_up", "wavefront", "comebacks",
+        "team_sizes", "flocking_comparison", "adversary", "bunching_up", "wavefront", "comebacks",
     )
 }  # fmt: skip
 """All figures by name, in the order of the page."""

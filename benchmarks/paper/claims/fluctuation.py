@@ -9,11 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.paper import style
-from benchmarks.paper.coverage import COVERED, JUDGED, TARGETS, hand_over, metric_over_time, over_seeds, start
+from benchmarks.paper.coverage import (
+    COVERED,
+    JUDGED,
+    SECONDS,
+    SOON,
+    TARGETS,
+    hand_over,
+    metric_over_time,
+    over_seeds,
+    start,
+    worst_fall,
+    worst_judged,
+)
 from benchmarks.paper.curves import over_time
-from benchmarks.paper.figure import Figure, Finding, game_seeds
+from benchmarks.paper.figure import Figure, Finding, Setting, asked, below, estimate
 from swarm_pz.config import RED, CaptureConfig, GameConfig
-from swarm_pz.evaluation.intervals import mean_with_interval
 
 SEEDS, DRONES = 20, 12
 """Games, and drones of each team at the start."""
@@ -57,41 +68,33 @@ def fly(config: GameConfig, seeds: Sequence[int], target: str, changes: str) -> 
     return metric_over_time(simulator, then=then)
 
 
-def measure(seed: int) -> Finding:
+def measure(setting: Setting) -> Finding:
     """Cover all targets while nobody, some at once, or one after the other change sides."""
-    seeds = game_seeds(seed, SEEDS)
-    config = GameConfig(drones_per_team=DRONES, capture=CaptureConfig(enabled=False))
+    seeds = setting.seeds(SEEDS)
+    config = setting.config.replace(drones_per_team=DRONES, capture=CaptureConfig(enabled=False))
     metric = {changes: {target: fly(config, seeds, target, changes) for target in TARGETS} for changes in CHANGES}
-    judged = {
-        changes: {target: mean_with_interval(values[:, JUDGED - 1]) for target, values in found.items()}
-        for changes, found in metric.items()
-    }
-    parts = {
-        changes: all(interval[1] <= COVERED for _, interval in judged[changes].values())
-        for changes in list(CHANGES)[1:]
-    }
-    named = {
-        f"metric_at_{JUDGED}_s_{changes.replace(' ', '_')}_{target}": found
-        for changes, targets in judged.items()
-        for target, found in targets.items()
-    }
-    said = "; ".join(
-        f"{changes}: " + ", ".join(f"{mean:.5f} ({target})" for target, (mean, _) in found.items())
-        for changes, found in judged.items()
-    )
-    unsure = [
-        f"{target} ({changes}: {interval[0]:.5f} to {interval[1]:.5f})"
-        for changes in parts
-        for target, (_, interval) in judged[changes].items()
-        if interval[1] > COVERED
+    flights = {changes: np.stack([*found.values()], axis=1) for changes, found in metric.items()}
+    changing = list(CHANGES)[1:]
+    parts = [
+        asked(
+            f"{changes}: E after {SECONDS} s over {SOON} s, below 1",
+            estimate(flights[changes], worst_fall),
+            below(1.0),
+        )
+        for changes in changing
+    ]
+    parts += [
+        asked(
+            f"{changes}: E after {JUDGED} s, below {COVERED:g}",
+            estimate(flights[changes], worst_judged),
+            below(COVERED),
+            ours=True,
+        )
+        for changes in CHANGES
     ]
     return Finding(
-        numbers={**named},
-        method=f"bootstrap over {SEEDS} seeds",
-        holds=parts,
-        seen=f"Red's {DRONES} drones follow one command, sent once; blue's {DRONES} cover the square. Captured drones "
-        f"are drawn by lot. The metric of all places where red's drones were, after {JUDGED} s: {said}."
-        + (f" Not surely at most {COVERED:g}: {', '.join(unsure)}." if unsure else ""),
+        parts=parts,
+        method=f"bootstrap over {len(seeds)} seeds",
         configs={"two teams": config},
         seeds=seeds,
         series={target: {changes: over_seeds(metric[changes][target]) for changes in CHANGES} for target in TARGETS},
@@ -100,23 +103,20 @@ def measure(seed: int) -> Finding:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw the metric over time for each target, a line for each way of changing sides."""
-    style.for_targets(figure, series, over_time, "ergodic metric E (no unit; 0: covered exactly)")
+    style.for_targets(figure, series, over_time, "ergodic metric E")
 
 
 FIGURE = Figure(
     name="fluctuation",
-    title=f"{DRONES} drones and their target while captures change who they are (means over {SEEDS} seeds, bands 95 %)",
     claim="A team converges to its last target whatever the number of its drones, also while captures change it.",
     section="III-C",
     quote="Even if the number of agents under their control is fluctuating, their swarm will still converge to their "
     "last target.",
-    paper="The paper says so of its decentralized control, since no command depends on how many drones there are; it "
-    "shows teams of fixed size.",
-    rule=f"On all three targets the mean metric after {JUDGED} s is at most {COVERED:g}, as asked of teams of fixed "
-    f"size, with its whole interval: where {LOST} of {DRONES} drones are captured after {LOST_AT} s, and where of "
-    f"{2 * DRONES} drones one changes sides each second, which is about as often as in a game.",
+    note=f"Red's {DRONES} drones follow one command, sent once; blue's {DRONES} cover the square. Who is captured is "
+    "drawn by lot. The worst of three targets counts.",
     measure=measure,
     draw=draw,
-    size=(11.5, 4.4),
+    heights=(5.4, 2.3),
     seconds=12,
+    revised="The bound of 0.001 decided at first. The paper does not ask for it, so it is ours.",
 )

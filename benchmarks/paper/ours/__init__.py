@@ -11,8 +11,8 @@ PAGE = Page(
     "robustness",
     "Robustness",
     """\
-What happens to a team whose drones hear each other badly, or fail? The paper makes no claim about it;
-[its claims](figures.md) are on another page. In the default game all drones hear each other, and none fails.
+What happens to a team whose drones hear each other badly, or fail, and what does drawing cost? The paper makes no claim
+about it; [its claims](figures.md) are on another page. In the default game all drones hear each other, and none fails.
 
 - **Hearing a few can be worse than hearing nobody.** A drone takes those that it hears for the whole team. At the worst
   radius an even target is covered half as well as by drones that know of nobody.
@@ -26,6 +26,7 @@ What happens to a team whose drones hear each other badly, or fail? The paper ma
 )
 
 FIGURES: dict[str, Figure] = {
-    name: import_module(f"{__name__}.{name}").FIGURE for name in ("communication", "short_memory", "relays", "dropout")
+    name: import_module(f"{__name__}.{name}").FIGURE
+    for name in ("communication", "short_memory", "relays", "dropout", "drawing_attention")
 }
 """All figures by name, in the order of the page."""

@@ -7,10 +7,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.paper import style
 from benchmarks.paper.coverage import JUDGED, TARGETS, lone_team, over_seeds, periods, start
-from benchmarks.paper.figure import Figure, Finding, Interval, Number, game_seeds
-from benchmarks.paper.style import legend_below
-from benchmarks.paper.talk import CLOSE, DRONES, RADII, covered, over_talk, radius_names, ratio, rules, steps_that_fall
+from benchmarks.paper.figure import Figure, Finding, Part, Setting, asked, estimate
+from benchmarks.paper.talk import (
+    CLOSE,
+    DRONES,
+    RADII,
+    covered,
+    over_talk,
+    radius_names,
+    ratio,
+    rules,
+    steps_that_fall,
+    times_silence,
+)
 from swarm_pz.config import RED
 from swarm_pz.kernels.controllers.ergodic import sobolev_weights
 from swarm_pz.simulator.ergodicity import ErgodicMetric
@@ -32,29 +43,37 @@ def alone(seeds: list[int], target: str) -> NDArray[np.float64]:
     return np.asarray((sobolev_weights(modes) * (union - phi) ** 2).sum(axis=(1, 2)))
 
 
-def measure(seed: int) -> Finding:
+def measure(setting: Setting) -> Finding:
     """Cover the targets with less and less talk."""
-    seeds = game_seeds(seed, SEEDS)
+    seeds = setting.seeds(SEEDS)
     by_radius = {f"radius {radius:g}": rules(communication_radius=radius) for radius in RADII}
     by_loss = {f"loss {loss:g}": rules(message_loss=loss) for loss in LOSSES}
     radius, loss = covered(by_radius, seeds), covered(by_loss, seeds)
     lone = np.stack([alone(seeds, target) for target in TARGETS], axis=1)
-    falls = np.stack([steps_that_fall(radius), steps_that_fall(loss)], axis=1)
-    ratios = {target: ratio(radius[:, place, -1], lone[:, place]) for place, target in enumerate(TARGETS)}
-    gains = {target: ratio(lone[:, place], radius[:, place, 0]) for place, target in enumerate(TARGETS)}
-    is_near = all(abs(value - 1.0) <= CLOSE for value, _ in ratios.values())
-    numbers: dict[str, Number] = {}
-    for target, (of_radius, of_loss) in zip(TARGETS, falls.tolist(), strict=True):
-        numbers[f"steps_of_radius_that_fall_{target}"] = of_radius, None
-        numbers[f"steps_of_loss_that_fall_{target}"] = of_loss, None
-    numbers |= {f"radius_0_over_lone_drones_{target}": number for target, number in ratios.items()}
-    numbers |= {f"lone_drones_over_all_to_all_{target}": number for target, number in gains.items()}
+    # The last radius and the last loss leave nobody to hear.
+    parts = [
+        Part(
+            f"of {len(TARGETS) * (values.shape[-1] - 1)} steps to {what}, lower the metric, none",
+            float(falls := steps_that_fall(values).sum()),
+            None,
+            not falls,
+            ours=True,
+        )
+        for what, values in (("a smaller radius", radius), ("more loss", loss))
+    ]
+    for place, target in enumerate(TARGETS):
+        silent = ratio(radius[:, place, -1], lone[:, place])
+        text = f"{target}: radius 0 over lone drones, within {100 * CLOSE:.0f} %"
+        parts.append(asked(text, silent, lambda *_, value=silent[0]: abs(value - 1.0) <= CLOSE, ours=True))
+    parts.append(asked("worst radius over radius 0", estimate(radius, times_silence), ours=True))
+    parts += [
+        asked(f"{target}: lone drones over all hearing all", ratio(lone[:, place], radius[:, place, 0]), ours=True)
+        for place, target in enumerate(TARGETS)
+    ]
     with_lone = np.concatenate([radius, lone[..., None]], axis=-1)
     return Finding(
-        numbers=numbers,
-        method=f"bootstrap over {SEEDS} seeds; a step falls if the whole interval of its mean does",
-        holds=is_near and not falls.any(),
-        seen=_describe(radius.mean(axis=0), loss.mean(axis=0), falls, gains),
+        parts=parts,
+        method=f"bootstrap over {len(seeds)} seeds; a step falls if the whole interval of its mean does",
         configs=by_radius | by_loss,
         seeds=seeds,
         series={
@@ -64,56 +83,29 @@ def measure(seed: int) -> Finding:
     )
 
 
-def _describe(
-    radius: NDArray[np.float64],
-    loss: NDArray[np.float64],
-    falls: NDArray[np.int64],
-    gains: dict[str, tuple[float, Interval]],
-) -> str:
-    times = ", ".join(f"{gain:.0f} ({target})" for target, (gain, _) in gains.items())
-    text = (
-        f"The metric of {DRONES} drones after {JUDGED} s over {SEEDS} seeds. Lone drones do worse than a team in which "
-        f"all hear all: {times} times. A team with radius 0 does as they do. Of "
-        f"{len(TARGETS) * (len(RADII) - 1)} steps to a smaller radius {falls[:, 0].sum()}, and of "
-        f"{len(TARGETS) * (len(LOSSES) - 1)} to more loss {falls[:, 1].sum()}, surely lower the metric."
-    )
-    # The last radius and the last loss leave nobody to hear.
-    worst = np.maximum(*((means / means[:, -1:]).max(axis=1) for means in (radius, loss)))
-    worse = [f"{target} ({most:.1f} times)" for target, most in zip(TARGETS, worst, strict=True) if most > 1 + CLOSE]
-    if worse:
-        text += (
-            f" Hearing a little can be worse than hearing nothing: {', '.join(worse)}. A drone that hears few takes "
-            "them for the whole team."
-        )
-    return text
-
-
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw the metric against radius and against loss, a line a target."""
-    panels = figure.subplots(1, 2, sharey=True)
-    names = {"radius": [*radius_names(RADII), "lone\ndrones"], "loss": [f"{100 * loss:g}" for loss in LOSSES]}
+    panels = style.panels(figure, 2, (1, 2), sharey=True)
+    names = {"radius": [*radius_names(RADII), "lone"], "loss": [f"{100 * loss:g}" for loss in LOSSES]}
     titles = {"radius": "who is near enough to hear", "loss": "what gets lost on the way"}
     for axes, name in zip(panels, titles, strict=True):
         over_talk(axes, names[name], {f"target: {target}": found for target, found in series[name].items()})
-        axes.set_title(f"{titles[name]}: less talk to the right")
-    panels[0].set_ylabel(f"ergodic metric E after {JUDGED} s (no unit)")
+        axes.set_title(titles[name])
+    panels[0].set_ylabel(f"E after {JUDGED} s")
     panels[1].set_xlabel("messages lost (%)")
-    legend_below(figure, panels[0])
+    style.legend_below(figure, panels[0], (1, 3))
 
 
 FIGURE = Figure(
     name="communication",
-    title=f"{DRONES} drones that hear less and less of each other (means over {SEEDS} seeds, 95 %)",
     claim="Talk is what makes drones a team: coverage gets worse as the communication radius falls and as messages "
     "are lost, down to that of lone drones.",
-    paper="The paper's control is decentralized: drones share coefficients of where they have been. We know of no "
-    "picture in it of what happens when they cannot.",
-    rule=f"On all three targets no step to a smaller radius or to more loss lowers the mean metric after {JUDGED} s, "
-    f"with its whole interval, and with radius 0 it is within {100 * CLOSE:.0f} % of that of lone drones.",
+    note=f"The metric of {DRONES} drones after {JUDGED} s.",
     measure=measure,
     draw=draw,
-    size=(10.5, 4.6),
+    heights=(4.6, 2.6),
     seconds=15,
     revised="it was measured on the bimodal target alone, and a step counted as falling without regard to its "
     "interval; the claim did not hold then, either.",
+    presets=("paper",),
 )

@@ -15,7 +15,7 @@ from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import ErgodicMetric, basis
 from tests import reference
-from tests.benchmarks.paper.given import flights, found_by, spread_around
+from tests.benchmarks.paper.given import SETTING, flights, found_by, spread_around
 
 COVERED, SAME, ROUNDING = coverage.COVERED, permutation_invariance.SAME, permutation_invariance.ROUNDING
 NOISE = np.linspace(-0.02, 0.02, 20)
@@ -30,31 +30,51 @@ def judged_at(mean, apart, seeds):
     return found
 
 
+def falling_to(end, judged, apart, seeds):
+    """Return a metric (seeds, 60) that begins at 1, and is in the end and when it is judged so many times a bound."""
+    found = np.ones((seeds, 60))
+    found[:, -1] = spread_around(end, apart, seeds)
+    found[:, coverage.JUDGED - 1] = COVERED * spread_around(judged, apart, seeds)
+    return found
+
+
 # --- one command, any team --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("place", "mean", "apart", "holds"),
-    [((6, "ring"), *SURELY), ((6, "ring"), *PERHAPS), ((12, "two_spots"), *PERHAPS)],
+    ("end", "judged", "away", "papers", "ours"),
+    [
+        (0.5, 0.9, 0, [True, True], [True]),
+        (0.5, 1.1, 0, [True, True], [False]),  # our bound decides nothing
+        (1.1, 0.9, 0, [False, True], [True]),
+        (0.5, 0.9, 6, [True, False], [True]),  # most maps are nearest to another drawing
+    ],
 )
-def test_all_sizes_must_surely_cover_all_drawings(monkeypatch, place, mean, apart, holds):
-    def fly(config, seeds, drawing):
-        size, controller = config.drones_per_team[0], config.team_controllers[0]
-        here = (size, drawing) == place and controller == "ergodic"
+def test_all_sizes_converge_to_all_drawings_where_the_worst_does(monkeypatch, end, judged, away, papers, ours):
+    flown = []
+
+    def fly(config, seeds, command):
+        flown.append((config, command))
+        size, drawing = config.drones_per_team[0], (len(flown) - 1) // 6
+        here = size == 6 and drawing == 1 and config.team_controllers[0] == "ergodic"
+        other = list(DRAWINGS.values())[(drawing + (size <= 12 if away else 0)) % 3].density(SETTING.mapping)
+        cells = np.argwhere(other > 0.8)[:, ::-1]
+        places = np.broadcast_to((cells + 0.5) / 10, (len(seeds), 1, *cells.shape))
 
         def maps(cells):
             found = np.zeros((len(seeds), cells, cells))
             found[:, 0, int(size == 24)] = 1.0
             return found
 
-        judged = judged_at(*((mean, apart) if here else (0.3, 0.0)), len(seeds))
-        return SimpleNamespace(config=config, metric=judged, maps=maps)
+        metric = falling_to(*((end, judged) if here else (0.3, 0.3)), 0.01, len(seeds))
+        return SimpleNamespace(config=config, metric=metric, maps=maps, places=places)
 
     monkeypatch.setattr(scale_invariance, "fly", fly)
     found = found_by(scale_invariance)
-    assert found["supported"] == holds and found["seeds"] == [*range(3000, 3020)]
-    assert found["statistic"]["worst_metric_at_30_s_ergodic"] == pytest.approx(COVERED * mean)
-    assert found["statistic"]["6_and_24_apart_ring_flocking"] == 1.0
+    assert (found.papers, found.ours) == (papers, ours) and found.record["seeds"] == [*range(3000, 3020)]
+    assert found.values[0] == pytest.approx(end) and found.values[-2:] == [1.0, 1.0]
+    assert found.verdict == ("reproduced" if all(papers) else "partly")
+    np.testing.assert_array_equal(flown[6][1], DRAWINGS["two_spots"].density("firm"))
 
 
 @pytest.mark.parametrize(
@@ -84,9 +104,8 @@ def test_which_drone_is_which_is_the_same_to_the_rounding_and_the_interval(monke
     monkeypatch.setattr(permutation_invariance, "JUDGED", 1)
     monkeypatch.setattr(permutation_invariance, "DRONES", 5)
     found = found_by(permutation_invariance)
-    assert found["supported"] == holds
-    assert found["statistic"]["largest_distance_after_a_control_period"] == pytest.approx(farthest * ROUNDING)
-    assert found["statistic"]["difference_of_metric_at_1_s"] == pytest.approx(SAME * mean, abs=1e-9)
+    assert all(found.ours) == holds
+    assert found.values == pytest.approx([1.0, SAME * mean, farthest * ROUNDING], rel=1e-5, abs=1e-9)
     assert calls == [(153, 153), *((3 * number, 3 * number) for number in range(1, 11))]
 
 
@@ -107,19 +126,19 @@ def test_a_permutation_moves_every_drone_with_all_that_is_its_own():
 
 
 @pytest.mark.parametrize(
-    ("way", "target", "mean", "apart", "holds"),
-    [(1, "uniform", *SURELY), (1, "uniform", *PERHAPS), (2, "bimodal", *PERHAPS), (0, "centre", *PERHAPS)],
+    ("way", "target", "end", "judged"), [(1, "uniform", 0.5, 0.9), (1, "uniform", 1.1, 0.9), (2, "bimodal", 0.5, 1.1)]
 )
-def test_all_targets_must_surely_be_covered_whoever_is_captured(monkeypatch, way, target, mean, apart, holds):
+def test_a_team_converges_whoever_is_captured_where_the_worst_target_says_so(monkeypatch, way, target, end, judged):
     ways = [*fluctuation.CHANGES]
 
     def fly(config, seeds, name, changes):
-        return judged_at(*((mean, apart) if (changes, name) == (ways[way], target) else (0.3, 0.0)), len(seeds))
+        here = (changes, name) == (ways[way], target)
+        return falling_to(*((end, judged) if here else (0.3, 0.3)), 0.01, len(seeds))
 
     monkeypatch.setattr(fluctuation, "fly", fly)
     found = found_by(fluctuation)
-    assert found["supported"] == (holds or way == 0), "a team that nobody leaves is there to compare with"
-    assert found["parts"] == {changes: holds or changes != ways[way] for changes in ways[1:]}
+    assert found.papers == [end < 1 or changes != ways[way] for changes in ways[1:]]
+    assert found.ours == [judged < 1 or changes != ways[way] for changes in ways]
 
 
 @pytest.mark.parametrize(
@@ -160,58 +179,51 @@ def test_a_drone_that_is_handed_over_has_a_new_team_and_no_past_and_nobody_else_
 # --- beside flocking --------------------------------------------------------------------------------------
 
 
-def reached(count, soonest, latest=None, seeds=20):
-    return [*np.linspace(soonest, soonest if latest is None else latest, count), *[np.inf] * (seeds - count)]
+def test_a_drawing_serves_both_spots_and_an_attractor_one_where_all_intervals_say_so(monkeypatch):
+    lower, upper = flocking_comparison.MODES
+    near = {"ergodic": (lower, upper), "alone": (lower, lower), "turns": (lower, upper)}
 
+    def flight(way, seeds, soon=5):
+        places = np.empty((len(seeds), 10, 4, 2))
+        places[:, :5], places[:, 5:] = near[way]
+        places[:, :5, :, 0] += 0.08
+        places[:, 5:, :, 0] += 0.04
+        metric = np.where(np.arange(1, 61) < soon, 0.1, 0.001) * np.ones((len(seeds), 1))
+        maps = np.full((len(seeds), 25, 25), 1 / 625)
+        return SimpleNamespace(metric=metric, places=places, maps=lambda cells: maps)
 
-@pytest.mark.parametrize(
-    ("ergodic", "sequence", "adapter", "wider", "holds"),
-    [
-        (reached(20, 5, 9), reached(20, 40, 50), reached(0, 1), (1.1, 0.01), [True, True]),
-        (reached(12, 5, 9), reached(0, 1), reached(0, 1), (1.1, 0.01), [False, True]),  # more than half, not surely
-        (reached(20, 5, 9), reached(20, 40, 50), reached(8, 5), (1.1, 0.01), [False, True]),  # fewer, not surely
-        (reached(20, 5, 25), reached(20, 10, 30), reached(0, 1), (1.1, 0.01), [False, True]),  # sooner, not surely
-        (reached(20, 5, 9), reached(20, 40, 50), reached(0, 1), (1.1, 0.6), [True, False]),  # wider, not surely
-    ],
-)
-def test_one_drawing_does_what_takes_a_flock_two_attractors_where_all_intervals_say_so(
-    monkeypatch, ergodic, sequence, adapter, wider, holds
-):
-    _, reaches = flocking_comparison.asked()
-    wanted = reaches[0] / reaches[1]
+    tried = []
 
-    def flight(seconds):
-        metric = np.where(np.arange(1, 61) < np.array(seconds, float)[:, None], 0.1, 0.001)
-        places = np.full((20, 600, 12, 2), flocking_comparison.MODES[0])
-        maps = np.full((20, 25, 25), 1 / 625)
-        return SimpleNamespace(metric=metric, places=places, config=GameConfig(), maps=lambda cells: maps)
+    def flock(config, seeds, target, weights, schedule=None):
+        tried.append((seeds, schedule, weights))
+        return flight("alone" if schedule is None else "turns", seeds, 16 if schedule == (12, 3) else 40)
 
-    names = (flocking_comparison.ERGODIC, flocking_comparison.SEQUENCE, flocking_comparison.ADAPTER)
-    ways = dict(zip(names, map(flight, (ergodic, sequence, adapter)), strict=True))
-    widths = 0.1 * np.linspace(wanted * spread_around(*wider, 20), np.ones(20), 6, axis=1)
-    monkeypatch.setattr(flocking_comparison, "fly", lambda seeds: ways)
-    monkeypatch.setattr(flocking_comparison, "spreads", lambda seeds: widths)
+    monkeypatch.setattr(flocking_comparison, "start", lambda config, seeds, target: seeds)
+    monkeypatch.setattr(flocking_comparison, "Flight", lambda seeds: flight("ergodic", seeds))
+    monkeypatch.setattr(flocking_comparison, "flock", flock)
+    widths = np.linspace(0.13, 0.12, 3) * spread_around(1.0, 0.001, 20)[:, None]
+    monkeypatch.setattr(flocking_comparison, "spreads", lambda *given: widths)
     found = found_by(flocking_comparison)
-    assert [*found["parts"].values()] == holds and found["supported"] == all(holds)
-    assert found["statistic"]["reached_by_drawing_to_flock"] == np.isfinite(adapter).mean()
-    assert found["statistic"]["flock_at_least_weight_over_largest"] == pytest.approx(wanted * wider[0], rel=1e-5)
+    assert found.papers == [True] * 5 and found.ours == [False]
+    by_name = {part["asked"]: part["value"] for part in found.record["parts"]}
+    assert by_name["one drawing: diffuse spot over compact one, rms, above 1"] == pytest.approx(2.0)
+    assert by_name["drawn spots, seconds to E = 0.005, flock: best schedule"] == 16.0
+    assert by_name["drawn spots, best schedule: seconds at the lower one"] == 12.0
+    searched, measured = ({tuple(seeds) for seeds, when, _ in tried if len(seeds) == n} for n in (5, 20))
+    assert searched == {(3500, 3501, 3502, 3503, 3504)} and measured == {tuple(range(3000, 3020))}
+    assert {weights for *_, weights in tried} == {(50.0, 100.0), (100.0, 100.0)}, "equal spots, equal weights"
+    near["ergodic"] = (lower, lower)
+    assert found_by(flocking_comparison).papers[0] is False
+    near["alone"] = (lower, upper)
+    assert found_by(flocking_comparison).papers[1] is False
 
 
-def test_flocks_get_the_compact_spot_after_the_diffuse_ones_share_of_the_time(monkeypatch):
-    sent, command = [], Simulator.command
-
-    def note(simulator, team, commands):
-        if simulator.config.team_controllers[0] == "flocking":
-            sent.append((int(simulator.games.ticks[0]), commands[0]))
-        command(simulator, team, commands)
-
-    monkeypatch.setattr(Simulator, "command", note)
-    flocking_comparison.fly([0])
-    attractors = [(tick, given.position, given.weight) for tick, given in sent if hasattr(given, "position")]
-    shares, _ = flocking_comparison.asked()
-    second = round(60 * shares[0] / sum(shares))
-    first, other = flocking_comparison.MODES
-    assert attractors == [(0, first, 50.0), (30 * second, other, 100.0)] and 30 < second < 60
+def test_attractors_take_turns_as_the_schedule_says():
+    sent = []
+    told = flocking_comparison.turns((4, 2), lambda mode: sent.append((second, mode)))
+    for second in range(1, 13):
+        told(second)
+    assert sent == [(4, 1), (6, 0), (10, 1), (12, 0)]
 
 
 def test_what_is_near_a_mode_and_when_a_metric_is_first_low_enough():
@@ -219,14 +231,14 @@ def test_what_is_near_a_mode_and_when_a_metric_is_first_low_enough():
     squared = flocking_comparison.near_modes(np.array([[0.3, 0.4], second, [0.53, 0.53]]))
     expected = [[0.01, np.nan], [np.nan, 0.0], [np.nan, np.nan]]
     np.testing.assert_allclose(squared, expected, atol=1e-12)
-    places = np.array([[0.4, 0.3], [0.3, 0.5], [0.99, 0.01]])
-    np.testing.assert_allclose(flocking_comparison.reaches_of(places), [np.sqrt((0.01 + 0.04) / 2), np.nan])
+    places = np.array([[[[0.4, 0.3], [0.3, 0.5], [0.99, 0.01], [0.77, 0.67]]]])
+    np.testing.assert_allclose(flocking_comparison.widths(SimpleNamespace(places=places)), [[0.025, 0.01]])
     metric = np.array([[0.1, 0.004, 0.1], [0.1, 0.1, 0.1]])
     assert flocking_comparison.first_reached(metric).tolist() == [2.0, np.inf]
 
 
 def test_each_spot_of_the_drawing_lies_around_its_middle_and_the_target_is_what_drones_fly_for():
-    density, cells = DRAWINGS["two_spots"].density, 200
+    density, cells = DRAWINGS["two_spots"].density("firm"), 200
     target, centres = interpolated(density, cells), (np.arange(cells) + 0.5) / cells
     lower = np.add.outer(centres, centres) < 1.1
     for mode, part in zip(flocking_comparison.MODES, (target * lower, target * ~lower), strict=True):
@@ -271,11 +283,9 @@ def test_talk_counts_where_no_step_to_less_of_it_helps_and_silence_is_loneliness
     flights(monkeypatch, talk, values)
     monkeypatch.setattr(communication, "alone", lambda seeds, name: (lone if name == "centre" else 2.0) + NOISE)
     found = found_by(communication)
-    assert found["supported"] == holds
-    statistic = found["statistic"]
-    assert statistic["radius_0_over_lone_drones_centre"] == pytest.approx(2.0 / lone, rel=0.01)
-    assert statistic["steps_of_loss_that_fall_centre"] == int("message_loss" in changed)
-    assert statistic["steps_of_radius_that_fall_centre"] == int("communication_radius" in changed)
+    assert found.verdict == ("holds" if holds else "partly")
+    assert found.values[:2] == [int("communication_radius" in changed), int("message_loss" in changed)]
+    assert found.values[2 + list(coverage.TARGETS).index("centre")] == pytest.approx(2.0 / lone, rel=0.01)
 
 
 def test_lone_drones_know_of_nobody_and_are_judged_together(monkeypatch):
@@ -305,9 +315,8 @@ def test_relays_mend_it_where_no_radius_is_surely_worse_than_silence(monkeypatch
 
     flown = flights(monkeypatch, talk, values)
     found = found_by(relays)
-    assert found["supported"] == holds and len(flown) == 2 * 3 * len(talk.RADII)
-    assert found["statistic"]["most_times_silence_with_one_hop"] == pytest.approx(3.0)
-    assert found["statistic"]["most_times_silence_with_relays"] == pytest.approx(times, rel=1e-5)
+    assert (found.verdict == "holds") == holds and len(flown) == 2 * 3 * len(talk.RADII)
+    assert found.values[:2] == pytest.approx([times, 3.0], rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -328,8 +337,8 @@ def test_memory_is_why_where_each_longer_one_surely_makes_the_worst_radius_bette
 
     flights(monkeypatch, talk, values)
     found = found_by(short_memory)
-    assert found["supported"] == holds
-    assert found["statistic"]["at_4_s_over_2_s"] == pytest.approx(worst[4.0] / worst[2.0], rel=1e-5)
+    assert (found.verdict == "holds") == holds
+    assert found.values[0] == pytest.approx(worst[4.0] / worst[2.0], rel=1e-5)
 
 
 # --- drones that fail -------------------------------------------------------------------------------------
@@ -349,9 +358,10 @@ def test_a_target_is_kept_where_the_interval_is_low_with_up_to_half_of_the_drone
     flights(monkeypatch, dropout, values)
     monkeypatch.setattr(dropout, "captured_and_back", lambda seeds, rate: np.full((len(seeds), 60), 0.25 * COVERED))
     found = found_by(dropout)
-    assert found["supported"] == holds
+    assert (found.verdict == "holds") == holds
     half = mean if rate == 0.1 else 0.5
-    assert found["statistic"]["failing_over_captured_50_percent_out"] == pytest.approx(half / 0.25, rel=1e-5)
+    values = {part["asked"]: part["value"] for part in found.record["parts"]}
+    assert values["50 % out, failing over captured and back"] == pytest.approx(half / 0.25, rel=1e-5)
 
 
 def test_drones_are_captured_and_come_back_at_the_rates_at_which_others_fail(monkeypatch):

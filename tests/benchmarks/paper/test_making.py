@@ -14,7 +14,7 @@ import pytest
 from benchmarks.paper import claims, making, ours
 from benchmarks.paper.__main__ import main
 from benchmarks.paper.claims import capture_geometry
-from benchmarks.paper.figure import Finding
+from benchmarks.paper.figure import Finding, Part, Setting, verdict
 from benchmarks.paper.making import EVERY, Made, make_all
 from benchmarks.paper.page import tables, to_dict, write, write_page
 from swarm_pz.config import GameConfig
@@ -31,73 +31,89 @@ def test_every_module_with_a_figure_is_registered_and_quotes_the_paper_if_it_is_
     for name, figure in made.items():
         assert figure.name == name
         assert bool(re.fullmatch(r"(I|II|III|IV|V)(-[A-C])?", figure.section)) == (folder is claims)
+        assert figure.presets == (making.BOTH if folder is claims else ("paper",))
         assert (20 < len(figure.quote) <= 200) == (folder is claims)
 
 
 def test_the_same_seed_writes_the_same_files_and_figures_that_are_stopped_leave_what_is_made(
     tmp_path, capsys, monkeypatch
 ):
-    for scene in list(capture_geometry.SCENES)[2:]:
-        monkeypatch.delitem(capture_geometry.SCENES, scene)
+    field = np.arange(2500.0).reshape(50, 50) / 2499, np.zeros((50, 50), bool)
+    monkeypatch.setattr(capture_geometry, "probe", lambda drones, rules: field)
     one, two, made = tmp_path / "one", tmp_path / "two", []
-    monkeypatch.setattr(sys, "argv", ["benchmarks.paper", "--only", "capture_geometry", "--out", str(one)])
+    options = ["--only", "capture_geometry", "--presets", "paper", "--out", str(one)]
+    monkeypatch.setattr(sys, "argv", ["benchmarks.paper", *options])
     main()
-    assert re.search(r"^capture_geometry +holds (.*\n)+1 of 1 claims hold; ", capsys.readouterr().out, re.M)
-    command = json.loads((one / "capture_geometry.json").read_text())["command"]
+    assert re.search(r"^capture_geometry +paper +partly (.*\n)+1 figures; ", capsys.readouterr().out, re.M)
+    command = json.loads((one / "capture_geometry_paper.json").read_text())["command"]
     names, how = ["permutation_invariance", "capture_geometry"], {"processes": 1, "command": command}
     with pytest.raises(Stopped, match="1 of 2 figures are in"):  # the longest first
-        make_all(names, two, done=made.append, should_stop=lambda: bool(made), **how)
-    for name in ("capture_geometry.json", "capture_geometry.png", "figures.md", "robustness.md"):
+        make_all(names, two, presets=("paper",), done=made.append, should_stop=lambda: bool(made), **how)
+    pictures = [f"capture_geometry_paper_{columns}col.{kind}" for columns in (1, 2) for kind in ("pdf", "svg")]
+    for name in ("capture_geometry_paper.json", "capture_geometry_paper.png", "figures.md", "robustness.md", *pictures):
         assert (one / name).read_bytes() == (two / name).read_bytes(), name
     assert "## capture_geometry" in (two / "figures.md").read_text()
-    width = np.frombuffer((one / "capture_geometry.png").read_bytes()[16:20], ">u4")[0]
-    assert width == 150 * EVERY["capture_geometry"].size[0]
+    points = [
+        re.search(rb'width="([0-9.]+)pt"', (one / name).read_bytes()) for name in pictures if name.endswith("svg")
+    ]
+    assert [float(found[1]) / 72 for found in points] == pytest.approx([3.5, 7.16])
 
 
-def record_of(name, holds=True):
-    """A figure's record as its file would hold it, but for games that were played."""
-    finding = Finding(
-        numbers={"share": (0.5, (0.4, 0.6)), "seconds": (np.inf, None)}, method="Wilson", holds=holds, seen="Half.",
-        configs={"paper": GameConfig()}, seeds=[0], series={},
-    )  # fmt: skip
-    return to_dict(EVERY[name], finding, 0)
+def record_of(name, parts, preset="paper", size=1.0):
+    """A figure's record as its file would hold it, but for games that were not played."""
+    finding = Finding(parts=parts, method="Wilson", configs={"rules": GameConfig()}, seeds=[0], series={})
+    return to_dict(EVERY[name], finding, Setting(preset, 0, size))
 
 
-def test_pages_and_tables_tell_of_each_figure_its_claim_its_rule_its_numbers_and_each_part_of_its_verdict(tmp_path):
-    parts = {"paper, every second": True, "paper, every 3 s": False}
-    records = [record_of("adversary", parts), record_of("bunching_up"), record_of("dropout")]
+def test_pages_and_tables_tell_each_verdict_and_its_parts_and_which_are_ours_and_a_trial_says_so(tmp_path):
+    won = Part("won, below half", 0.4, (0.3, 0.45), True)
+    late = Part("seconds", np.inf, None, None, ours=True)
+    more = Part("won, below a tenth", 0.4, (0.3, 0.45), False, ours=True)
+    records = [
+        record_of("adversary", [won, more, late]),
+        record_of("adversary", [won._replace(holds=False), late], "released"),
+        record_of("dropout", [more], size=0.1),
+    ]
     for record in records:
         write(record, tmp_path)
     for one in (claims, ours):
         write_page(one.PAGE, one.FIGURES, tmp_path)
     page, own = ((tmp_path / f"{name}.md").read_text() for name in ("figures", "robustness"))
     figure = EVERY["adversary"]
-    assert f"| [adversary](#adversary) | {figure.claim} | **no** |" in page and "Of 2 claims 1 hold" in page
-    assert re.findall("^## (.*)", page, re.M) == ["adversary", "bunching_up"] and page.count("\nHalf.\n") == 2
-    assert "(robustness.md)" in page and "(figures.md)" in own and "## dropout" in own
-    assert all((tmp_path / name).is_file() for name in ("figures_claims.csv", "robustness_numbers.csv"))
-    found = tables(records)
-    assert found["numbers"][1] == ("adversary", "share", "0.5", "0.4", "0.6", "Wilson")
-    assert found["numbers"][2] == ("adversary", "seconds", "never", "", "", "Wilson")
-    for row, record in zip(found["claims"][1:], records, strict=True):
-        figure = EVERY[row[0]]
-        assert row[1:6] == (figure.section, figure.quote, figure.claim, figure.rule, figure.revised)
-        assert row[6] == ("yes" if record["supported"] else "no")
-    assert found["claims"][1][7] == "paper, every second: yes; paper, every 3 s: no"
+    assert f"| [adversary](#adversary): {figure.claim} | reproduced | not reproduced |" in page
+    assert "`paper`: 1 reproduced; `released`: 1 not reproduced" in page and figure.note in page
+    assert "| won, below half | yes: 0.4 (0.3\N{EN DASH}0.45) | no: 0.4 (0.3\N{EN DASH}0.45) |" in page
+    assert "| *ours:* seconds | never | never |" in page and "](adversary_released.png)" in page
+    assert "A trial: 10 %" in own and "trial" not in page and "| does not hold |" in own
+    assert all((tmp_path / name).is_file() for name in ("figures_claims.csv", "robustness_parts.csv"))
+    found = tables([{record["preset"]: record} for record in records])
+    told = (figure.section, figure.quote, figure.claim, figure.revised)
+    assert found["claims"][1] == ("adversary", *told, "paper", "reproduced")
+    assert found["parts"][2][:6] == ("adversary", "paper", "firm", "ours", "won, below a tenth", "no")
+    assert found["parts"][3][5:] == ("", "never", "", "", "exact") and found["parts"][5][2] == "paper"
+
+
+def test_a_verdict_counts_the_papers_parts_where_there_are_some():
+    yes, no = (Part("", 0.0, None, holds) for holds in (True, False))
+    mine = no._replace(ours=True)
+    assert [verdict(parts) for parts in ([yes, mine], [yes, no], [no])] == ["reproduced", "partly", "not reproduced"]
+    shown = mine._replace(holds=None)
+    assert [verdict([one._replace(ours=True), shown]) for one in (yes, no)] == ["holds", "does not hold"]
 
 
 def test_ctrl_c_names_the_line_that_makes_the_other_figures_and_a_wrong_name_the_nearest(tmp_path, capsys, monkeypatch):
-    def interrupt(name, seed, out, command):
+    def interrupt(name, setting, out, command):
         if name != "dropout":  # the longest, so the first
             raise KeyboardInterrupt
-        return Made(name, True, 0.1)
+        return Made(name, setting.preset, "holds", 0.1)
 
     monkeypatch.setattr(making, "make", interrupt)
     options = ["--seed", "3", "--processes", "1", "--out", str(tmp_path), "--only", "capture_geometry", "dropout"]
     monkeypatch.setattr(sys, "argv", ["benchmarks.paper", *options])
     with pytest.raises(SystemExit, match="130"):
         main()
-    line = f"python -m benchmarks.paper --out {tmp_path} --seed 3 --processes 1 --only capture_geometry"
+    how = "--seed 3 --processes 1 --size 1 --presets paper released"
+    line = f"python -m benchmarks.paper --out {tmp_path} {how} --only capture_geometry"
     assert f"go on with: {line}\n" in capsys.readouterr().err
     monkeypatch.setattr(sys, "argv", ["benchmarks.paper", "--only", "dropuot", "--out", str(tmp_path)])
     with pytest.raises(SystemExit, match="did you mean 'dropout'"):

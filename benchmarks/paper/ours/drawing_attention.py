@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.paper import style
-from benchmarks.paper.figure import Figure, Finding, Interval, estimate, games_as_red
-from swarm_pz.config import GameConfig, ObservationConfig
+from benchmarks.paper.figure import Figure, Finding, Setting, above, asked, estimate
+from swarm_pz.config import ObservationConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.intervals import bootstrap, rounded
 from swarm_pz.evaluation.rollout import Rollout
@@ -64,13 +64,14 @@ class Drawer:
         return self._sent[rows]
 
 
-def tally(seconds: int, opponent: str, seed: int, looks: Look = "begin") -> Array:
+def tally(seconds: int, opponent: str, setting: Setting, looks: Look = "begin") -> Array:
     """Play, and return of each game (n, 3) the drones lost, the seconds played, and the share of drones in the end."""
-    config = GameConfig()
+    config = setting.config
     tactic = load(TACTIC, config)
     if not isinstance(tactic, Policy):
         raise CommandError(f"expected a policy that sees what its side may see, got {TACTIC!r}")
-    rollout = Rollout(Drawer(tactic, seconds, looks), opponent, games_as_red(GAMES), seed=seed, config=config)
+    drawer = Drawer(tactic, seconds, looks)
+    rollout = Rollout(drawer, opponent, setting.games(GAMES), seed=setting.seed, config=config)
     rollout.play(SECONDS)
     simulator = rollout.simulator
     lost = simulator.games.captures[:, 1]  # by blue
@@ -88,20 +89,29 @@ def more_lost(games: Array) -> Any:
     return lost_a_minute(games[:, 1]) - lost_a_minute(games[:, 0])
 
 
-def measure(seed: int) -> Finding:
+def measure(setting: Setting) -> Finding:
     """Play with drawings that take longer and longer, from the same starts; and as seldom, without looking away."""
     judged, games = DRAWING.index(JUDGED), {}
     for opponent in OPPONENTS:
-        at_once = tally(0, opponent, seed)
+        at_once = tally(0, opponent, setting)
         for looks in LOOKS:
-            games[opponent, looks] = [at_once, *(tally(seconds, opponent, seed, looks) for seconds in DRAWING[1:])]
-    drawn, away = f"more_lost_a_minute_by_{JUDGED}_s_of_drawing", f"more_lost_a_minute_by_looking_away_for_{JUDGED}_s"
-    pairs = {
-        f"{name}_against_{opponent}": (games[opponent, looks][place], games[opponent, "begin"][judged])
-        for name, looks, place in ((drawn, LOOKS[0], 0), (away, LOOKS[1], judged))
-        for opponent in OPPONENTS
-    }
-    more = {name: estimate(np.stack(two, axis=1), more_lost) for name, two in pairs.items()}
+            games[opponent, looks] = [at_once, *(tally(seconds, opponent, setting, looks) for seconds in DRAWING[1:])]
+    parts = []
+    for opponent in OPPONENTS:
+        late, prompt = games[opponent, "begin"], games[opponent, "send"]
+        drawn, away = (
+            estimate(np.stack(two, axis=1), more_lost)
+            for two in ((late[0], late[judged]), (prompt[judged], late[judged]))
+        )
+        parts += [
+            asked(
+                f"more lost a minute by {JUDGED} s of drawing, against {opponent}, above 0",
+                drawn,
+                above(0.0),
+                ours=True,
+            ),
+            asked(f"of these by looking away, against {opponent}", away, ours=True),
+        ]
     found = {
         opponent: {
             looks: {
@@ -113,41 +123,17 @@ def measure(seed: int) -> Finding:
         for opponent in OPPONENTS
     }
     return Finding(
-        numbers={**more},
-        method=f"bootstrap over {GAMES} starts, which all share",
-        holds={f"against {opponent}": more[f"{drawn}_against_{opponent}"][1][0] > 0 for opponent in OPPONENTS},
-        seen=_describe(found, {opponent: more[f"{drawn}_against_{opponent}"] for opponent in OPPONENTS}),
-        configs={"paper": GameConfig()},
-        seeds=[seed],
+        parts=parts,
+        method=f"bootstrap over {setting.many(GAMES)} starts, which all share",
+        configs={"rules": setting.config},
+        seeds=[setting.seed],
         series=found,
-    )
-
-
-def _describe(found: dict[str, Any], more: dict[str, tuple[float, Interval]]) -> str:
-    judged = DRAWING.index(JUDGED)
-    text = (
-        f"`{TACTIC}` looks, draws for some seconds, and then sends; its last command stays meanwhile. {GAMES} games "
-        f"from the same starts, {SECONDS} s of each at most."
-    )
-    for opponent, rows in found.items():
-        late, prompt = ([lost for lost, *_ in rows[looks]["lost"]] for looks in LOOKS)
-        value, (low, high) = more[opponent]
-        text += (
-            f" Against `{opponent}` it loses {late[0]:.0f} drones a minute if it commands at once, every second, and "
-            f"{late[judged]:.0f} if a drawing takes {JUDGED} s ({value:+.1f}, {low:+.1f} to {high:+.1f}); if it "
-            f"commands as seldom, but answers what it sees then, {prompt[judged]:.0f}; with {DRAWING[-1]} s "
-            f"{late[-1]:.0f} and {prompt[-1]:.0f}."
-        )
-        if high < 0:
-            text += " So it loses fewer."
-    return text + (
-        " This is the price of time, not of attention. For people, `swarm-pz study tables` counts `lost_while_drawing`."
     )
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw what is lost, and what is left, by the seconds that a drawing takes."""
-    left, right = figure.subplots(1, 2)
+    left, right = style.panels(figure, 2, (1, 2))
     for number, (opponent, by_look) in enumerate(series.items()):
         for looks, fmt, face, text in zip(
             LOOKS, ("o-", "s:"), (style.SERIES[number], "white"), ("draws so long", "commands as seldom"), strict=True
@@ -156,26 +142,23 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
                 value, low, high = factor * np.transpose(by_look[looks][name])
                 look: dict[str, Any] = {"fmt": fmt, "color": style.SERIES[number], "markerfacecolor": face}
                 style.whisker(axes, np.array(DRAWING), value, low, high, label=f"{text}, against {opponent}", **look)
-    left.set(ylabel="drones lost a minute", xlabel="seconds between two commands (0: at once, every second)")
+    left.set(ylabel="drones lost a minute", xlabel="seconds between two commands")
     left.set_ylim(bottom=0)
     style.mark(right, 50, "even")
     right.set(ylabel=f"share of all drones after {SECONDS} s (%)", xlabel="seconds between two commands", ylim=(0, 100))
-    style.legend_below(figure, left)
+    style.legend_below(figure, left, (1, 2))
 
 
 FIGURE = Figure(
     name="drawing_attention",
-    title="What it costs to draw: the price of time",
     claim="Drawing takes time, in which the last command stays and drones are lost.",
-    section="IV-B",
-    quote="requires the player to consider the amount of time they take to send commands to their swarm",
-    paper="The paper says that players who draw detailed targets look at their drawing, not at the swarms, whose "
-    "sizes change within seconds.",
-    rule=f"Who needs {JUDGED} s for a drawing loses more drones a minute than who commands at once, by the same tactic "
-    "from the same starts, against each of two opponents, with the whole interval of the difference.",
+    note=f"The paper says that drawing takes a player's eyes off the game, and counts no drones. `{TACTIC}` looks, "
+    "draws for some seconds, and then sends; 0 s is a command at once, every second. This is the price of time, not of "
+    "attention: for people, `swarm-pz study tables` counts `lost_while_drawing`.",
     measure=measure,
     draw=draw,
-    size=(11.0, 4.3),
+    heights=(4.4, 2.4),
     seconds=16,
     revised="players that command as seldom without looking away were put beside them; they are not judged.",
+    presets=("paper",),
 )
