@@ -134,14 +134,18 @@ def lesser(values: Array) -> Any:
 
 
 def widths(flight: Flight) -> Array:
-    """Return the mean squared distance from each mode (seeds, 2) of drones near it, of some that come to both."""
-    return np.asarray(np.nanmean(near_modes(flight.places), axis=(1, 2)))
+    """Return the sum of squared distances from each mode, of drones near it, and how many these are (seeds, 2, 2)."""
+    squared = near_modes(flight.places)
+    return np.stack([np.nansum(squared, axis=(1, 2)), np.isfinite(squared).sum(axis=(1, 2))], axis=1)
 
 
-def diffuse_over_compact(squared: Array) -> Any:
-    """Return how many times as wide drones are around the first mode as around the other, of `widths` (seeds, 2)."""
-    first, other = squared.mean(axis=0)
-    return np.sqrt(first / other)
+def diffuse_over_compact(sums: Array) -> Any:
+    """Return how many times as wide drones are around the first mode as around the other (rms), of `widths`.
+
+    It is 0 where nobody came to one of them.
+    """
+    squared, count = sums.sum(axis=0)
+    return np.sqrt(np.divide(*squared) * np.divide(*count[::-1])) if count.all() else 0.0
 
 
 def widest_over_narrowest(values: Array) -> Any:

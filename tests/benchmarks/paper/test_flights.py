@@ -232,7 +232,10 @@ def test_what_is_near_a_mode_and_when_a_metric_is_first_low_enough():
     expected = [[0.01, np.nan], [np.nan, 0.0], [np.nan, np.nan]]
     np.testing.assert_allclose(squared, expected, atol=1e-12)
     places = np.array([[[[0.4, 0.3], [0.3, 0.5], [0.99, 0.01], [0.77, 0.67]]]])
-    np.testing.assert_allclose(flocking_comparison.widths(SimpleNamespace(places=places)), [[0.025, 0.01]])
+    sums = flocking_comparison.widths(SimpleNamespace(places=places))
+    np.testing.assert_allclose(sums, [[[0.05, 0.01], [2, 1]]])
+    assert flocking_comparison.diffuse_over_compact(sums) == pytest.approx(np.sqrt(0.025 / 0.01))
+    assert flocking_comparison.diffuse_over_compact(sums * [1, 0]) == 0.0
     metric = np.array([[0.1, 0.004, 0.1], [0.1, 0.1, 0.1]])
     assert flocking_comparison.first_reached(metric).tolist() == [2.0, np.inf]
 
