@@ -134,36 +134,39 @@ def to_markdown(page: Page, found: Sequence[Records]) -> str:
         f"{told} ({'; '.join(versions)}). [Claims]({page.name}_claims.csv), [parts]({page.name}_parts.csv).",
         *([] if trial == 1 else ["", f"**A trial: {100 * trial:.0f} % of the games.**"]),
         "",
-        f"| claim | {' | '.join(f'`{preset}`' for preset in presets)} |",
+        f"|claim|{'|'.join(f'`{preset}`' for preset in presets)}|",
         "|---|" + "---|" * len(presets),
     ]
     for one in found:
         first, words = next(iter(one.values())), [one[preset]["verdict"] if preset in one else "" for preset in presets]
-        lines.append(f"| [{first['name']}](#{first['name']}): {first['claim']} | {' | '.join(words)} |")
+        lines.append(f"|[{first['name']}](#{first['name']}): {first['claim']}|{'|'.join(words)}|")
     for one in found:
         first = next(iter(one.values()))
         lines += ["", f"## {first['name']}", ""]
-        lines += [f"![{first['name']}, rules {preset}]({first['name']}_{preset}.png)" for preset in one]
-        lines += ["", f"| part | {' | '.join(f'`{preset}`' for preset in one)} |", "|---|" + "---|" * len(one)]
-        lines += [_row(text, one) for text in dict.fromkeys(p["asked"] for r in one.values() for p in r["parts"])]
+        lines += [f"![{first['name']}, {preset}]({first['name']}_{preset}.png)" for preset in one]
+        lines += ["", f"|part|{'|'.join(f'`{preset}`' for preset in one)}|", "|---|" + "---|" * len(one)]
+        parts = [part for record in one.values() for part in record["parts"]]
+        papers = not all(part["ours"] for part in parts)  # what decides nothing of ours stands in the table alone
+        shown = dict.fromkeys(part["asked"] for part in parts if papers or part["holds"] is not None)
+        lines += [_row(text, one, papers) for text in shown]
         if first["note"]:
             lines += ["", first["note"]]
     return "\n".join(lines) + "\n"
 
 
-def _row(text: str, one: Records) -> str:
+def _row(text: str, one: Records, papers: bool) -> str:
     cells, ours = [], False
     for record in one.values():
         part = next((part for part in record["parts"] if part["asked"] == text), None)
         ours = ours or bool(part and part["ours"])
         cells.append(_cell(part) if part else "")
-    return f"| {'*ours:* ' * ours}{text} | {' | '.join(cells)} |"
+    return f"|{'*ours:* ' * (ours and papers)}{text}|{'|'.join(cells)}|"
 
 
 def _cell(part: Mapping[str, Any]) -> str:
     said = {None: "", True: "yes: ", False: "no: "}[part["holds"]]
     ends = part["interval"]
-    return f"{said}{_show(part['value'])}" + (f" ({_show(ends[0])}\N{EN DASH}{_show(ends[1])})" if ends else "")
+    return f"{said}{_show(part['value'])}" + (f" ({_show(ends[0])}..{_show(ends[1])})" if ends else "")
 
 
 def tables(found: Iterable[Records]) -> dict[str, list[tuple[str, ...]]]:

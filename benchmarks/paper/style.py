@@ -17,6 +17,7 @@ TEAMS = tuple(tuple(value / 255 for value in colour) for colour in TEAM_COLOURS)
 """Colours of red and blue."""
 GROUND = tuple(tuple(value / 255 for value in colour) for colour in SHADE_COLOURS)
 DARK = tuple(value / 255 for value in INK)
+FADED = {"facecolor": "white", "alpha": 0.7, "linewidth": 0, "pad": 0.5}
 GREY, PALE = "#868e96", "#dee2e6"
 SERIES = ("#0b7a75", "#d9822b", "#6a4c93", "#4d6b1f")
 """Colours of what belongs to no team; lines differ in their dashes, too."""
@@ -100,7 +101,7 @@ def mark(axes: Any, value: float, text: str, *, upright: bool = False, at: float
     (axes.axvline if upright else axes.axhline)(value, color=GREY, linewidth=0.9)
     place = axes.get_xaxis_transform() if upright else axes.get_yaxis_transform()
     x, y, side = (value, 1.0, "center") if upright else (at, value, "right")
-    axes.text(x, y, text, transform=place, color=GREY, ha=side, va="bottom")
+    axes.text(x, y, text, transform=place, color=GREY, ha=side, va="bottom", bbox=FADED)
 
 
 def arena(axes: Any, title: str) -> None:

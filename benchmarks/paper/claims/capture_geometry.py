@@ -122,12 +122,13 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         inside = sum(max(cell) < WINDOW for cell in scene["captured"])
         axes.set(title=f"{short}: {inside} cells", xlim=(0, WINDOW), ylim=(0, WINDOW))
         axes.set(xticks=range(0, WINDOW + 1, 7), yticks=range(0, WINDOW + 1, 7))
+        axes.set_xlabel("cells of 1/50 map width")
         axes.grid(visible=False)
+        axes.label_outer()
         for side in axes.spines.values():
             side.set_visible(False)
         for wall in (axes.axvline, axes.axhline):
             wall(0, color=style.DARK, linewidth=3)
-    figure.supxlabel("x, y (cells of 1/50 map width)", fontsize=style.LEAST_POINTS)
     bar = figure.colorbar(image, ax=panels, shrink=0.8, label="field / its maximum")
     bar.ax.axhline(0.75, color=red)
     entries = [

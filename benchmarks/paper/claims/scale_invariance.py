@@ -84,11 +84,7 @@ def measure(setting: Setting) -> Finding:
             for size in (SIZES[0], SIZES[-1])
         )
         away = estimate(apart(small, large).mean(axis=1))
-        parts.append(
-            asked(
-                f"time that {SIZES[0]} and {SIZES[-1]} drones spend in different cells, {controller}", away, ours=True
-            )
-        )
+        parts.append(asked(f"{SIZES[0]} and {SIZES[-1]} drones apart, share of time, {controller}", away, ours=True))
     return Finding(
         parts=parts,
         method=f"bootstrap over {len(seeds)} seeds; Wilson for the share",

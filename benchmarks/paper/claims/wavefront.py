@@ -92,6 +92,8 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         up, across = np.stack([found[place] - low[place], high[place] - found[place]], axis=1)[..., None]
         look = {"fmt": markers[name], "color": colour, "capsize": 1.5, "elinewidth": 0.7, "label": name}
         axes.errorbar(found[place][1], found[place][0], xerr=across, yerr=up, **look)
+    for scale in (axes.set_xscale, axes.set_yscale):
+        scale("symlog", linthresh=10)
     axes.set(xlim=(0, most), ylim=(0, most))
     axes.set(xlabel="drones lost a minute (95 %)", ylabel="drones taken a minute (95 %)")
     style.legend_below(figure, axes, (3, 5))

@@ -145,7 +145,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     left.set(ylabel="drones lost a minute", xlabel="seconds between two commands")
     left.set_ylim(bottom=0)
     style.mark(right, 50, "even")
-    right.set(ylabel=f"share of all drones after {SECONDS} s (%)", xlabel="seconds between two commands", ylim=(0, 100))
+    right.set(ylabel=f"own drones after {SECONDS} s (%)", xlabel="seconds between two commands", ylim=(0, 100))
     style.legend_below(figure, left, (1, 2))
 
 

@@ -207,8 +207,8 @@ def test_a_drawing_serves_both_spots_and_an_attractor_one_where_all_intervals_sa
     assert found.papers == [True] * 5 and found.ours == [False]
     by_name = {part["asked"]: part["value"] for part in found.record["parts"]}
     assert by_name["one drawing: diffuse spot over compact one, rms, above 1"] == pytest.approx(2.0)
-    assert by_name["drawn spots, seconds to E = 0.005, flock: best schedule"] == 16.0
-    assert by_name["drawn spots, best schedule: seconds at the lower one"] == 12.0
+    assert by_name["drawn spots, s to E=0.005 first, flock: best schedule"] == 16.0
+    assert by_name["drawn spots, best schedule: lower one, s"] == 12.0
     searched, measured = ({tuple(seeds) for seeds, when, _ in tried if len(seeds) == n} for n in (5, 20))
     assert searched == {(3500, 3501, 3502, 3503, 3504)} and measured == {tuple(range(3000, 3020))}
     assert {weights for *_, weights in tried} == {(50.0, 100.0), (100.0, 100.0)}, "equal spots, equal weights"
@@ -238,6 +238,8 @@ def test_what_is_near_a_mode_and_when_a_metric_is_first_low_enough():
     assert flocking_comparison.diffuse_over_compact(sums * [1, 0]) == 0.0
     metric = np.array([[0.1, 0.004, 0.1], [0.1, 0.1, 0.1]])
     assert flocking_comparison.first_reached(metric).tolist() == [2.0, np.inf]
+    for_good = flocking_comparison.kept_from(np.array([[0.1, 0.004, 0.004], [0.004, 0.004, 0.1], [0.001] * 3]))
+    assert for_good.tolist() == [2.0, np.inf, 1.0]
 
 
 def test_each_spot_of_the_drawing_lies_around_its_middle_and_the_target_is_what_drones_fly_for():

@@ -80,11 +80,11 @@ def test_pages_and_tables_tell_each_verdict_and_its_parts_and_which_are_ours_and
         write_page(one.PAGE, one.FIGURES, tmp_path)
     page, own = ((tmp_path / f"{name}.md").read_text() for name in ("figures", "robustness"))
     figure = EVERY["adversary"]
-    assert f"| [adversary](#adversary): {figure.claim} | reproduced | not reproduced |" in page
+    assert f"|[adversary](#adversary): {figure.claim}|reproduced|not reproduced|" in page
     assert "`paper`: 1 reproduced; `released`: 1 not reproduced" in page and figure.note in page
-    assert "| won, below half | yes: 0.4 (0.3\N{EN DASH}0.45) | no: 0.4 (0.3\N{EN DASH}0.45) |" in page
-    assert "| *ours:* seconds | never | never |" in page and "](adversary_released.png)" in page
-    assert "A trial: 10 %" in own and "trial" not in page and "| does not hold |" in own
+    assert "|won, below half|yes: 0.4 (0.3..0.45)|no: 0.4 (0.3..0.45)|" in page
+    assert "|*ours:* seconds|never|never|" in page and "](adversary_released.png)" in page
+    assert "A trial: 10 %" in own and "trial" not in page and "|does not hold|" in own
     assert all((tmp_path / name).is_file() for name in ("figures_claims.csv", "robustness_parts.csv"))
     found = tables([{record["preset"]: record} for record in records])
     told = (figure.section, figure.quote, figure.claim, figure.revised)
