@@ -95,6 +95,10 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     for scale in (axes.set_xscale, axes.set_yscale):
         scale("symlog", linthresh=10)
     axes.set(xlim=(0, most), ylim=(0, most))
+    ticks = [tick for tick in (0, 5, 10, 20, 50, 100, 200, 500, 1000, 2000) if tick <= most]
+    axes.set_xticks(ticks, ticks)
+    axes.set_yticks(ticks, ticks)
+    axes.minorticks_off()
     axes.set(xlabel="drones lost a minute (95 %)", ylabel="drones taken a minute (95 %)")
     style.legend_below(figure, axes, (3, 5))
 
