@@ -243,9 +243,9 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         style.arena(axes, name)
         axes.set(xlabel="", ylabel="", xticks=(), yticks=())
         image = axes.imshow(found, origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=8)
-        for mode in MODES:
+        for middle in MODES:
             axes.add_patch(
-                style.patch("Circle", mode, NEAR, fill=False, edgecolor=style.DARK, linestyle="--", linewidth=0.6)
+                style.patch("Circle", middle, NEAR, fill=False, edgecolor=style.DARK, linestyle="--", linewidth=0.6)
             )
     where: dict[str, Any] = {} if wide else {"location": "bottom", "shrink": 0.7, "aspect": 35}
     figure.colorbar(image, ax=maps, label=f"time in {SECONDS} s / even cover", extend="max", **where)
