@@ -56,7 +56,7 @@ def measure(setting: Setting) -> Finding:
         method=f"Wilson over {len(numbers)} games; bootstrap over pairs for medians",
         configs={"rules": config},
         seeds=[setting.seed],
-        series=rows,
+        series={str(way): of for way, of in rows.items()},
     )
 
 
