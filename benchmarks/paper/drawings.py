@@ -17,11 +17,6 @@ Array = NDArray[np.float64]
 CELLS = GameConfig().command_cells
 
 
-def mapping_of(game: GameConfig) -> Mapping:
-    """Return the mapping whose drawings a swarm follows under these rules: `paper` for targets of mass above 1."""
-    return "paper" if game.controller.target_mass > 1.0 else "firm"
-
-
 class Drawing(NamedTuple):
     """The strokes of a drawing."""
 

@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 
 from numpy.typing import ArrayLike
 
-from benchmarks.paper.drawings import mapping_of
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.intervals import bootstrap, wilson
 from swarm_pz.evaluation.rollout import Game, game_number
-from swarm_pz.play.strokes import Mapping
+from swarm_pz.play.strokes import Mapping, mapping_of
 
 Interval = tuple[float, float]
 Number = tuple[float, Interval]
