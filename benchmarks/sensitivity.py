@@ -1,14 +1,18 @@
-"""How the wins of ring and noise against uniform coverage move with the numbers of the rules.
+"""How the start, and the wins of ring and noise against uniform coverage, move with the numbers of the rules.
 
 python -m benchmarks.sensitivity --games 40
+python -m benchmarks.sensitivity --games 100 --variants "the rules" "teams apart"
 """
 
 from __future__ import annotations
 
 import argparse
 
-from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig, MemoryConfig
+import numpy as np
+
+from swarm_pz.config import TICKS_PER_SECOND, CaptureConfig, ControllerConfig, GameConfig, MemoryConfig, SpawnConfig
 from swarm_pz.evaluation.match import play_match
+from swarm_pz.simulator import Simulator
 
 VARIANTS: dict[str, GameConfig] = {
     "the rules": GameConfig(),
@@ -26,17 +30,39 @@ VARIANTS: dict[str, GameConfig] = {
     "threshold 0.5": GameConfig(capture=CaptureConfig(threshold=0.5)),
     "threshold 0.6": GameConfig(capture=CaptureConfig(threshold=0.6)),
     "threshold 0.85": GameConfig(capture=CaptureConfig(threshold=0.85)),
+    "teams apart": GameConfig(spawn=SpawnConfig(layout="squares")),
 }
+NEAR, STARTS = 0.1, 1000
+"""Map widths within which an opponent is near; games of which only the first second is played."""
+
+
+def opening(config: GameConfig) -> tuple[float, float]:
+    """Return the share of drones that start near an opponent, and a game's captures in 1 s if nobody sends anything."""
+    simulator = Simulator(config, num_games=STARTS)
+    simulator.reset(range(STARTS))
+    places, teams = simulator.positions.astype(float), simulator.teams
+    apart = np.linalg.norm(places[:, :, None] - places[:, None], axis=3)
+    opponents = teams[:, :, None] != teams[:, None]
+    near = ((apart <= NEAR) & opponents).any(axis=2)
+    simulator.advance(TICKS_PER_SECOND)
+    return float(near.mean()), float(simulator.games.captures.sum() / STARTS)
 
 
 def main() -> None:
-    """Print wins, draws, losses, share and restricted mean length of each variant."""
+    """Print the start, and wins, draws, losses, share and restricted mean length of each variant."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--games", type=int, default=40)
-    games = parser.parse_args().games
+    parser.add_argument("--variants", nargs="+", choices=VARIANTS, default=list(VARIANTS), metavar="NAME")
+    options = parser.parse_args()
+    games = options.games
+    print(
+        f"start: drones within {NEAR} of an opponent, captures in the first second with nothing sent ({STARTS} games)"
+    )
     print(f"against uniform, {games} games each: won-drawn-lost, share, restricted mean s")
-    for name, config in VARIANTS.items():
-        cells = []
+    for name in options.variants:
+        config = VARIANTS[name]
+        near, captures = opening(config)
+        cells = [f"start {near:4.0%} {captures:4.1f}"]
         for policy in ("ring", "noise", "uniform"):
             summary = play_match(policy, "uniform", games=games, config=config, threads=2).summary()
             record = f"{summary['wins']}-{summary['draws']}-{summary['losses']}"
