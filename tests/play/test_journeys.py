@@ -260,6 +260,7 @@ def test_a_page_that_was_closed_returns_to_its_seat_with_what_it_saved(open_page
     wait_for_play(again)
     assert room_of(again) == room
     expect(text_of(again, "red-who")).to_have_text("(you)")
+    expect(again.locator("#saved li")).to_have_count(1)  # the browser may still be writing what the closed page kept
     again.keyboard.press("1")
     assert heights(commands(again, table, room, 2)) == [[0.3], [0.3]]
     another = context.new_page()
