@@ -88,6 +88,11 @@ def asked(
     return Part(text, value, ends, None if holds is None else bool(holds(*ends)), ours)
 
 
+CONVERGED = 0.1
+"""What the metric falls to, over its value after a second, where a team "converges". The paper has no number: this one
+is ours, and was set when a first look at 1 had passed teams that hardly come closer."""
+
+
 def below(bound: float) -> Callable[[float, float], bool]:
     """Return what holds where the whole interval is below a bound."""
     return lambda _, high: high < bound

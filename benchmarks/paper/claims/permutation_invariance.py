@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from benchmarks.paper import style
 from benchmarks.paper.coverage import JUDGED, SOON, TARGETS, give, lone_team, over_seeds, periods, start
-from benchmarks.paper.figure import Figure, Finding, Part, Setting, asked, below, estimate
+from benchmarks.paper.figure import CONVERGED, Figure, Finding, Part, Setting, asked, below, estimate
 from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD
 from swarm_pz.evaluation.intervals import rounded
 from swarm_pz.kernels.game import Games
@@ -74,7 +74,11 @@ def measure(setting: Setting) -> Finding:
     falls = estimate(metric[[10 * SOON - 1, -1], 1].T, lambda drawn: np.divide(*drawn.mean(axis=0)[::-1]))
     return Finding(
         parts=[
-            asked(f"swapped drones converge: E after {JUDGED} s over {SOON} s, below 1", falls, below(1.0)),
+            asked(
+                f"swapped drones converge: E after {JUDGED} s over {SOON} s, below {CONVERGED:g}",
+                falls,
+                below(CONVERGED),
+            ),
             asked(
                 f"E after {JUDGED} s differs by at most {SAME:g}",
                 (difference, interval),
