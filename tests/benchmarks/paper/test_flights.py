@@ -10,6 +10,7 @@ import pytest
 from benchmarks.paper import coverage, talk
 from benchmarks.paper.claims import flocking_comparison, fluctuation, permutation_invariance, scale_invariance
 from benchmarks.paper.drawings import DRAWINGS, interpolated
+from benchmarks.paper.figure import CONVERGED
 from benchmarks.paper.ours import communication, dropout, relays, short_memory
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.simulator import Simulator
@@ -33,7 +34,7 @@ def judged_at(mean, apart, seeds):
 def falling_to(end, judged, apart, seeds):
     """Return a metric (seeds, 60) that begins at 1, and is in the end and when it is judged so many times a bound."""
     found = np.ones((seeds, 60))
-    found[:, -1] = spread_around(end, apart, seeds)
+    found[:, -1] = CONVERGED * spread_around(end, apart, seeds)
     found[:, coverage.JUDGED - 1] = COVERED * spread_around(judged, apart, seeds)
     return found
 
@@ -72,7 +73,7 @@ def test_all_sizes_converge_to_all_drawings_where_the_worst_does(monkeypatch, en
     monkeypatch.setattr(scale_invariance, "fly", fly)
     found = found_by(scale_invariance)
     assert (found.papers, found.ours) == (papers, ours) and found.record["seeds"] == [*range(3000, 3020)]
-    assert found.values[0] == pytest.approx(end) and found.values[-2:] == [1.0, 1.0]
+    assert found.values[0] == pytest.approx(CONVERGED * end) and found.values[-2:] == [1.0, 1.0]
     assert found.verdict == ("reproduced" if all(papers) else "partly")
     np.testing.assert_array_equal(flown[6][1], DRAWINGS["two_spots"].density("firm"))
 
