@@ -354,6 +354,8 @@ class Welcome(Message, tag="welcome"):
     """Whether people can climb here."""
     embedders: list[str] = msgspec.field(default_factory=list)
     """Origins of the pages that may hold this one in a frame."""
+    guests: bool = True
+    """Whether others can come into a room."""
 
 
 class SeatFactors(Message):

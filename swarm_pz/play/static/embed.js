@@ -8,6 +8,7 @@ const TRIES = 40, PAUSE_MS = 500; // a game's file is whole soon after its end
 export class Embed {
   // origin: of the experiment, as the address says; begin: opens a room by a message and begins in it at once.
   constructor(link, origin, begin) {
+    this.table = link.table;
     this.origin = origin;
     this.begin = begin;
     this.allowed = this.begun = this.ended = false;
@@ -55,7 +56,7 @@ export class Embed {
     if (this.ended) return;
     this.ended = true;
     for (let tries = 0; tries < TRIES; tries++) {
-      const answer = await fetch(`/recordings/${recording}/trial`).catch(() => null);
+      const answer = await this.table.fetch(`recordings/${recording}/trial`);
       if (answer?.ok) {
         const rows = await answer.json();
         this.tell({ type: "swarm-pz.over", row: rows.find(({ side }) => side === this.side) ?? rows[0] });

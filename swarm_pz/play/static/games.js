@@ -1,4 +1,4 @@
-// Recorded games, as the server lists them: links to watch them, with who played and how it ended.
+// Recorded games, as the table lists them: links to watch them, with who played and how it ended.
 
 import { make } from "./elements.js";
 import { called, clock } from "./words.js";
@@ -6,8 +6,8 @@ import { called, clock } from "./words.js";
 const NAME = /^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)Z-([A-Z0-9]+)-(\d+)/;
 
 // Fill a list with the recorded games, of one room if one is named; returns how many there are.
-export async function listGames(list, room = "") {
-  const answer = await fetch("/recordings").catch(() => null); // without the server there is no list
+export async function listGames(table, list, room = "") {
+  const answer = await table.fetch("recordings");
   const games = answer?.ok ? await answer.json() : [];
   const shown = games.filter(({ name }) => !room || name.match(NAME)?.[7] === room);
   list.replaceChildren(...shown.map((game) => {

@@ -10,16 +10,18 @@ const RETRY_MS = [250, 500, 1000, 2000, 4000];
 const PING_EVERY_MS = 2000;
 const FASTEST_HZ = 1000; // that the server takes: where clocks are coarse, pictures seem to come all at once
 
-function server() {
-  return new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket`, SUBPROTOCOL);
-}
+// A table: connect gives a socket to it, fetch what it answers to a request, or null where it cannot be reached.
+export const SERVER = {
+  connect: () => new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket`, SUBPROTOCOL),
+  fetch: (path) => fetch(`/${path}`).catch(() => null),
+};
 
 export class Link extends EventTarget {
-  // wantedSeat: gives the seat to come back to, or null; connect: gives a socket to the table.
-  constructor(wantedSeat, connect = server) {
+  // wantedSeat: gives the seat to come back to, or null.
+  constructor(wantedSeat, table = SERVER) {
     super();
     this.wantedSeat = wantedSeat;
-    this.connect = connect;
+    this.table = table;
     this.offsetMs = 0; // server's clock less ours
     this.roundTripMs = 0;
     this.tries = 0;
@@ -53,7 +55,7 @@ export class Link extends EventTarget {
   open() {
     this.greeted = false;
     this.pings = [];
-    this.socket = this.connect();
+    this.socket = this.table.connect();
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => this.hello();
     this.socket.onmessage = (event) => this.receive(event.data);

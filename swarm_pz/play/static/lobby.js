@@ -24,7 +24,7 @@ export class Lobby {
       "all-games": () => { byId("recorded").open = true; byId("recorded").scrollIntoView(); },
       "look-on": () => { if (byId("code").reportValidity()) this.enter("watch"); },
     });
-    on("toggle", { recorded: () => { if (byId("recorded").open) listGames(byId("games")); } });
+    on("toggle", { recorded: () => { if (byId("recorded").open) listGames(this.link.table, byId("games")); } });
     on("submit", { create: () => this.create(), join: () => this.enter("room") });
     on("change", { opponent: () => this.describe(), side: () => this.showSides() });
     on("input", { label: () => keep("name", byId("label").value) });
@@ -36,10 +36,11 @@ export class Lobby {
     byId("return").hidden = !seat;
     if (seat) byId("return").textContent = `Return to your seat in room ${seat.room}`;
     byId("quick").classList.toggle("primary", !seat);
-    if (byId("recorded").open) listGames(byId("games"));
+    if (byId("recorded").open) listGames(this.link.table, byId("games"));
     if (!welcome) return;
     byId("quick").disabled = byId("invite-somebody").disabled = false;
     byId("start-ladder").hidden = !welcome.ladder;
+    byId("invite-somebody").hidden = byId("join").hidden = !welcome.guests;
     this.suggest(welcome.policies);
     byId("label-hint").textContent = welcome.records_labels
       ? "This host records it with your games." : "It stays in this browser; those at your table see it.";
@@ -47,17 +48,15 @@ export class Lobby {
   }
 
   // Offer whom one can play, and what can fly the drones.
-  offer({ policies, systems, default_systems: flies }) {
+  offer({ policies, systems, default_systems: flies, guests }) {
     this.policies = policies;
     byId("opponents").replaceChildren(...levelsOf(policies).map((level) => levelElement(level, (name) => this.play(name))));
     byId("all-opponents").hidden = !byId("opponents").querySelector(".rest");
     for (const id of ["opponent", "player"]) {
-      byId(id).append(
-        new Option("a person, in another window or on another device", ""),
-        ...policies.map(({ name }) => new Option(called(name), name)),
-      );
+      const people = guests ? [new Option("a person, in another window or on another device", "")] : [];
+      byId(id).append(...people, ...policies.map(({ name }) => new Option(called(name), name)));
     }
-    byId("opponent").add(new Option("nobody: practise alone", "none"), 1);
+    byId("opponent").add(new Option("nobody: practise alone", "none"), guests ? 1 : 0);
     byId("opponent").value = FIRST;
     SIDES.forEach((side, i) => {
       byId(`${side}-system`).append(...systems.map(systemOption));
@@ -102,7 +101,7 @@ export class Lobby {
 
   // Say that a room is no more, and lead to what was played in it.
   async gone(room, restarted) {
-    const games = listGames(byId("gone-games"), room);
+    const games = listGames(this.link.table, byId("gone-games"), room);
     if (this.typed === room && !await games) { // most likely a slip, and corrected where it was made
       byId("code-fault").textContent = `There is no room ${room}. Look at its code again: it may also be closed.`;
       byId("code").focus();

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
-import { at, fixtures, reload, settled, Socket, time } from "./page.js";
+import { at, fixtures, Line, reload, settled, Socket, time } from "./page.js";
 import "../../../swarm_pz/play/static/climb.js";
 import { Embed } from "../../../swarm_pz/play/static/embed.js";
 import "../../../swarm_pz/play/static/lesson.js";
@@ -11,7 +11,7 @@ import "../../../swarm_pz/play/static/replay.js";
 
 const SEAT = fixtures.seats.ergodic, SAVED = { room: "ABCD", token: SEAT.token, seat: "red" };
 const WELCOME = {
-  type: "welcome", server_ms: 0, addresses: [], ladder: false, records_labels: false, embedders: ["https://lab"],
+  type: "welcome", server_ms: 0, addresses: [], ladder: false, guests: true, records_labels: false, embedders: ["https://lab"],
   policies: [{ name: "ring", about: "", card: null, answers: "density" }, { name: "uniform", about: "", card: null, answers: "density" }],
   systems: [{ name: "ergodic", takes: "density" }, { name: "direct", takes: "accelerations" }], default_systems: ["ergodic", "ergodic"],
 };
@@ -244,7 +244,7 @@ test("a game of a study leads back to it, with what went wrong", async () => {
 });
 
 test("the page in a frame hears its experiment alone, begins once, and tells how the game went", async () => {
-  const told = [], begun = [], link = new EventTarget(), answers = [{ ok: false }, { ok: true, json: async () => [{ side: "red" }, { side: "blue" }] }];
+  const told = [], begun = [], link = new Line(), answers = [{ ok: false }, { ok: true, json: async () => [{ side: "red" }, { side: "blue" }] }];
   globalThis.parent = { postMessage: (message, origin) => told.push([message, origin]) };
   globalThis.fetch = async () => answers.shift();
   const embed = new Embed(link, "https://lab", (message) => begun.push(message)), { parent } = globalThis;

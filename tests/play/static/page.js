@@ -2,6 +2,7 @@
 // It has what the page's modules use and no more. Time stands still until a test lets it pass.
 
 import { appendFileSync, readFileSync } from "node:fs";
+import { SERVER } from "../../../swarm_pz/play/static/link.js";
 
 const FOLDER = process.env.SWARM_PZ_FIXTURES;
 if (!FOLDER) throw new Error("tests/play/test_static.py runs these tests, with fixtures that Python makes");
@@ -239,6 +240,8 @@ export class Line extends EventTarget {
   system = "ergodic"; // what flies the seat
 
   isOpen = true;
+
+  table = SERVER;
 
   seat = null;
 

@@ -8,6 +8,7 @@ import { levelsOf } from "../../../swarm_pz/play/static/cards.js";
 import { Cover } from "../../../swarm_pz/play/static/cover.js";
 import { listGames } from "../../../swarm_pz/play/static/games.js";
 import { Lesson } from "../../../swarm_pz/play/static/lesson.js";
+import { SERVER } from "../../../swarm_pz/play/static/link.js";
 import { Waiting } from "../../../swarm_pz/play/static/waiting.js";
 
 beforeEach(reload);
@@ -33,7 +34,7 @@ const GAMES = [
 
 test("recorded games tell who played, how it ended and what was a lesson", async (context) => {
   context.mock.method(globalThis, "fetch", async () => ({ ok: true, json: async () => GAMES }));
-  assert.equal(await listGames(at("games")), 5);
+  assert.equal(await listGames(SERVER, at("games")), 5);
   const links = at("games").all("a");
   assert.deepEqual(links.map(({ textContent }) => textContent.replace(/\S* ?\S* ?\S* ?\S* ?\S* ?room ABCD, game 1 /, "|").split("|")[0].replace(/ [A-Z][a-z]{2} 1,?.*/, "").trim()), [
     "P3 (red) against blind ring (blue) red won after 1:15",
@@ -47,9 +48,9 @@ test("recorded games tell who played, how it ended and what was a lesson", async
 
 test("of a room its own games are listed, and without a server none", async (context) => {
   const answer = context.mock.method(globalThis, "fetch", async () => ({ ok: true, json: async () => GAMES }));
-  assert.equal(await listGames(at("games"), "WXYZ"), 0);
+  assert.equal(await listGames(SERVER, at("games"), "WXYZ"), 0);
   answer.mock.mockImplementation(async () => { throw new Error("gone"); });
-  assert.equal(await listGames(at("games")), 0);
+  assert.equal(await listGames(SERVER, at("games")), 0);
   assert.equal(at("games").textContent, "None so far.");
 });
 
