@@ -175,9 +175,10 @@ def _print_verified(recording: Path, result: Verification, link: str) -> None:
         faults.append("it shows nothing that could be compared")
     if faults:
         raise SwarmError("\n  ".join([f"{recording} does not verify:", *faults]))
-    print(
-        f"verified: {result.frames} frames of {recording} come out as recorded; the chain of its lines ends with {link}"
-    )
+    how = "as recorded"
+    if result.in_page:
+        how = "as recorded, each but for rounding from the one before it, since the game was played in a page"
+    print(f"verified: {result.frames} frames of {recording} come out {how}; the chain of its lines ends with {link}")
 
 
 def _beside(

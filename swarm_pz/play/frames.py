@@ -22,6 +22,8 @@ KEYFRAME, WITH_FIELDS = 1, 2
 """Flags of a frame: it holds altitudes; it holds the capture fields."""
 HIDDEN = (4, 8)
 """Flags of a frame: it does not tell where red's drones are; blue's."""
+EXACT = 16
+"""Flag of a frame in the recording of a game that was played in a page: positions and velocities are float32."""
 FASTEST = 4.0
 """Map widths a second that the largest velocity stands for."""
 _HEADER = struct.Struct("<BBHIId")
@@ -51,6 +53,8 @@ class Frame:
         Capture fields of red and blue: 255 value / maximum, at least 192 exactly where they capture.
     hidden : int, optional
         A team whose drones are not shown: where they are, and how they move, is NaN.
+    is_exact : bool
+        Whether positions and velocities are as the game has them, and not rounded.
     """
 
     sequence: int
@@ -62,6 +66,7 @@ class Frame:
     altitudes: NDArray[np.floating[Any]] | None = None
     fields: NDArray[np.uint8] | None = None
     hidden: int | None = None
+    is_exact: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +128,8 @@ def decode_frame(data: bytes) -> Frame:
         raise ProtocolError(f"a frame must begin with byte {FRAME} and a header of {_HEADER.size} bytes")
     _, flags, count, sequence, tick, server_ms = _HEADER.unpack_from(data)
     bits, has_altitudes, has_fields = -(-count // 8), flags & KEYFRAME, flags & WITH_FIELDS
-    sizes = [4 * count, 4 * count, bits, count if has_altitudes else 0, 2 * GRID_CELLS**2 if has_fields else 0]
+    pairs = (8 if flags & EXACT else 4) * count
+    sizes = [pairs, pairs, bits, count if has_altitudes else 0, 2 * GRID_CELLS**2 if has_fields else 0]
     ends = np.cumsum([_HEADER.size, *sizes])
     if len(data) != ends[-1]:
         raise ProtocolError(f"a frame of {count} drones must have {ends[-1]} bytes, got {len(data)}")
@@ -131,16 +137,24 @@ def decode_frame(data: bytes) -> Frame:
     teams = np.unpackbits(np.frombuffer(packed, np.uint8), count=count, bitorder="little").astype(np.int8)
     hidden = next((team for team, flag in enumerate(HIDDEN) if flags & flag), None)
     told = np.ones(count) if hidden is None else np.where(teams == hidden, np.nan, 1.0)
+    if flags & EXACT:
+        places, speeds = (np.frombuffer(part, "<f4").astype(np.float64) for part in (positions, velocities))
+        if not (((places >= 0.0) & (places <= 1.0)).all() and (np.abs(speeds) <= FASTEST).all()):
+            raise ProtocolError(f"an exact frame's drones must be on the map, and no faster than {FASTEST:g}")
+    else:
+        places = np.frombuffer(positions, "<u2") / 65535.0
+        speeds = np.frombuffer(velocities, "<i2") / 32767.0 * FASTEST
     return Frame(
         sequence=sequence,
         tick=tick,
         server_ms=server_ms,
-        positions=np.frombuffer(positions, "<u2").reshape(count, 2) / 65535.0 * told[:, None],
-        velocities=np.frombuffer(velocities, "<i2").reshape(count, 2) / 32767.0 * FASTEST * told[:, None],
+        positions=places.reshape(count, 2) * told[:, None],
+        velocities=speeds.reshape(count, 2) * told[:, None],
         teams=teams,
         altitudes=np.frombuffer(altitudes, np.uint8) / 255.0 * told if has_altitudes else None,
         fields=np.frombuffer(fields, np.uint8).reshape(2, GRID_CELLS, GRID_CELLS) if has_fields else None,
         hidden=hidden,
+        is_exact=bool(flags & EXACT),
     )
 
 

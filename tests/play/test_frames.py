@@ -26,6 +26,12 @@ GOLDEN_HIDDEN = bytes.fromhex(
     "05"
     "00 00 ff"
 )
+GOLDEN_EXACT = bytes.fromhex(
+    "01 10 0200 07000000 2a010000 0000000000408f40"  # exact, 2 drones
+    "00000000 0000803f  0000003f 0000003f"  # positions (0, 1), (0.5, 0.5)
+    "00000000 00000000  00008040 000080c0"  # velocities 0, (4, -4)
+    "01"
+)
 GOLDEN_TARGET = bytes.fromhex("02 01 0200 09000000 00 ff 80 40")
 
 
@@ -53,6 +59,18 @@ def test_golden_bytes():
     np.testing.assert_allclose(frame.positions, scene().positions, atol=1e-5)
     np.testing.assert_allclose(frame.velocities, scene().velocities, atol=1e-4)
     assert frame.teams.tolist() == [1, 0, 1] and frame.fields is None and frame.hidden is None
+
+
+def test_an_exact_frame_is_read_and_holds_only_what_can_be():
+    frame = decode_frame(GOLDEN_EXACT)
+    assert (frame.is_exact, frame.teams.tolist()) == (True, [1, 0])
+    assert frame.positions.tolist() == [[0.0, 1.0], [0.5, 0.5]] and frame.velocities.tolist() == [
+        [0.0, 0.0],
+        [4.0, -4.0],
+    ]
+    for before, after in (("0000803f", "0100803f"), ("0000003f", "0000c07f"), ("00008040", "0000c040")):
+        with pytest.raises(ProtocolError, match="on the map"):
+            decode_frame(bytes.fromhex(GOLDEN_EXACT.hex().replace(before, after)))
 
 
 def test_of_a_hidden_team_nothing_is_written_and_nothing_is_read():

@@ -1,7 +1,8 @@
 """A recorded game played again: by simulating it, since commands and start decide everything.
 
 Bits depend on the kind of processor, and games are chaotic: on another kind the same commands may lead
-elsewhere after some seconds. The recorded frames tell.
+elsewhere after some seconds. The recorded frames tell. Of a game that was played in a page they are exact, one for each
+control period: there each period is simulated from its own frame, and leads to the next one but for rounding.
 """
 
 from __future__ import annotations
@@ -30,6 +31,10 @@ _MARKS_BYTES = 2**24
 """Memory for the moments that are kept."""
 _POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
 """Resolution of a frame."""
+_ACCELERATION_STEP = 1e-4
+"""What accelerations in a page differ by, in units of the largest one; see tests/play/engine_cases.py."""
+_ROUNDING = 2e-7
+"""What positions and velocities of float32 differ by, besides."""
 
 
 class Playback:
@@ -48,6 +53,7 @@ class Playback:
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
         self._followed = recording.in_force()
+        self._exact = {frame.tick: frame for frame in recording.frames() if frame.is_exact}
         self.game = LiveGame(recording.config, recording.header.seed)
         self._next = 0
         start = self.game.simulator.snapshot()
@@ -82,6 +88,11 @@ class Playback:
         end = min(game.tick + ticks, self.recording.last_tick)
         came: list[Command] = []
         while game.tick < end and not game.over:
+            if (frame := self._exact.get(game.tick)) is not None:
+                game.simulator.games.positions[0], game.simulator.games.velocities[0] = (
+                    frame.positions,
+                    frame.velocities,
+                )
             if game.tick % self._mark_ticks == 0 and game.tick not in self._marks:
                 self._marks[game.tick] = game.simulator.snapshot()
             while self._next < len(self._followed) and self._followed[self._next][0] <= game.tick:
@@ -90,7 +101,8 @@ class Playback:
                 self._next += 1
             until = self._followed[self._next][0] if self._next < len(self._followed) else end
             mark = (game.tick // self._mark_ticks + 1) * self._mark_ticks
-            game.simulator.advance(min(until, end, mark) - game.tick)
+            period = (game.tick // FRAME_TICKS + 1) * FRAME_TICKS if self._exact else end
+            game.simulator.advance(min(until, end, mark, period) - game.tick)
         return came
 
     def verify(self) -> Verification:
@@ -103,6 +115,7 @@ class Playback:
             first_difference=difference,
             faults=tuple(islice(faults, _MOST_FAULTS)),
             finished=self.recording.end is not None,
+            in_page=bool(self._exact),
         )
 
     def _compare(self) -> tuple[int, int | None]:
@@ -168,7 +181,12 @@ class Playback:
         simulator = self.game.simulator
         positions = np.abs(frame.positions - simulator.positions[0]).max(initial=0.0)
         velocities = np.abs(np.clip(simulator.speeds[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)
-        is_here = positions <= 0.51 * _POSITION_STEP and velocities <= 0.51 * _VELOCITY_STEP
+        near, alike = 0.51 * _POSITION_STEP, 0.51 * _VELOCITY_STEP
+        if frame.is_exact:
+            largest = self.recording.config.game.controller.max_acceleration
+            alike = _ACCELERATION_STEP * largest * CONTROL_PERIOD + _ROUNDING
+            near = alike * CONTROL_PERIOD + _ROUNDING
+        is_here = positions <= near and velocities <= alike
         is_same = is_here and (frame.teams == simulator.teams[0]).all()
         return bool(is_same) and frame.altitudes is None and frame.fields is None
 

@@ -48,12 +48,15 @@ class Verification:
         What cannot have been so on any processor, with the number of its line.
     finished : bool
         Whether the recording holds the game's end.
+    in_page : bool
+        Whether it was played in a page, and so each control period was simulated from its own frame.
     """
 
     frames: int
     first_difference: int | None
     faults: tuple[str, ...]
     finished: bool
+    in_page: bool = False
 
     @property
     def verified(self) -> bool:

@@ -1,6 +1,8 @@
 """A recorded game played again: to any moment, as it was recorded, and as a film."""
 
+import base64
 import contextlib
+import struct
 from dataclasses import replace
 
 import msgspec
@@ -8,7 +10,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import CaptureConfig
-from swarm_pz.play.frames import FASTEST, encode_frame
+from swarm_pz.play.frames import EXACT, FASTEST, decode_frame, encode_frame
 from swarm_pz.play.recordings import playback as module
 from swarm_pz.play.recordings.format import CapturedLine, FrameLine, Recording, frame_line
 from swarm_pz.play.recordings.playback import Playback
@@ -103,6 +105,29 @@ def test_a_frame_that_shows_anything_else_is_the_first_difference(change, record
     recording.events[is_it.index(True)] = other
     verification = Playback(recording).verify()
     assert not verification.verified and (verification.first_difference, verification.frames) == (60, 21)
+
+
+def exact(frame):
+    """Return a frame as a page writes it down."""
+    header = struct.pack("<BBHIId", 1, EXACT, len(frame.teams), 0, frame.tick, 0.0)
+    numbers = np.concatenate([frame.positions, frame.velocities]).astype("<f4").tobytes()
+    return frame_line(header + numbers + np.packbits(frame.teams, bitorder="little").tobytes(), frame.tick)
+
+
+@pytest.mark.parametrize(("by", "difference"), [(1e-7, None), (3e-5, 60)])
+def test_a_game_of_a_page_is_simulated_from_each_of_its_frames_to_the_next(by, difference, recorded):
+    recording = recorded(120, CONFIG)
+    playback = Playback(recording)
+    for place, line in enumerate(recording.events):
+        if isinstance(line, FrameLine):
+            playback.seek(line.tick)
+            simulator = playback.game.simulator
+            state = {"positions": simulator.positions[0], "velocities": simulator.speeds[0]}
+            if line.tick == 60:
+                state["velocities"] = nudged(state["velocities"], by)
+            recording.events[place] = exact(replace(decode_frame(base64.b64decode(line.data)), **state))
+    verification = Playback(recording).verify()
+    assert (verification.first_difference, verification.in_page) == (difference, True)
 
 
 def test_captures_are_those_of_their_team_and_none_that_did_not_happen(recorded):
