@@ -3,6 +3,8 @@
 import contextlib
 import json
 import os
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -20,6 +22,7 @@ from swarm_pz.play.frames import FRAME, TARGET, decode_frame
 SLOW_MS = 120_000
 """What pages wait for anything, games and their recordings too, on the slowest machine."""
 expect.set_options(timeout=SLOW_MS)
+OLDEST_NODE = (20, 19)
 COMMAND = """
 import functools
 from swarm_pz.cli import main
@@ -174,6 +177,19 @@ def own_table(tmp_path):
     yield server
     if server.process.poll() is None:
         server.end()
+
+
+# --- JavaScript -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def node():
+    """Give the command that runs JavaScript, from a version on that reads modules without being told."""
+    found = shutil.which("node")
+    told = subprocess.run([found, "--version"], capture_output=True, text=True, check=True).stdout if found else "none"  # noqa: S603
+    if tuple(map(int, re.findall(r"\d+", told)[:2])) < OLDEST_NODE:
+        pytest.skip(f"the page's modules are tested with Node {OLDEST_NODE} or later, here is {told.strip()}")
+    return found
 
 
 # --- browsers -------------------------------------------------------------------------------------

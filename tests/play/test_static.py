@@ -7,7 +7,6 @@ import base64
 import json
 import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -26,19 +25,10 @@ from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET
 
 STATIC = Path(swarm_pz.play.__file__).parent / "static"
 TESTS = Path(__file__).parent / "static"
-NODE = shutil.which("node")
-OLDEST = (20, 19)
+ENGINE = "engine.test.js"
+"""Is run by `test_engine`, on games of its own."""
 SYSTEMS = ("ergodic", "direct", "flocking", "formation", "leader_follower", "potential_field")
 GAMES = {name: GameConfig(drones_per_team=2, controllers=name) for name in SYSTEMS}
-
-
-@pytest.fixture(scope="module")
-def node():
-    """Give the command that runs JavaScript, from a version on that reads modules without being told."""
-    told = subprocess.run([NODE, "--version"], capture_output=True, text=True, check=True).stdout if NODE else "none"  # noqa: S603
-    if tuple(map(int, re.findall(r"\d+", told)[:2])) < OLDEST:
-        pytest.skip(f"the page's modules are tested with Node {OLDEST[0]}.{OLDEST[1]} or later, here is {told.strip()}")
-    return NODE
 
 
 def as_json(message):
@@ -134,7 +124,7 @@ def fixtures():
     }
 
 
-@pytest.mark.parametrize("name", sorted(path.name for path in TESTS.glob("*.test.js")))
+@pytest.mark.parametrize("name", sorted({path.name for path in TESTS.glob("*.test.js")} - {ENGINE}))
 def test_in_node(name, node, fixtures, tmp_path):
     """The module tests hold, and the server reads all that the modules say to it."""
     (tmp_path / "fixtures.json").write_text(json.dumps(fixtures))
@@ -170,12 +160,13 @@ def needed(name, found=()):
 
 
 def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later():
-    sizes = {path.name: path.stat().st_size for path in STATIC.iterdir()}
+    sizes = {path.name: path.stat().st_size for path in STATIC.iterdir() if path.is_file()}
     first = {"index.html", "icon.svg", "style.css", *needed("main.js")}
     assert sum(sizes[name] for name in first) < 150_000
     later = {"climb.js", "embed.js", "lesson.js", "marks.js", "replay.js", "responses.js", "stick.js"}
     of_others = {"jspsych-plugin-swarm-pz.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js"}
     assert set(sizes) - first == later | of_others
+    assert sum(path.stat().st_size for path in (STATIC / "engine").glob("*.js")) < 50_000
 
 
 @pytest.mark.parametrize("sight", ["", "protan", "deutan", "tritan"])

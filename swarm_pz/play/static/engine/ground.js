@@ -1,0 +1,80 @@
+// Trails, and the capture fields that they add up to, as docs/rules.md explains them: whole numbers, so nothing is rounded.
+
+export const GRID = 50, TRAIL = 150; // cells a side; ticks
+const BORDER = 2, WIDTH = GRID + 2 * BORDER; // fields have a border in which they are always 0
+const UNIT = 55440; // what a field of 1 is kept as: every number of cells in a ring divides it
+const THRESHOLD = 0.75;
+
+const near = (cell, reach) => Math.min(cell + reach, GRID - 1) - Math.max(cell - reach, 0) + 1;
+const ring = (row, column) => near(row, 2) * near(column, 2) - near(row, 1) * near(column, 1); // its cells inside the square
+const WEIGHTS = new Int32Array(WIDTH * WIDTH);
+for (let row = 0; row < GRID; row++) {
+  for (let column = 0; column < GRID; column++) WEIGHTS[placeOf(row * GRID + column)] = UNIT / ring(row, column);
+}
+
+// Where a cell stands in a field.
+export function placeOf(cell) { return (Math.floor(cell / GRID) + BORDER) * WIDTH + cell % GRID + BORDER; }
+
+function along(coordinate) { return Math.min(Math.floor(GRID * Math.max(coordinate, 0)), GRID - 1); }
+
+export function cellOf(x, y) { return along(y) * GRID + along(x); }
+
+// A field's largest value, and that above which it captures.
+export function limitsOf(field) {
+  let most = 0;
+  for (let i = 0; i < field.length; i++) if (field[i] > most) most = field[i];
+  return { most, limit: Math.floor(THRESHOLD * most) };
+}
+
+export class Ground {
+  constructor(drones) {
+    this.drones = drones;
+    this.trails = new Int16Array(TRAIL * drones).fill(-1); // cells, tick by tick, the oldest overwritten
+    this.fields = [new Int32Array(WIDTH * WIDTH), new Int32Array(WIDTH * WIDTH)]; // red's and blue's
+  }
+
+  // Add ticks in a cell to the cells that have it on their ring: those on its own.
+  add(team, cell, ticks) {
+    const field = this.fields[team], first = placeOf(cell) - BORDER * WIDTH - BORDER, last = first + 4 * WIDTH;
+    for (let i = 0; i < 5; i++) {
+      field[first + i] += ticks * WEIGHTS[first + i];
+      field[last + i] += ticks * WEIGHTS[last + i];
+    }
+    for (let left = first + WIDTH; left < last; left += WIDTH) {
+      field[left] += ticks * WEIGHTS[left];
+      field[left + 4] += ticks * WEIGHTS[left + 4];
+    }
+  }
+
+  // Write where drones are in place of the oldest of their trails.
+  extend(tick, positions, teams) {
+    const { trails } = this, slot = tick % TRAIL * this.drones;
+    for (let i = 0; i < this.drones; i++) {
+      const oldest = trails[slot + i], newest = cellOf(positions[2 * i], positions[2 * i + 1]);
+      if (newest === oldest) continue;
+      trails[slot + i] = newest;
+      this.add(teams[i], newest, 1);
+      if (oldest >= 0) this.add(teams[i], oldest, -1);
+    }
+  }
+
+  // The drones that the other team's field captures.
+  caught(positions, teams) {
+    const limits = this.fields.map((field) => limitsOf(field).limit), caught = [];
+    for (let i = 0; i < this.drones; i++) {
+      const other = 1 - teams[i], place = placeOf(cellOf(positions[2 * i], positions[2 * i + 1]));
+      if (this.fields[other][place] > limits[other]) caught.push(i);
+    }
+    return caught;
+  }
+
+  // A drone's trail now counts for the other team.
+  handOver(drone, loser) {
+    for (let at = drone; at < this.trails.length; at += this.drones) {
+      const cell = this.trails[at];
+      if (cell < 0) continue;
+      this.add(loser, cell, -1);
+      this.add(1 - loser, cell, 1);
+    }
+  }
+}

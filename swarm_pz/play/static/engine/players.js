@@ -1,0 +1,73 @@
+// Who can be met without a server: the scripts of policies/scripted.py, and learned players by their weights.
+
+import { CELLS } from "./controller.js";
+import { networkOf } from "./network.js";
+import { ALL_CHANNELS, observe } from "./observation.js";
+import { Random } from "./random.js";
+
+const RANGE = 4, MIDDLE = [0.5, 0.5]; // of log-densities; of the square
+const centre = (cell) => (cell + 0.5) / CELLS;
+// Densities, from x and y of the cells' centres.
+const every = (at) => Float64Array.from({ length: CELLS * CELLS }, (_, i) => at(centre(i % CELLS), centre(Math.floor(i / CELLS))));
+const away = (/** @type {number[]} */ [x0, y0]) => every((x, y) => Math.hypot(x - x0, y - y0));
+const disc = (distance) => Math.exp(-((distance / 0.1) ** 2) / 2);
+const ring = (place, width = 0.08) => away(place).map((distance) => Math.exp(-(((distance - 0.25) / width) ** 2)));
+
+// Each from what a script is told: the game, its team, the answers that it gave until now, and random numbers.
+const SCRIPTS = {
+  blind_ring: ({ random }) => ring([random.next(), random.next()]),
+  centre: () => away(MIDDLE).map(disc),
+  chase: (told) => away(opponents(told)).map(disc),
+  corners: () => every((x, y) => disc(Math.hypot(Math.min(x, 1 - x) - 0.1, Math.min(y, 1 - y) - 0.1))),
+  evade: (told) => away(opponents(told)).map((distance, _, all) => Math.exp(8 * (distance - Math.max(...all)))),
+  halo: () => ring(MIDDLE, 0.15),
+  lasso: (told) => ring(opponents(told).map((place) => 0.5 + 0.3 * (place - 0.5)), 0.15),
+  noise: ({ random }) => every(() => random.next()),
+  restless: ({ random }) => every(() => 1 + 0.001 * random.next()),
+  ring: (told) => ring(opponents(told)),
+  uniform: () => every(() => 1),
+  wavefront(told) {
+    const gathersLeft = opponents(told)[0] > 0.5, front = 0.25 + 0.75 * Math.min(Math.max((told.answers % 12 - 4) / 8, 0), 1);
+    return every((x) => 1 / (1 + Math.exp(((gathersLeft ? x : 1 - x) - front) / 0.03)));
+  },
+};
+const LEARNED = ["hunter", "champion", "veteran", "finisher"];
+
+export const PLAYERS = [
+  ...Object.keys(SCRIPTS).map((name) => ({ name, kind: "script" })), ...LEARNED.map((name) => ({ name, kind: "learned" })),
+];
+
+// The mean place of the opposing drones, as they are seen.
+function opponents({ game, team }) {
+  const grid = 25, seen = observe(game, team, ["opposing_positions"], grid), total = seen.reduce((a, b) => a + b);
+  const mean = (along) => seen.reduce((sum, value, i) => sum + value * (2 * along(i) + 1), 0) / (2 * grid * total);
+  return total ? [mean((i) => i % grid), mean((i) => Math.floor(i / grid))] : MIDDLE;
+}
+
+// What a network asks for: log-densities on few cells, interpolated between their centres.
+function asked({ channels, grid, cells, act }, game, team) {
+  const answers = act(observe(game, team, ALL_CHANNELS.slice(0, channels), grid));
+  const hat = (at, cell) => Math.max(0, 1 - Math.abs(Math.min(Math.max(at * cells - 0.5, 0), cells - 1) - cell));
+  const logs = every((x, y) => answers.reduce((sum, value, i) => sum + hat(x, i % cells) * hat(y, Math.floor(i / cells)) * value, 0));
+  const most = Math.max(...logs);
+  return logs.map((value) => Math.exp(RANGE * (value - most)));
+}
+
+async function fetchBeside(name) {
+  const answer = await fetch(new URL(`${name}.safetensors`, import.meta.url));
+  if (!answer.ok) throw new Error(`the weights of ${name} must lie beside the engine, got status ${answer.status}`);
+  return answer.arrayBuffer();
+}
+
+// A player for one game; act gives its command for the next second. fetchBytes gives the weights of a learned one.
+export async function loadPlayer(name, seed = 0, fetchBytes = fetchBeside) {
+  const script = SCRIPTS[name], random = new Random(seed);
+  if (!script && !LEARNED.includes(name)) throw new Error(`a player must be one of ${PLAYERS.map((one) => one.name).join(", ")}, got ${name}`);
+  const network = script ? null : networkOf(await fetchBytes(name));
+  let answers = 0;
+  function act(game, team) {
+    const density = script ? script({ game, team, answers: answers++, random }) : asked(network, game, team), most = Math.max(...density);
+    return Float32Array.from(density, (value) => value / most);
+  }
+  return { name, act };
+}

@@ -1,0 +1,207 @@
+"""Games of the simulator, tick by tick, to which the page's engine is held; `static/engine_cases.js` compares.
+
+`python -m tests.play.engine_cases` compares 50 games of a minute, observations at every tick.
+"""
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+from safetensors.numpy import save
+
+from swarm_pz.config import (
+    CHANNELS,
+    GRID_CELLS,
+    MOTION_CHANNELS,
+    TICKS_PER_CONTROL_PERIOD,
+    TICKS_PER_SECOND,
+    GameConfig,
+    ObservationConfig,
+)
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.kernels.capture import BORDER
+from swarm_pz.kernels.observation import CAPTURES_FROM
+from swarm_pz.play.server.views import target_picture
+from swarm_pz.play.strokes import BRUSHES, MAPPINGS, Stroke, density_of
+from swarm_pz.policies import load
+from swarm_pz.policies.scripted import SCRIPTS
+from swarm_pz.simulator.commands import make_target
+
+ROOT = Path(__file__).parents[2]
+STATIC = ROOT / "tests/play/static"
+SECONDS, LIMIT = 60, 120.0
+LARGEST = 40
+SEEN = (ObservationConfig(), ObservationConfig(grid=10, channels=CHANNELS + MOTION_CHANNELS))
+PLAYERS = (*(script.__name__ for script in SCRIPTS), "hunter", "champion", "veteran", "finisher")
+ASKED_EVERY = 10
+"""Seconds between two answers of the players."""
+ROW = np.zeros(1, np.int64)
+
+
+def inside(games):
+    """Return the capture fields of the only game, (2, G, G)."""
+    return games.fields[0, :, BORDER:-BORDER, BORDER:-BORDER]
+
+
+def checksums(values):
+    """Return a number for each of some arrays (n, ...), which tells nearly any two apart: JavaScript makes it, too."""
+    flat = np.asarray(values).reshape(len(values), -1).astype(np.uint32)
+    weights = (2 * np.arange(flat.shape[1], dtype=np.uint64) + 1) * 2654435761
+    return (flat * weights.astype(np.uint32)).sum(axis=1, dtype=np.uint32)
+
+
+def exact_fields(fields, grid):
+    """Return capture fields (2, G, G) painted on a grid by whole numbers, and where 255 value / maximum is a half.
+
+    There kernels round either way, as the processor multiplies.
+    """
+    blocks = fields.astype(np.int64).reshape(2, grid, GRID_CELLS // grid, grid, GRID_CELLS // grid)
+    values, most = blocks.max(axis=(2, 4)), np.maximum(fields.max(axis=(1, 2)).astype(np.int64), 1)[:, None, None]
+    painted = (510 * values + most) // (2 * most)
+    captures = values > 3 * most // 4
+    painted = np.where(captures, np.maximum(painted, CAPTURES_FROM), np.minimum(painted, CAPTURES_FROM - 1))
+    return painted.astype(np.uint8), (510 * values + most) % (2 * most) == 0
+
+
+def seen_of(env, observation, team):
+    """Return what a team sees, with halves of fields rounded up, and how many cells of it the kernels rounded down."""
+    images, fields = env.observe(observation, team)[0], inside(env.simulator.games)
+    exact, is_half = exact_fields(fields, observation.grid)
+    down = 0
+    for side, channel in enumerate(("own_capture_field", "opposing_capture_field")):
+        if channel in observation.channels:
+            image, of = images[observation.channels.index(channel)], team if side == 0 else 1 - team
+            differs = image != exact[of]
+            assert (is_half[of] | ~differs).all()
+            image[:], down = exact[of], down + int(differs.sum())
+    return images, down
+
+
+def random_density(generator):
+    """Return a command: noise, few cells, a disc, a ring or nothing."""
+    x, y = np.meshgrid(*[(np.arange(10) + 0.5) / 10] * 2)
+    away = np.hypot(x - generator.random(), y - generator.random())
+    made = {
+        "noise": generator.random((10, 10)),
+        "few": generator.random((10, 10)) ** 20,
+        "disc": np.exp(-((away / generator.uniform(0.02, 0.3)) ** 2)),
+        "ring": np.exp(-(((away - generator.uniform(0.1, 0.4)) / 0.08) ** 2)),
+        "nothing": np.zeros((10, 10)),
+    }
+    return made[generator.choice(list(made), p=[0.2, 0.2, 0.25, 0.3, 0.05])].astype(np.float32)
+
+
+def game_case(seed, *, seconds=SECONDS, every=1):
+    """Return a game as bytes of safetensors: its state at every tick, and what is seen of it at every so many."""
+    generator = np.random.default_rng(seed)
+    sizes = tuple(int(size) for size in generator.integers(1, LARGEST + 1, size=2))
+    config = GameConfig(drones_per_team=sizes, time_limit=LIMIT)
+    env = BatchEnv(config)
+    simulator, games = env.simulator, env.simulator.games
+    env.reset([seed])
+    players = [load(name, config) for name in PLAYERS]
+    for player in players:
+        player.reset([seed], ROW)
+    told = defaultdict(list)
+    for tick in range(seconds * TICKS_PER_SECOND + 1):
+        for name in ("positions", "velocities", "teams"):
+            told[name].append(getattr(games, name)[0].copy())
+        told["fields"].append(checksums(inside(games)))
+        if tick % every == 0:
+            images, halves = zip(*[seen_of(env, seen, team) for team in (0, 1) for seen in SEEN], strict=True)
+            told["seen"].append(np.concatenate([checksums(image) for image in images]))
+            told["halves"].append(np.float64(sum(halves)))
+        if tick % (ASKED_EVERY * TICKS_PER_SECOND) == 0:
+            pairs = [(player, team) for player in players for team in (0, 1)]
+            shown = [seen_of(env, player.observation, team)[0][None] for player, team in pairs]
+            told["answers"].append([player.act(image, ROW)[0] for (player, _), image in zip(pairs, shown, strict=True)])
+        if simulator.decided[0] or tick == seconds * TICKS_PER_SECOND:
+            break
+        if tick % TICKS_PER_SECOND == 0:
+            told["commands"].append(np.stack([random_density(generator) for _ in range(2)]))
+            for team in (0, 1):
+                simulator.command(team, told["commands"][-1][None, team])
+        if tick % TICKS_PER_CONTROL_PERIOD == 0:
+            told["memory"].append(games.memory[0].transpose(2, 0, 1).copy())
+            told["weights"].append(games.memory_weight[0].copy())
+        simulator.advance(1)
+        told["accelerations"].append(games.accelerations[0].copy())
+    arrays = {name: np.array(values) for name, values in told.items()}
+    arrays["teams"] = arrays["teams"].astype(np.uint8)
+    arrays |= {"start": np.array([[*sizes, seed, games.ticks[0], every]], np.float64), "altitudes": games.altitudes}
+    return save({name: np.ascontiguousarray(values) for name, values in arrays.items()})
+
+
+def drawing_cases(count=12):
+    """Return drawings with what they ask for, and commands with their targets."""
+    generator = np.random.default_rng(0)
+    drawings = [[]]
+    for number in range(1, count):
+        strokes = []
+        for _ in range(generator.integers(1, 4)):
+            steps = generator.normal(0, 0.1, (generator.integers(0, 20), 2))
+            points = np.cumsum(np.vstack([generator.random(2), steps]), axis=0)
+            width = float(generator.uniform(0.05, 0.3))
+            strokes.append(
+                {
+                    "brush": str(generator.choice(BRUSHES[:2] if number % 2 else BRUSHES)),
+                    "width": width,
+                    "points": np.clip(points, -0.5, 1.5).tolist(),
+                }
+            )
+        drawings.append(strokes)
+    for strokes in drawings:
+        drawn = [Stroke(**(stroke | {"points": tuple(map(tuple, stroke["points"]))})) for stroke in strokes]
+        densities = {mapping: density_of(drawn, 10, mapping) for mapping in MAPPINGS}
+        density = densities["firm"].astype(np.float32)
+        picture = target_picture(make_target(density.astype(np.float64), 10)[1])
+        yield {
+            "strokes": strokes,
+            "densities": {mapping: values.ravel().tolist() for mapping, values in densities.items()},
+            "picture": picture.ravel().tolist(),
+        }
+
+
+def write_cases(folder, seeds, **how):
+    """Write the games of some seeds and all drawings, as the tests in JavaScript read them."""
+    for seed in seeds:
+        (folder / f"{seed}.game").write_bytes(game_case(seed, **how))
+    seen = [[observation.grid, observation.channels] for observation in SEEN]
+    cases = {"seen": seen, "players": PLAYERS, "drawings": list(drawing_cases())}
+    (folder / "cases.json").write_text(json.dumps(cases))
+
+
+def compare_in_node(node, folder):
+    """Compare what was written, and return what Node's runner of tests says."""
+    return subprocess.run(  # noqa: S603
+        [node, "--test-reporter=tap", str(STATIC / "engine.test.js")],
+        env=os.environ | {"SWARM_PZ_FIXTURES": str(folder)},
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+
+
+def main():
+    """Compare games in Node, one after the other, and print what was found in each."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--games", type=int, default=50)
+    parser.add_argument("--every", type=int, default=1, help="ticks between observations that are compared")
+    asked = parser.parse_args()
+    for seed in range(asked.games):
+        with tempfile.TemporaryDirectory() as folder:
+            write_cases(Path(folder), [seed], every=asked.every)
+            said = compare_in_node(shutil.which("node"), folder).stdout
+            print(*re.findall(r"^# ({.*})$", said, re.MULTILINE), sep="\n", flush=True)
+
+
+if __name__ == "__main__":
+    main()
