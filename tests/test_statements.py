@@ -12,11 +12,12 @@ import pytest
 
 from benchmarks.paper.making import EVERY
 from swarm_pz.cli import table
-from swarm_pz.config import GameConfig
+from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import Settings
 from swarm_pz.play.ros.commands import INPUTS
 from swarm_pz.play.strokes import MAPPINGS
+from swarm_pz.policies.open_loop import BESTS
 from swarm_pz.spaces.densities import COMMAND_NAMES
 
 ROOT = Path(__file__).parents[1]
@@ -81,6 +82,8 @@ COUNTS = {
     r"and ([0-9.]+) with the mapping paper": MAPPINGS["paper"].smoothing,
     r"Every ([0-9.]+) s\. Of commands": TableConfig().min_command_interval,
     r"Weights are ([0-9.]+) to": GameConfig().flocking.migration[0],
+    r"so does ([0-9.]+) s of coasting": GameConfig().controller.horizon * CONTROL_PERIOD,
+    r"sequence of ([0-9]+) images": len(BESTS["uniform"]["sequence"]["images"]),
 }
 """Numbers that rows say of the software, and what they are."""
 
@@ -91,9 +94,12 @@ def test_a_number_of_the_software_is_what_its_row_says(words):
     assert found and {float(number) for number in found} == {float(COUNTS[words])}
 
 
-def test_options_and_topics_that_rows_name_are_there():
+def test_options_topics_and_buttons_that_rows_name_are_there():
     told = " ".join(row["here"] for row in ROWS)
     options = {name.replace("-", "_") for name in re.findall(r"--([a-z-]+)", told)}
     assert {"rosbridge", "lsl"} <= options <= set(inspect.signature(table.play).parameters)
     topics = set(re.findall(r"(?<= )(/[a-z_/]+)", told))
     assert topics and topics <= set(INPUTS)
+    page = (ROOT / "swarm_pz/play/static/index.html").read_text()
+    for words in ("Go here", "Keep away", "Clear", "Undo", *re.findall(r'switch "([^"]+)"', told)):
+        assert words in told and words in page, words

@@ -19,12 +19,13 @@ def in_force(events):
     return [(event.tick, event.command.team, event.command.number) for event in events if isinstance(event, InForce)]
 
 
-def test_a_command_comes_into_force_at_the_next_solve():
+def test_a_command_comes_into_force_at_the_next_solve_and_holds():
     game = LiveGame(TableConfig(), seed=0)
     game.advance(4)
     game.submit(RED, 1, corner(0, 0))
     assert in_force(game.advance(2)) == []
     assert in_force(game.advance(1)) == [(6, RED, 1)]
+    game.advance(300)
     np.testing.assert_array_equal(game.simulator.targets[0, RED], corner(0, 0))
 
 

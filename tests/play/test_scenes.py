@@ -57,6 +57,24 @@ def test_each_side_is_painted_in_its_colour_and_its_place(scene):
     assert red[:3] == [0xD6, 0x28, 0x39] and blue[:3] == [0x1D, 0x62, 0xD6] and nothing[3] == 0
 
 
+def test_a_trail_fades_and_ends_where_its_drone_was_five_seconds_ago(scene):
+    strengths = scene(
+        """
+        const x = (tick) => 0.05 + 0.9 * tick / 210, ages = [200, 155, 120, 90, 60, 30];
+        for (let tick = 0; tick <= 210; tick += 3) {
+            arena.take(frame(tick, [0], { positions: Float32Array.from([x(tick), 0.501]) }));
+            arena.paint();
+        }
+        for (let i = 0; i < 9; i++) arena.paint();               // the past is painted a few pieces at a time
+        return ages.map((age) => {
+            const column = pixels(arena.drones, Math.round(500 * x(210 - age)), 240, 1, 20);
+            return Math.max(...column.filter((_, i) => i % 4 === 3));
+        });
+        """
+    )
+    assert strengths == sorted(strengths) and strengths[1] == 0 < strengths[2] < strengths[-1] / 3
+
+
 def test_ground_that_captures_is_filled_to_its_edge_in_its_teams_colour_and_nothing_else_is(scene):
     inside, below, beside, other, bottom = scene(
         """

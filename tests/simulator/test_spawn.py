@@ -48,6 +48,14 @@ def test_drones_start_near_any_corner_and_evenly_within_the_radius():
         assert (corners == corner).all(axis=1).mean() == pytest.approx(0.25, abs=0.04)
 
 
+def test_by_the_released_rules_each_team_starts_in_a_corner_of_its_own_and_moves():
+    simulator = Simulator(GameConfig.preset("released"), num_games=20)
+    simulator.reset(range(20))
+    red, blue = np.split(simulator.positions, 2, axis=1)
+    assert 0.1 <= red.min() < red.max() <= 0.2 and 0.8 <= blue.min() < blue.max() <= 0.9
+    assert (simulator.velocities != 0.0).all()
+
+
 def test_altitudes_are_all_levels_up_to_one_in_another_order_in_every_game():
     simulator = Simulator(GameConfig(drones_per_team=(3, 5)), num_games=8)
     simulator.reset(range(8))

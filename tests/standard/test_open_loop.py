@@ -8,6 +8,7 @@ import pytest
 from benchmarks.board import open_loop as board
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
+from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import open_loop
 from swarm_pz.standard.games import PlayerFactory, TrackGames
 from swarm_pz.standard.protocol import Protocol
@@ -26,6 +27,13 @@ def test_images_are_shown_in_turn_and_again_and_on_any_cells(monkeypatch):
     assert (shown[:, 3, 4] == [1, 1, 0, 1, 1, 0, 1]).all() and (shown[:, 3, 4] + shown[:, 3, 5] == 1).all()
     assert asked("best_sequence", 1, GameConfig(command_cells=5))[0].shape == (5, 5)
     assert (asked("best_constant", 3, GameConfig()) == asked("best_constant", 1, GameConfig())).all()
+
+
+def test_the_sequence_that_was_found_against_uniform_wins_every_game(monkeypatch):
+    best = open_loop.BESTS["uniform"]["sequence"]
+    assert best["score"] == 1.0
+    monkeypatch.setattr(open_loop, "SEQUENCE", open_loop.images_of(best["images"]))
+    assert play_match("best_sequence", "uniform", games=10, seed=11).count("win") >= 9, "on any processor"
 
 
 @pytest.mark.parametrize("symmetric", [True, False])

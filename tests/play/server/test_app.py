@@ -50,7 +50,9 @@ def test_two_people_play_to_the_end_and_the_recording_verifies(table):
         over = one.hear(protocol.RoomState, lambda state: state.phase == "over")
     assert 0 < len(watcher.frames) <= 13 < len(again.frames), "who does not answer is sent a handful"
     assert [frame.tick for frame in again.frames] == sorted(frame.tick for frame in again.frames)
-    assert not watcher.targets, "a target is for its own side alone"
+    for clients_of, team in (((red, again), {0}), ((blue,), {1}), ((watcher,), set())):
+        shown = {target[1] for client in clients_of for target in client.targets}
+        assert shown == team, "a target is for its own side alone"
     recording = Recording.read(table.folder / over.recording)
     assert Playback(recording).verify().verified and recording.end.outcome == over.outcome
     assert recording.header.red.label == "P7" and recording.header.blue.kind == "person"

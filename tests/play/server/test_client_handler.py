@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 from swarm_pz.play import protocol
-from swarm_pz.play.recordings.format import PaintedLine, SeatLine
+from swarm_pz.play.recordings.format import CommandLine, PaintedLine, SeatLine
 from swarm_pz.play.server import lobby, rendered_command
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.replays import LoadedRecording, ReplaySession
 from swarm_pz.play.server.server_context import ServerContext
+from swarm_pz.play.strokes import density_of
 from tests.play.recordings.test_format import record
 from tests.play.server.test_room import CALM, Client, Workers, playing, read, until
 
@@ -366,7 +367,7 @@ async def test_a_drawing_is_painted_elsewhere_one_at_a_time_and_the_latest_comma
     def slowly(strokes, cells, mapping):
         threads.append(threading.current_thread())
         assert gate.wait(60)
-        return np.ones((10, 10))
+        return density_of(strokes, cells, mapping)
 
     def received():
         return [message.number for message in guest.heard(protocol.Received)]
@@ -391,6 +392,8 @@ async def test_a_drawing_is_painted_elsewhere_one_at_a_time_and_the_latest_comma
     guest.say(dot(7))
     await until(lambda: len(received()) == 4)
     assert len(threads) == 2 and len({*threads}) == 1 and threading.current_thread() not in threads
+    drawn, *_ = read(hall.room()).of(CommandLine)
+    assert drawn.density[0][0] == 0.0 < drawn.density[4][4] == 1.0, "what was drawn is what is flown"
     assert not guest.heard(protocol.Refused)
 
 
