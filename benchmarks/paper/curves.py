@@ -20,7 +20,7 @@ def over_time(axes: Any, found: Mapping[str, Mapping[str, Sequence[float]]]) -> 
     for (label, values), colour, dash in zip(found.items(), COLOURS, DASHES, strict=False):
         style.band(axes, times, dict(values), colour, dash, label)
     bound(axes)
-    axes.set(yscale="log", xlabel="time (s)", xlim=(0, SECONDS), ylim=(1e-5, 0.5))
+    axes.set(yscale="log", xlabel="time (s)", xlim=(0, SECONDS), ylim=(1e-5, 1.0))
 
 
 def bound(axes: Any) -> None:

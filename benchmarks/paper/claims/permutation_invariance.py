@@ -116,7 +116,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         left.plot(times, np.maximum(series[name], 1e-9), dash, color=style.SERIES[2], label=label)
     style.mark(left, ROUNDING, "ours, for the first control period")
     left.set(yscale="log", xlabel="time since the permutation (s)", xlim=(0, times[-1]))
-    left.set(ylabel="farthest drone (map widths)", title="single drones: rounding, then chaos")
+    left.set(ylabel="farthest drone (map widths)", title="single drones: what rounding does")
     left.legend(loc="lower right")
     for name, colour, dash in (("original", style.SERIES[0], "-"), ("permuted", style.SERIES[1], "--")):
         style.band(right, times, series[name], colour, dash, f"{name} order (mean, 95 %)")
@@ -130,7 +130,8 @@ FIGURE = Figure(
     claim="Control is permutation-invariant: it does not matter which drone is which.",
     section="III-C",
     quote="If Agent 1, Agent 2, etc. swapped positions, the swarm would still converge to the player's target",
-    note="The game is chaotic: after rounding alone, single drones soon go other ways, and the team covers as before.",
+    note="By `paper` the game is chaotic: after rounding alone, single drones soon go other ways. The team covers as "
+    "before.",
     measure=measure,
     draw=draw,
     heights=(4.2, 2.3),
