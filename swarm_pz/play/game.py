@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
-from swarm_pz.config.base import Config, check, check_number
+from swarm_pz.config.base import Config, check, check_number, hash_exempt
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.fourier import SAME_TARGET
 from swarm_pz.kernels.game import Games
@@ -41,6 +41,8 @@ class TableConfig(Config):
         Seconds of game a second; that of the factors, if they have one.
     factors : (Factors, Factors)
         What an experimenter varies at red's seat, and at blue's.
+    majority : bool
+        When time is up, the side with more drones has won; without it, nobody has. Draws are then games of equal sides.
     """
 
     game: GameConfig = field(default_factory=GameConfig)
@@ -48,6 +50,7 @@ class TableConfig(Config):
     mapping: Mapping = None  # type: ignore[assignment]  # None until the rules are known
     speed: float = 1.0
     factors: tuple[Factors, Factors] = (Factors(), Factors())
+    majority: bool = hash_exempt(False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -59,6 +62,7 @@ class TableConfig(Config):
         is_known = isinstance(self.mapping, str) and self.mapping in MAPPINGS
         check(is_known, "mapping", self.mapping, f"one of {', '.join(MAPPINGS)}")
         check_number(self.speed, "speed", 0.1, 10.0)
+        check(isinstance(self.majority, bool), "majority", self.majority, "True or False")
         pair = self.factors
         fits = isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(one, Factors) for one in pair)
         check(fits, "factors", pair, "a pair of Factors, red's and blue's")
@@ -146,8 +150,9 @@ class LiveGame:
     @property
     def outcome(self) -> str | None:
         """Return "red", "blue" or "draw" of a game that is over."""
-        if self.simulator.decided[0]:
-            return TEAM_NAMES[RED if self.sizes[RED] else BLUE]
+        red, blue = self.sizes
+        if self.simulator.decided[0] or (self.over and self.config.majority and red != blue):
+            return TEAM_NAMES[RED if red > blue else BLUE]
         return "draw" if self.over else None
 
     def check_size(self, command: Command) -> None:

@@ -56,6 +56,8 @@ class Settings(Message):
     mapping: Mapping | None = None
     """How drawings become densities; None for as the rules need it."""
     speed: Annotated[float, Meta(ge=0.25, le=2)] = 1.0
+    majority: bool = False
+    """When time is up, the side with more drones has won; else nobody has."""
     red_system: Name | None = None
     """The control system that flies red; None for that of the table. So below."""
     blue_system: Name | None = None

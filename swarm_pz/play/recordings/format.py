@@ -192,11 +192,13 @@ L = TypeVar("L", bound=EventLine)
 _decoder: msgspec.json.Decoder[Header | EventLine] = msgspec.json.Decoder(Header | EventLine)
 
 
-def reason_of_end(outcome: Outcome, away: bool) -> EndedBy:
-    """Return what ended a game, of which a client may have been away then."""
+def reason_of_end(outcome: Outcome, sizes: tuple[int, int], away: bool) -> EndedBy:
+    """Return what ended a game with such teams, of which a client may have been away then."""
     if away:
         return "left"
-    return "time" if outcome == "draw" else "server" if outcome == "stopped" else "capture"
+    if outcome == "stopped":
+        return "server"
+    return "time" if outcome == "draw" or min(sizes) > 0 else "capture"
 
 
 class Recording:

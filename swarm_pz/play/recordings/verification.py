@@ -209,6 +209,6 @@ def _end(recording: Recording, game: LiveGame) -> Iterator[str]:
             f"{where}: the game ended at tick {game.tick}, {outcome}, with {game.sizes[0]} to {game.sizes[1]} "
             f"drones, not at tick {end.tick}, {end.outcome}, with {end.sizes[0]} to {end.sizes[1]}"
         )
-    follows = "forfeit" if forfeits else reason_of_end(end.outcome, bool(recording.away))
+    follows = "forfeit" if forfeits else reason_of_end(end.outcome, end.sizes, bool(recording.away))
     if end.ended_by != follows and (end.outcome, end.ended_by) != ("stopped", "server"):
         yield f"{where}: the game was ended by {follows!r}, not by {end.ended_by!r}"

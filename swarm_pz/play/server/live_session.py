@@ -235,7 +235,7 @@ class LiveSession:
         if self.ended:
             return
         self._halt()
-        reason = ended_by or reason_of_end(outcome, self.log.is_somebody_away)
+        reason = ended_by or reason_of_end(outcome, self.game.sizes, self.log.is_somebody_away)
         self.commands.end()
         self.log.end(outcome, reason, self.delays() if self.config.varies else None)
         self._over(outcome, reason)

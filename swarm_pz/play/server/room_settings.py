@@ -59,7 +59,8 @@ def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig
         time_limit=settings.time_limit if settings.time_limit is not None else _UNTIMED,
         capture=rules.capture.replace(enabled=rules.capture.enabled and min(sizes) > 0),
     )
-    return table.replace(game=game, mapping=settings.mapping or table.mapping, speed=settings.speed)
+    majority = settings.majority and min(sizes) > 0
+    return table.replace(game=game, mapping=settings.mapping or table.mapping, speed=settings.speed, majority=majority)
 
 
 def cost_of(config: TableConfig) -> float:
@@ -89,6 +90,7 @@ def settings_of(config: TableConfig) -> protocol.Settings:
         time_limit=limit if limit < _UNTIMED else None,
         mapping=config.mapping,
         speed=config.speed,
+        majority=config.majority,
         red_system=config.game.team_controllers[RED],
         blue_system=config.game.team_controllers[BLUE],
     )

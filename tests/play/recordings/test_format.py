@@ -87,7 +87,7 @@ def record(
     recorder.write(SeatLine(team=own, event="hidden", ms=1000.0))
     recorder.write(SeatLine(team=own, event="shown", ms=3000.0))
     told = outcome or game.outcome or "stopped"
-    reason = reason_of_end(told, away=False)
+    reason = reason_of_end(told, game.sizes, away=False)
     recorder.write(EndLine(outcome=told, tick=game.tick, sizes=game.sizes, ms=1e4, ended_by=reason, delays=delays))
     recorder.close()
     recorder.join()

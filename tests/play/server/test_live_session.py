@@ -133,8 +133,10 @@ async def test_what_players_say_more_than_a_flush_writes_does_not_heap_up(tmp_pa
 # --- how it ends ----------------------------------------------------------------------------------
 
 
-async def test_a_game_runs_to_its_last_tick_and_its_end_is_the_end(tmp_path):
-    with opened(tmp_path, time_limit=1.0, speed=2.0) as room:
+@pytest.mark.parametrize(("majority", "outcome"), [(False, "draw"), (True, "blue")])
+async def test_a_game_runs_to_its_last_tick_and_its_end_is_the_end(majority, outcome, tmp_path):
+    with opened(tmp_path, red=3, blue=4, time_limit=1.0, speed=2.0, majority=majority) as room:
+        room.seed = 0
         red, _ = await running(room)
         await until(lambda: room.phase == "over")
         room.stop()
@@ -143,8 +145,9 @@ async def test_a_game_runs_to_its_last_tick_and_its_end_is_the_end(tmp_path):
     assert [sequence for _, sequence in red.frames] == [*range(red.frames[0][1], red.frames[0][1] + 30)]
     with_fields = [frame[1] & 2 > 0 for frame, _ in red.frames]
     assert [sum(with_fields[i : i + 3]) for i in range(0, 30, 3)] == [1] * 10, "at every solve"
-    assert (state.phase, state.outcome, state.recording, state.sizes) == ("over", "draw", recording.name, sizes)
-    assert (recording.end.outcome, recording.end.tick, recording.end.sizes) == ("draw", 30, sizes[-1])
+    assert (state.phase, state.outcome, state.recording, state.sizes) == ("over", outcome, recording.name, sizes)
+    assert (recording.end.outcome, recording.end.tick, recording.end.sizes) == (outcome, 30, sizes[-1])
+    assert recording.end.ended_by == "time"
     assert [line.tick for line in recording.of(FrameLine)] == [*range(0, 31, 3)]
     assert Playback(recording).verify().verified and len(sizes) == 2
 

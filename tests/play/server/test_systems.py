@@ -41,7 +41,7 @@ async def hall(tmp_path):
 
 def test_settings_come_back_from_the_table_and_leave_the_hosts_rules_alone():
     systems = {"red_system": "direct", "blue_system": "ergodic"}
-    settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5, **systems)
+    settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5, majority=True, **systems)
     chosen = table_config(settings, TableConfig(min_command_interval=0.25))
     assert settings_of(chosen) == settings and chosen.min_command_interval == 0.25
     released = GameConfig.preset("released")
