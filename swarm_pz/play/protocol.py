@@ -305,6 +305,13 @@ class PolicyInfo(Message):
     """The kind of its commands: it flies what takes them; "any" is for policies that suit themselves to the system."""
 
 
+class Rung(Message):
+    """An opponent on the ladder."""
+
+    name: str
+    rating: float
+
+
 class SystemInfo(Message):
     """A control system that may fly a seat."""
 
@@ -354,6 +361,8 @@ class Welcome(Message, tag="welcome"):
     """Names of those that fly red and blue where a room's settings say nothing else."""
     ladder: bool = False
     """Whether people can climb here."""
+    rungs: list[Rung] = msgspec.field(default_factory=list)
+    """Opponents in their order, the weakest first: those of the ladder, which pages unlock one by one."""
     embedders: list[str] = msgspec.field(default_factory=list)
     """Origins of the pages that may hold this one in a frame."""
     guests: bool = True
@@ -473,13 +482,6 @@ class Refused(Message, tag="refused"):
     """To a hello whose token's seat is gone: the game that was played there."""
 
 
-class Rung(Message):
-    """An opponent on the ladder."""
-
-    name: str
-    rating: float
-
-
 class Level(Message, tag="level"):
     """What somebody has reached on the ladder with a control system.
 
@@ -501,8 +503,6 @@ class Level(Message, tag="level"):
     """Whom the next game is against."""
     side: Side
     """One's own in it."""
-    rungs: list[Rung]
-    """All opponents, the weakest first."""
 
 
 class Notice(Message, tag="notice"):

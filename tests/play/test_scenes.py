@@ -154,8 +154,8 @@ def test_the_picture_of_capturing_shows_ground_along_the_ring_that_captures_as_i
 def test_each_sign_of_the_legend_has_a_picture(scene):
     colours = scene(
         """
-        const { Legend } = await load("legend");
-        new Legend().open();
+        const { explain } = await load("legend");
+        explain();
         document.getElementById("legend").close();
         return [...document.querySelectorAll("#sign-list canvas")].map(
             (sign) => new Set(pixels(sign, 0, 0, sign.width, sign.height)).size);

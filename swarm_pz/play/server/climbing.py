@@ -83,7 +83,6 @@ class Climbing:
             last=games[-1].outcome if games else None,
             opponent=next_rung([game.met for game in games], self._rungs).name,
             side="blue" if len(games) % 2 else "red",
-            rungs=[protocol.Rung(*rung) for rung in self._rungs],
         )
 
     @staticmethod

@@ -14,6 +14,7 @@ from typing import Any
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import installed_systems
+from swarm_pz.play.levels import RUNGS
 from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
 from swarm_pz.play.recordings.format import Moment, Recording
 from swarm_pz.play.recordings.seats import trial_rows
@@ -83,6 +84,7 @@ class Lobby:
             protocol.PolicyInfo(name=name, about=text, card=known.get(name), answers=kind_of(name))
             for name, text in policies.items()
         ]
+        self._rungs = [protocol.Rung(*rung) for rung in RUNGS if rung.name in policies]
 
     def welcome(self) -> protocol.Welcome:
         """Return what every client is told first."""
@@ -98,6 +100,7 @@ class Lobby:
             systems=self._systems,
             default_systems=list(table.game.team_controllers),
             ladder=self.climbing is not None,
+            rungs=self._rungs,
             embedders=self.embedders,
         )
 

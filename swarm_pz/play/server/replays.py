@@ -24,7 +24,7 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.game import LiveGame, TableConfig
-from swarm_pz.play.recordings.format import Moment, Origin, Recording
+from swarm_pz.play.recordings.format import FRAME_TICKS, Moment, Origin, Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.sandbox import Sandbox
 from swarm_pz.play.server.connection import Connection
@@ -34,6 +34,8 @@ from swarm_pz.play.server.worker import Worker
 
 MOST_BYTES = 64 * 2**20
 """Of a recording that can be watched."""
+_TRAIL_FRAMES = 5 * TICKS_PER_SECOND // FRAME_TICKS
+"""Recorded frames of the longest trail."""
 log = logging.getLogger("swarm_pz.play")
 
 
@@ -96,12 +98,17 @@ class LoadedRecording:
         )
 
     def picture(self, tick: int, sequence: int, is_sought: bool) -> tuple[list[bytes], bytes]:
-        """Go to a tick; return targets, all or those that came into force on the way, and the frame."""
-        playback = self.playback
+        """Go to a tick; return what comes before the frame, and the frame.
+
+        That is targets, all or those that came into force on the way, and the frames of trails where one has jumped.
+        """
+        playback, last = self.playback, bisect.bisect_right(self.frames, tick, key=lambda frame: frame.tick)
+        past = self.frames[max(last - _TRAIL_FRAMES, 0) : last : 3] if is_sought else []
+        trails = [encode_frame(replace(frame, sequence=0, server_ms=0.0)) for frame in past]
         if not self.is_verified:
-            frame = self.frames[max(bisect.bisect_right(self.frames, tick, key=lambda frame: frame.tick) - 1, 0)]
             altitudes = playback.game.simulator.altitudes[0]  # of the start, which every processor draws alike
-            return [], encode_frame(replace(frame, sequence=sequence, server_ms=0.0, altitudes=altitudes))
+            frame = replace(self.frames[max(last - 1, 0)], sequence=sequence, server_ms=0.0, altitudes=altitudes)
+            return trails, encode_frame(frame)
         if is_sought:
             playback.seek(tick)
             came = [(team, 0) for team in (RED, BLUE)]
@@ -109,7 +116,7 @@ class LoadedRecording:
             came = [(command.team, command.number) for command in playback.advance(tick - playback.game.tick)]
         simulator = playback.game.simulator
         targets = [target_message(team, number, simulator.games.coefficients[0, team]) for team, number in came]
-        return targets, frame_of(simulator, sequence, 0.0, altitudes=True, fields=True)
+        return trails + targets, frame_of(simulator, sequence, 0.0, altitudes=True, fields=True)
 
     def moment(self, tick: int) -> Moment:
         """Return a moment to play on from."""
@@ -144,8 +151,6 @@ def _warm() -> None:
 
 def _load(path: Path) -> tuple[protocol.RoomState, bytes]:
     loaded = LoadedRecording.read(path)
-    if loaded.is_verified:  # its frames are simulated
-        loaded = replace(loaded, frames=loaded.frames[-1:])
     return loaded.state, pickle.dumps(loaded)
 
 
@@ -290,7 +295,7 @@ class ReplaySession:
 
     async def _show(self, is_sought: bool) -> None:
         self._sequence += 1
-        targets, frame = await self._opened.ask("picture", self._tick, self._sequence, is_sought)
-        for target in targets:
-            self._connection.send_bytes(target)
+        before, frame = await self._opened.ask("picture", self._tick, self._sequence, is_sought)
+        for data in before:
+            self._connection.send_bytes(data)
         self._connection.show(frame, self._sequence)

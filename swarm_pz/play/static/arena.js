@@ -60,7 +60,7 @@ export class Arena {
       frame.teams.forEach((team, drone) => {
         if (team === last.teams[drone]) return;
         changed.push(drone);
-        this.flashes.push({ drone, team, began: performance.now() });
+        this.flashes.push({ drone, team, tick: frame.tick, began: performance.now() });
       });
     }
     this.trails.take(frame);
@@ -151,7 +151,7 @@ export class Arena {
 
   paintFlashes(pen, places, side, size) {
     const time = performance.now();
-    this.flashes = this.flashes.filter(({ began }) => time - began < FLASH_MS);
+    this.flashes = this.flashes.filter(({ tick, began }) => time - began < FLASH_MS && this.frame.tick <= tick + JUMP_TICKS); // not of a moment before a jump
     for (const { drone, team, began } of this.flashes) {
       const grown = (time - began) / FLASH_MS;
       pen.globalAlpha = 1 - grown;

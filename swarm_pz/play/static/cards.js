@@ -1,38 +1,19 @@
-// Opponents as cards: a picture of what they do, a line, and the level that their rating puts them on.
+// Opponents as cards: a picture of what they do, a line, and whether one has beaten them.
 
 import { button, make } from "./elements.js";
-import { CELLS } from "./frames.js";
-import { addDrone, COLOURS, hatch, INK, newCanvas } from "./ground.js";
+import { addDrone, COLOURS, INK, newCanvas } from "./ground.js";
 import { called } from "./words.js";
 
-/** @type {[string, number][]} */
-const LEVELS = [["Easy", -Infinity], ["Fair", 900], ["Hard", 1300]]; // from which rating on; uniform has 1000
-const SHOWN = 3; // cards of a level at first
-
-// The levels, each with its policies, best first; those without a rating come last and have none. Here are
-// those that draw, as the games do that one click begins.
-export function levelsOf(policies) {
-  const levels = LEVELS.map(([title, from], i) => ({
-    title,
-    policies: policies.filter(({ card }) => card && card.rating >= from && card.rating < (LEVELS[i + 1]?.[1] ?? Infinity))
-      .sort((a, b) => b.card.rating - a.card.rating),
-  }));
-  const others = { title: "Not rated", policies: policies.filter(({ card, answers }) => !card && answers === "density") };
-  return [...levels, others].filter((level) => level.policies.length);
-}
-
-// A level's heading and its cards; play(name) is called for the one that is chosen.
-export function levelElement({ title, policies }, play) {
-  const cards = policies.map((policy, i) => make("li", { className: i < SHOWN ? "" : "rest" }, card(policy, title, play)));
-  return make("section", {}, make("h3", {}, title), make("ul", {}, ...cards));
-}
-
-function card({ name, about, card: has }, title, play) {
-  const canvas = make("canvas", { width: 144, height: 144, "aria-hidden": "true" });
-  const level = has ? [make("small", {}, `${title}, rating ${has.rating}`)] : [];
-  paintCard(canvas, has);
-  const text = make("span", {}, make("strong", {}, called(name)), make("span", {}, about), ...level);
-  return button([canvas, text], () => play(name), { className: "card", "data-opponent": name });
+// The opponents that unlock one by one, as items of a list; play(name) is called for the one that is chosen.
+export function opponentCards(policies, rungs, { beaten, next }, play) {
+  return rungs.map(({ name }, i) => {
+    const isBeaten = beaten.includes(name), isOpen = isBeaten || name === next, { about, card } = policies.find((policy) => policy.name === name);
+    const canvas = make("canvas", { width: 144, height: 144, "aria-hidden": "true" });
+    paintCard(canvas, card);
+    const how = isBeaten ? "✓ beaten" : isOpen ? "next" : `after ${called(rungs[i - 1].name)}`;
+    const text = make("span", {}, make("strong", {}, called(name)), make("span", {}, about), make("small", {}, how));
+    return make("li", {}, button([canvas, text], () => play(name), { className: "card", "data-opponent": name, disabled: !isOpen }));
+  });
 }
 
 // What a policy asked for at a moment of a game as blue, and where its drones were.
@@ -40,7 +21,7 @@ export function paintCard(canvas, card) {
   const pen = canvas.getContext("2d"), side = canvas.width;
   pen.fillStyle = "#fff";
   pen.fillRect(0, 0, side, side);
-  if (!card) return paintUnknown(pen, side);
+  if (!card) return;
   const cells = card.target.length, small = newCanvas(cells), draw = small.getContext("2d");
   const asked = [...card.target.join("")].map((digit) => Number(digit) / 9), mean = asked.reduce((a, b) => a + b) / asked.length;
   draw.fillStyle = COLOURS[1];
@@ -50,14 +31,6 @@ export function paintCard(canvas, card) {
   });
   pen.drawImage(small, 0, 0, side, side);
   paintDrones(canvas, 1, card.drones);
-}
-
-function paintUnknown(pen, side) {
-  pen.fillStyle = "#767c85";
-  pen.font = `${side / 2}px sans-serif`;
-  pen.textAlign = "center";
-  pen.textBaseline = "middle";
-  pen.fillText("?", side / 2, side / 2);
 }
 
 // Drones of a team, by their places in hundredths of the map.
@@ -71,15 +44,6 @@ export function paintDrones(canvas, team, drones) {
     addDrone(pen, team, x / 100 * side, (1 - y / 100) * side, size);
     pen.stroke();
     pen.fill();
-  }
-}
-
-// Ground where red captures: columns of the board's cells, by row.
-export function paintHolds(canvas, rows) {
-  const pen = canvas.getContext("2d"), size = canvas.width / CELLS;
-  pen.fillStyle = hatch(pen, 0, 1);
-  for (const [row, columns] of Object.entries(rows)) {
-    for (const column of columns) pen.fillRect(column * size, (CELLS - 1 - Number(row)) * size, size, size);
   }
 }
 

@@ -92,9 +92,13 @@ function paintMark(pen, x, y, height) {
   disc(pen, x, y, 0.07 * height);
 }
 
-// Sizes once a second, and what a game that was won ended with: its last second is not whole.
-export function untilTheEnd(sizes, outcome) {
-  if (!sizes.length || !["red", "blue"].includes(outcome)) return [...sizes];
+// Whether a room's game lasted as long as it may.
+export function timeIsUp({ sizes, settings }) { return settings.time_limit !== null && sizes.length > settings.time_limit; }
+
+// Sizes once a second, and what a game that was won before its time ended with: its last second is not whole.
+export function untilTheEnd(room) {
+  const { sizes, outcome } = room;
+  if (!sizes.length || !["red", "blue"].includes(outcome) || timeIsUp(room)) return [...sizes];
   const all = sizes[0][0] + sizes[0][1];
   return [...sizes, outcome === "red" ? [all, 0] : [0, all]];
 }

@@ -20,7 +20,8 @@ export class Climbing {
   get who() { return { code: byId("climber-code").value.trim(), system: byId("climber-system").value || null }; }
 
   // Offer the control systems that there are; before this file had come, the form would have left the page.
-  offer({ systems, default_systems: [own] }) {
+  offer({ systems, default_systems: [own], rungs }) {
+    this.rungs = rungs;
     byId("ask-level").disabled = false;
     if (byId("climber-system").options.length) return;
     byId("climber-system").append(...systems.map(systemOption));
@@ -37,7 +38,7 @@ export class Climbing {
     byId("reached-text").textContent = games ? words : `No game yet. ${words}`;
     byId("reached-now").textContent = words;
     byId("climb").textContent = `Play against ${called(opponent)}, as ${side}`;
-    paint(byId("rungs"), level);
+    paint(byId("rungs"), level, this.rungs);
   }
 }
 
@@ -48,7 +49,7 @@ function said({ level, low, high, games }) {
 }
 
 // All opponents by their ratings, the level with its interval, and who comes next.
-function paint(canvas, { level, low, high, opponent, rungs }) {
+function paint(canvas, { level, low, high, opponent }, rungs) {
   const pen = canvas.getContext("2d"), { width, height } = canvas, base = height * 0.62, unit = height / 6;
   const ratings = rungs.map(({ rating }) => rating), least = Math.min(...ratings) - MARGIN, most = Math.max(...ratings) + MARGIN;
   const within = (x, margin) => Math.min(Math.max(x, margin), width - margin);

@@ -1,22 +1,27 @@
 // What lies over the board while no game is played: whom one waits for, the countdown, and the result.
 
-import { Chart, turningPoint, untilTheEnd } from "./chart.js";
-import { byId, on, say } from "./elements.js";
+import { Chart, timeIsUp, turningPoint, untilTheEnd } from "./chart.js";
+import { byId, hear, on, say } from "./elements.js";
+import { inARow, progress, ROUND } from "./progress.js";
+import { DECISIVE_S } from "./story.js";
 import { freeSides, meetsSomebody, Waiting } from "./waiting.js";
-import { called, clock, NAMES, SIDES } from "./words.js";
+import { called, clock, NAMES, SIDES, SIGNS } from "./words.js";
 
 export class Cover {
-  // begin: opens a room by a message and begins in it at once.
-  constructor(link, begin) {
+  // begin: opens a room by a message and begins in it at once; story: tells why a game went as it did.
+  constructor(link, begin, story) {
     this.begin = begin;
+    this.story = story;
+    this.rungs = [];
     this.waiting = new Waiting(link);
     this.chart = new Chart(byId("result-chart"));
-    on("click", { swap: () => this.swap() });
+    on("click", { swap: () => this.swap(), "next-game": () => begin({ seat: "red", opponent: this.next, settings: ROUND }) });
+    hear(link, { welcome: ({ rungs }) => { this.rungs = rungs; } });
   }
 
   // Something is on its way.
   wait(text) {
-    for (const id of ["waiting", "invitation", "ready", "sit", "swap", "recording", "turning", "result-chart"]) byId(id).hidden = true;
+    for (const id of ["waiting", "invitation", "next-game", "ready", "sit", "swap", "see", "recording", "turning", "result-chart"]) byId(id).hidden = true;
     byId("cover").hidden = false;
     byId("table").dataset.phase = "opening";
     byId("cover-text").textContent = text;
@@ -32,6 +37,7 @@ export class Cover {
     byId("table").dataset.phase = phase === "waiting" && !meetsSomebody(room, seat) ? "before" : phase;
     byId("cover").hidden = !isOver && phase !== "waiting";
     byId("ready").hidden = isDone || (own ? own.ready : !onlyPolicies);
+    this.offerNext(isOver && !isDone && own !== null);
     byId("ready").textContent = isOver ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
     byId("sit").hidden = isDone || own !== null || freeSides(room).length === 0;
     byId("swap").hidden = isDone || !isOver || own === null || room[this.other].kind !== "policy";
@@ -52,6 +58,16 @@ export class Cover {
     byId("notice").hidden = !isAlone || this.playsOn;
     const who = isAlone && (room[this.other].label || "Your opponent");
     say("notice-text", isAlone ? `${who} has left for good: their swarm goes on with its last command.` : "");
+  }
+
+  // After a game that was won: who comes next.
+  offerNext(isOffered) {
+    const { next, streak } = progress(this.rungs), isWon = isOffered && this.room.outcome === SIDES[this.seat] && this.room[this.other].name !== next;
+    this.next = next;
+    byId("next-game").hidden = !isWon || !next;
+    byId("next-game").textContent = `Next: ${called(next ?? "")}`;
+    byId("ready").classList.toggle("primary", byId("next-game").hidden);
+    byId("streak").textContent = isWon ? inARow(streak) : "";
   }
 
   get other() { return SIDES[1 - this.seat]; }
@@ -75,19 +91,22 @@ export class Cover {
     if (!SIDES.includes(outcome)) return "The game was stopped.";
     const winner = SIDES.indexOf(outcome), own = this.seat === winner ? "You won" : "You lost";
     const won = this.seat === null ? `${NAMES[winner]} won` : own;
+    if (timeIsUp(this.room) && red && blue) return `${won}: red ${red}, blue ${blue} when time was up.`;
     return `${won} after ${clock(Math.max(lastTick ?? 0, 30 * (sizes.length - 1)))}. ${forfeit}`.trim();
   }
 
   showResult(isShown, lastTick) {
-    const ended = untilTheEnd(this.room.sizes, this.room.outcome), hasChart = isShown && ended.length > 1;
+    const ended = untilTheEnd(this.room), hasChart = isShown && ended.length > 1;
     const turn = hasChart ? turningPoint(ended) : null;
     byId("result-chart").hidden = !hasChart;
-    byId("turning").hidden = !turn;
+    byId("turning").hidden = byId("see").hidden = !turn;
     if (hasChart) this.chart.set(ended, turn?.second ?? null);
     if (!turn) return;
     const [red, blue] = ended[turn.second], when = clock(Math.min(30 * turn.second, lastTick ?? Infinity));
-    const what = turn.kind === "lead" ? `from then on ${red > blue ? "red" : "blue"} was ahead` : `red ${red}, blue ${blue}`;
-    byId("turning").textContent = `The turn, at ${when}: ${what}.`;
+    byId("see").href = `#replay=${this.room.recording}@${30 * Math.max(turn.second - DECISIVE_S, 0)}`;
+    const why = this.story.why(SIDES.indexOf(this.room.outcome), turn.second, this.seat);
+    const what = turn.kind === "lead" ? `from then on ${red > blue ? "red" : "blue"} was ahead.` : `red ${red}, blue ${blue}.`;
+    byId("turning").textContent = `The turn, at ${when}: ${why || what}`;
   }
 
   // The same game from the other side, in a room of its own; a room knows no other way.
@@ -100,6 +119,6 @@ export class Cover {
   // The seconds until a game begins.
   count(room, now) {
     const left = room?.phase === "starting" && room.starts_ms ? Math.ceil((room.starts_ms - now) / 1000) : 0;
-    say("countdown", left > 0 ? String(left) : "");
+    say("countdown", left > 0 ? `${left}\n${this.seat === null ? "" : `You are ${SIDES[this.seat]} ${SIGNS[this.seat]}`}` : "");
   }
 }

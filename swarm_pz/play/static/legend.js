@@ -1,7 +1,7 @@
 // The signs of the board and the keys, in a dialog. Its pictures are the board's own, so that they show what it shows.
 
 import { Arena } from "./arena.js";
-import { byId, on } from "./elements.js";
+import { byId } from "./elements.js";
 import { CELLS } from "./frames.js";
 import { newCanvas } from "./ground.js";
 
@@ -19,24 +19,13 @@ const SCENES = {
   target: { target: true, drones: [] },
 };
 
-export class Legend {
-  constructor() {
-    const open = () => this.open();
-    on("click", { signs: open, "start-signs": open, "close-legend": () => byId("legend").close() });
-    addEventListener("keydown", (event) => {
-      const { target } = /** @type {any} */ (event);
-      if (event.key !== "?" || event.ctrlKey || event.metaKey || target.closest("input:not([type=range], [type=checkbox])")) return;
-      if (!document.querySelector("dialog[open]")) this.open();
-      event.preventDefault();
-    });
-  }
+let isPainted = false;
 
-  open() {
-    if (!this.isPainted) for (const canvas of byId("legend").querySelectorAll("canvas")) paintSign(canvas, SCENES[canvas.dataset.sign]);
-    this.isPainted = true;
-    byId("legend").showModal();
-    byId("legend").scrollTop = 0;
-  }
+export function explain() {
+  if (!isPainted) for (const canvas of byId("legend").querySelectorAll("canvas")) paintSign(canvas, SCENES[canvas.dataset.sign]);
+  isPainted = true;
+  byId("legend").showModal();
+  byId("legend").scrollTop = 0;
 }
 
 // Paint a part of a board on which a scene stands.

@@ -1,7 +1,9 @@
 // The first lesson: three steps. Each waits, with the board held, until one goes on; and again until it is done.
 
-import { CIRCLE, CORNER, paintCard, paintDrawing, paintDrones, paintHolds, TIGHT } from "./cards.js";
+import { CIRCLE, CORNER, paintCard, paintDrawing, paintDrones, TIGHT } from "./cards.js";
 import { byId, hear, on, say } from "./elements.js";
+import { CELLS } from "./frames.js";
+import { hatch } from "./ground.js";
 
 const IN_CORNER = 0.35; // map widths from the corner that count as there
 const SPREAD = 0.18; // mean distance of drones from their mean place that is no bunch
@@ -253,4 +255,13 @@ function spread(frame, team) {
   const places = own(frame, team), count = Math.max(places.length, 1);
   const [x, y] = [0, 1].map((axis) => places.reduce((sum, place) => sum + place[axis], 0) / count);
   return places.reduce((sum, place) => sum + Math.hypot(place[0] - x, place[1] - y), 0) / count;
+}
+
+// Ground where red captures: columns of the board's cells, by row.
+function paintHolds(canvas, rows) {
+  const pen = canvas.getContext("2d"), size = canvas.width / CELLS;
+  pen.fillStyle = hatch(pen, 0, 1);
+  for (const [row, columns] of Object.entries(rows)) {
+    for (const column of columns) pen.fillRect(column * size, (CELLS - 1 - Number(row)) * size, size, size);
+  }
 }

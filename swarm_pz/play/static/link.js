@@ -87,7 +87,7 @@ export class Link extends EventTarget {
     const message = typeof data === "string" ? JSON.parse(data) : decode(data);
     switch (message.type) {
       case FRAME:
-        if (++this.frames % ACKNOWLEDGE_EVERY === 0) this.send({ type: "acknowledge", sequence: message.sequence });
+        if (message.sequence && ++this.frames % ACKNOWLEDGE_EVERY === 0) this.send({ type: "acknowledge", sequence: message.sequence });
         break;
       case "pong": this.setClock(message); break;
       case "welcome":

@@ -1,12 +1,13 @@
 // The start: play at once, learn it, open a room or join one, go back to one's seat, watch what was recorded.
 
-import { levelElement, levelsOf, paintPoster } from "./cards.js";
+import { opponentCards, paintPoster } from "./cards.js";
 import { byId, on } from "./elements.js";
-import { listGames } from "./games.js";
+import { inARow, progress, ROUND } from "./progress.js";
 import { keep, recall } from "./store.js";
 import { called, SIDES, systemOption } from "./words.js";
 
-const FIRST = "uniform"; // whom a newcomer meets
+const FIRST = "uniform"; // in the form
+const listGames = async (...given) => (await import("./games.js")).listGames(...given); // fetched when somebody wants them
 
 export class Lobby {
   // begin: opens a room by a message and begins in it at once; go: changes the address.
@@ -18,9 +19,8 @@ export class Lobby {
       quick: () => this.play(this.next),
       "start-lesson": () => go("lesson"),
       "start-ladder": () => go("ladder"),
-      "invite-somebody": () => link.send({ type: "create", seat: "red", label: byId("label").value }),
+      "invite-somebody": () => link.send({ type: "create", seat: "red", settings: ROUND, label: byId("label").value }),
       return: () => go(`room=${link.lastSeat.room}`),
-      "all-opponents": () => this.showAll(!byId("opponents").classList.contains("all")),
       "all-games": () => { byId("recorded").open = true; byId("recorded").scrollIntoView(); },
       "look-on": () => { if (byId("code").reportValidity()) this.enter("watch"); },
     });
@@ -41,7 +41,7 @@ export class Lobby {
     byId("quick").disabled = byId("invite-somebody").disabled = false;
     byId("start-ladder").hidden = !welcome.ladder;
     byId("invite-somebody").hidden = byId("join").hidden = !welcome.guests;
-    this.suggest(welcome.policies);
+    this.suggest(welcome);
     byId("label-hint").textContent = welcome.records_labels
       ? "This host records it with your games." : "It stays in this browser; those at your table see it.";
     if (!byId("opponent").options.length) this.offer(welcome);
@@ -50,8 +50,6 @@ export class Lobby {
   // Offer whom one can play, and what can fly the drones.
   offer({ policies, systems, default_systems: flies, guests }) {
     this.policies = policies;
-    byId("opponents").replaceChildren(...levelsOf(policies).map((level) => levelElement(level, (name) => this.play(name))));
-    byId("all-opponents").hidden = !byId("opponents").querySelector(".rest");
     for (const id of ["opponent", "player"]) {
       const people = guests ? [new Option("a person, in another window or on another device", "")] : [];
       byId(id).append(...people, ...policies.map(({ name }) => new Option(called(name), name)));
@@ -65,20 +63,14 @@ export class Lobby {
     this.describe();
   }
 
-  // Whom the first button plays: the one of last time, or whom a newcomer meets.
-  suggest(policies) {
-    const find = (wanted) => policies.find(({ name }) => name === wanted);
-    const policy = find(recall("opponent")) ?? find(FIRST) ?? policies[0];
+  // Whom the first button plays, and who unlocks after that.
+  suggest({ policies, rungs }) {
+    const reached = progress(rungs), policy = policies.find(({ name }) => name === reached.next) ?? policies[0];
     this.next = policy?.name;
     byId("quick").hidden = !policy;
-    byId("quick").textContent = policy ? `Play against ${called(policy.name)}` : "";
+    byId("next").textContent = policy ? `Next: ${called(policy.name)}. ${inARow(reached.streak)}` : "";
+    byId("opponents").replaceChildren(...opponentCards(policies, rungs, reached, (name) => this.play(name)));
     paintPoster(byId("poster"), policy?.card);
-  }
-
-  showAll(all) {
-    byId("opponents").classList.toggle("all", all);
-    byId("all-opponents").setAttribute("aria-expanded", String(all));
-    byId("all-opponents").textContent = all ? "Fewer opponents" : "All opponents";
   }
 
   // The form's players by their colours.
@@ -119,10 +111,7 @@ export class Lobby {
     byId("code-fault").textContent = this.typed = "";
   }
 
-  play(opponent) {
-    keep("opponent", opponent);
-    this.begin({ seat: "red", opponent });
-  }
+  play(opponent) { this.begin({ seat: "red", opponent, settings: ROUND }); }
 
   create() {
     const value = (id) => byId(id).value || null, opponent = value("opponent"), seat = value("side");
@@ -130,7 +119,7 @@ export class Lobby {
     const settings = {
       red: Number(value("red-drones")), blue: Number(value("blue-drones")),
       time_limit: value("time-limit") && Number(value("time-limit")), mapping: value("mapping"), speed: Number(value("speed")),
-      red_system: value("red-system"), blue_system: value("blue-system"),
+      majority: value("decided") === "majority", red_system: value("red-system"), blue_system: value("blue-system"),
     };
     if (opponent === "none") settings[seat === "blue" ? "red" : "blue"] = 0;
     this.link.send({

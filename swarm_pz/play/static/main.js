@@ -1,14 +1,14 @@
 // The page: which view is shown, and what its address asks for.
 //   #room=ABCD   to a room: to one's seat there, or the free one, or to look on
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
-//   #replay=FILE a recorded game                     #lesson      the first lesson
+//   #replay=FILE@TICK a recorded game                #lesson      the first lesson
 //   #ladder      to one's level                      #embed=ORIGIN  in the frame of an experiment there
 // At /study/CODE/game it is a game of a study, without anything but the game: afterwards one goes back there.
 
 import { byId, hear, on } from "./elements.js";
-import { Legend } from "./legend.js";
 import { Link } from "./link.js";
 import { Lobby } from "./lobby.js";
+import { ROUND } from "./progress.js";
 import { keep } from "./store.js";
 import { placeOf, Table } from "./table.js";
 import { freeSides } from "./waiting.js";
@@ -22,7 +22,6 @@ const STUDY = /^(\/study\/[^/]+)\/game$/.exec(location.pathname)?.[1];
 
 const framed = wanted().name === "embed" ? await import("./embed.js") : null;
 const link = new Link(wantedSeat);
-new Legend();
 const lobby = new Lobby(link, { begin, go });
 // Before the table hears it: what is hidden takes no focus, and what one has left is not shown.
 link.addEventListener("room", (event) => {
@@ -115,12 +114,13 @@ function show() {
   open("table");
   if (!welcomed || isHere) return;
   if (name === "embed" && embed) table.cover.wait(embed.waiting);
-  else if (name === "play") begin({ seat: "red", ...(value && value !== "none" ? { opponent: value } : { settings: { blue: 0 } }) });
+  else if (name === "play") begin({ seat: "red", ...(value && value !== "none" ? { opponent: value, settings: ROUND } : { settings: { blue: 0 } }) });
   else if (ROOMS.includes(name)) enter(name, value);
   else if (name === "replay") {
     table.leave();
-    table.opens(value);
-    link.send({ type: "open_replay", recording: value });
+    const [recording, from = 0] = value.split("@");
+    table.opens(recording, Number(from));
+    link.send({ type: "open_replay", recording });
   } else if (name === "lesson") {
     table.leave();
     table.learn();
@@ -199,7 +199,11 @@ function refused({ about, code, reason, recording }) {
   say(reason);
 }
 
+// The signs: their code is fetched when somebody wants it.
+async function explain() { (await import("./legend.js")).explain(); }
+
 on("click", {
+  signs: explain, "start-signs": explain, "close-legend": () => byId("legend").close(),
   "ladder-home": () => go(""),
   stay: () => byId("leaving").close(),
   "leave-now": () => {
@@ -231,7 +235,13 @@ hear(link, {
   notice: ({ text }) => say(text),
   refused,
 });
-addEventListener("keydown", () => { document.documentElement.dataset.keys = ""; }, true);
+addEventListener("keydown", (event) => {
+  const { target } = /** @type {any} */ (event);
+  document.documentElement.dataset.keys = "";
+  if (event.key !== "?" || event.ctrlKey || event.metaKey || target.closest("input:not([type=range], [type=checkbox])")) return;
+  if (!document.querySelector("dialog[open]")) explain();
+  event.preventDefault();
+}, true);
 addEventListener("pointerdown", () => { delete document.documentElement.dataset.keys; }, true);
 if (STUDY) {
   document.body.classList.add("study");

@@ -114,7 +114,7 @@ export class Pen {
   // --- keys -----------------------------------------------------------------------------------------
 
   key(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey || event.target !== this.arena) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || event.target !== this.arena || !this.mayDraw()) return;
     const arrow = ARROWS[event.key], step = event.shiftKey ? 5 * STEP : STEP;
     if (arrow) this.step(arrow[0] * step, arrow[1] * step);
     else if (event.key === " ") this.press();

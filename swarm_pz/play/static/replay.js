@@ -5,6 +5,7 @@ import { button, byId, make, on } from "./elements.js";
 import { clock, NAMES, SIDES } from "./words.js";
 
 const BEFORE_TICKS = 30; // a capture is seen from a moment before it on
+const STEPS = { arrowleft: -1, arrowright: 1 }, TICKS = 30, FRAME_TICKS = 3; // of an arrow, and with Shift
 const SEEK_EVERY_MS = 100; // the server takes so many messages a second and no more
 
 export class Replay {
@@ -22,6 +23,8 @@ export class Replay {
     });
     on("click", {
       hold: () => this.hold(!this.held),
+      "capture-before": () => this.goTo(this.captures.findLast(({ tick }) => tick < byId("moment").value - BEFORE_TICKS / 2)?.tick ?? 0),
+      "capture-after": () => this.goTo(this.captures.find(({ tick }) => tick > Number(byId("moment").value))?.tick),
       "take-over": () => {
         if (this.later) this.seek(); // from the moment that was chosen
         link.send({ type: "take_over", seat: byId("take-side").value });
@@ -29,14 +32,15 @@ export class Replay {
     });
   }
 
-  show(room) {
+  // Show a room's recorded game, from a tick on.
+  show(room, from) {
     const isReplay = room.phase === "replay";
     byId("scrubber").hidden = !isReplay;
     if (!isReplay) {
       this.chart.show(null);
       return;
     }
-    this.list(untilTheEnd(room.sizes, room.outcome));
+    this.list(untilTheEnd(room));
     byId("pace").value = "1"; // as the server begins
     this.speed = 1;
     Object.assign(byId("moment"), { max: room.last_tick, value: 0 });
@@ -44,27 +48,43 @@ export class Replay {
     byId("take-over").disabled = !room.verified;
     byId("take-over").title = room.verified ? "" : "This game plays differently on this machine.";
     this.hold(false);
+    if (from) this.goTo(from);
+  }
+
+  // What a key does; null for nothing. On a button the space is the button's.
+  actOf(key, isFine, onButton) {
+    if (key === " " && !onButton) return () => this.hold(!this.held);
+    if (key === "arrowup" || key === "arrowdown") return () => byId(key === "arrowup" ? "capture-before" : "capture-after").click();
+    if (!STEPS[key]) return null;
+    return () => {
+      if (isFine) this.hold(true);
+      this.goTo(Number(byId("moment").value) + STEPS[key] * (isFine ? FRAME_TICKS : TICKS));
+    };
+  }
+
+  goTo(tick) {
+    if (tick === undefined) return;
+    byId("moment").value = Math.min(Math.max(tick, 0), byId("moment").max);
+    this.tell();
+    this.seek();
   }
 
   // What each side gained in each second, as places to go to; and the turn, in the chart, too.
   list(sizes) {
-    const turn = turningPoint(sizes)?.second ?? null, lines = [];
+    const turn = turningPoint(sizes)?.second ?? null;
     this.chart.set(sizes, turn);
+    this.captures = [];
     for (let second = 1; second < sizes.length; second++) {
-      const gain = sizes[second][0] - sizes[second - 1][0];
-      if (gain) lines.push(this.line(second - 1, gain, sizes[second], turn === second));
+      const gain = sizes[second][0] - sizes[second - 1][0], tick = Math.max(30 * (second - 1) - BEFORE_TICKS, 0);
+      if (gain) this.captures.push({ tick, line: this.line(tick, second - 1, gain, sizes[second], turn === second) });
     }
-    byId("log").replaceChildren(...lines);
+    byId("log").replaceChildren(...this.captures.map(({ line }) => line));
   }
 
-  line(second, gain, [red, blue], isTurn) {
+  line(tick, second, gain, [red, blue], isTurn) {
     const team = gain < 0 ? 1 : 0;
     const text = `${clock(30 * second)} ${NAMES[team]} +${Math.abs(gain)}: red ${red}, blue ${blue}${isTurn ? ", the turn" : ""}`;
-    return make("li", { className: SIDES[team] }, button([make("span", { className: "shape" }), text], () => {
-      byId("moment").value = Math.max(30 * second - BEFORE_TICKS, 0);
-      this.tell();
-      this.seek();
-    }));
+    return make("li", { className: SIDES[team] }, button([make("span", { className: "shape" }), text], () => this.goTo(tick)));
   }
 
   hold(held) {
@@ -91,6 +111,13 @@ export class Replay {
   tell() {
     const { value, max } = byId("moment");
     this.chart.show(value / 30);
+    const now = this.captures.findLast(({ tick }) => tick <= value)?.line;
+    if (now !== this.now) {
+      this.now?.setAttribute("aria-current", "false");
+      now?.setAttribute("aria-current", "true");
+      now?.scrollIntoView({ block: "nearest" });
+      this.now = now;
+    }
     byId("moment").setAttribute("aria-valuetext", `${inWords(value)} of ${inWords(max)}`);
   }
 }

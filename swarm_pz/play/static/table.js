@@ -7,7 +7,9 @@ import { Cover } from "./cover.js";
 import { byId, hear, on, say } from "./elements.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
+import { count, counts } from "./progress.js";
 import { recall } from "./store.js";
+import { Story } from "./story.js";
 import { freeSides } from "./waiting.js";
 import { called, clock, SIDES } from "./words.js";
 
@@ -35,7 +37,8 @@ export class Table {
     this.chart = new Chart(byId("chart"));
     this.sound = new Sound(byId("sound"));
     this.news = new News(this.sound);
-    this.cover = new Cover(link, begin);
+    this.story = new Story();
+    this.cover = new Cover(link, begin, this.story);
     this.controls = new Controls(link, {
       mayPlay: () => this.mayPlay, frame: () => ({ ...this.arena.frame, own: this.seat }),
       answer: (text) => this.news.answer(text), sent: (strokes) => this.lesson.sent(strokes),
@@ -87,9 +90,10 @@ export class Table {
   }
 
   key(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target.closest("input, select, dialog")) return;
-    const key = event.key.toLowerCase(), pressed = { r: "ready", m: "sound" }[key];
-    const act = pressed ? () => { if (byId(pressed).checkVisibility()) byId(pressed).click(); } : this.controls.actOf(key, event.target.closest("button, a"));
+    if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target.closest("input:not(#moment), select, dialog")) return;
+    const key = event.key.toLowerCase(), pressed = { r: "ready", m: "sound" }[key], onButton = event.target.closest("button, a");
+    const watched = this.room?.phase === "replay" ? this.replay?.actOf(key, event.shiftKey, onButton) : null;
+    const act = watched ?? (pressed ? () => { if (byId(pressed).checkVisibility()) byId(pressed).click(); } : this.controls.actOf(key, onButton));
     if (!act) return;
     act();
     event.preventDefault();
@@ -105,9 +109,10 @@ export class Table {
     return phase === "playing" && this.seat !== null && settings.red > 0 && settings.blue > 0 && !this.lesson.running;
   }
 
-  // A recorded game is being read.
-  opens(recording) {
+  // A recorded game is being read, to be shown from a tick on.
+  opens(recording, from) {
     this.place = recording;
+    this.from = from;
     this.leftPlace = null;
     this.cover.wait("Opening the recorded game: it is played through first, which may take a while…");
   }
@@ -148,6 +153,10 @@ export class Table {
     this.showScores();
     byId("controls").hidden = this.seat === null || ["replay", "over"].includes(phase);
     if (this.replay || phase === "replay") this.showReplay();
+    if (ended && this.seat !== null) {
+      const opponent = room[SIDES[1 - this.seat]];
+      if (counts(room, opponent, this.lesson.running)) count(opponent.name, room.outcome === SIDES[this.seat]);
+    }
     this.cover.show(room, this.seat, this.lastTick);
     this.controls.show();
     this.controls.pen.dirty = true; // what is placed is shown while one may place it
@@ -163,6 +172,7 @@ export class Table {
     this.arena.forget();
     this.controls.forget();
     this.news.forget(this.seat);
+    this.story.forget();
     byId("reached-now").textContent = "";
     this.lastTick = this.shown = null;
   }
@@ -198,7 +208,7 @@ export class Table {
       const { Replay } = await import("./replay.js");
       this.replay ??= new Replay(this.link, this.chart);
     }
-    if (this.room) this.replay.show(this.room); // as it is by now
+    if (this.room) this.replay.show(this.room, this.from); // as it is by now
   }
 
   // The lesson: its code is fetched when somebody wants it.
@@ -242,7 +252,10 @@ export class Table {
     if (this.lesson.held) return;
     const captured = this.arena.take(frame);
     this.lastTick = frame.tick;
-    if (this.room.phase !== "replay") this.news.captures(captured, frame);
+    if (this.room.phase !== "replay") {
+      this.story.take(captured, frame);
+      this.news.captures(captured, frame);
+    }
     this.replay?.follow(frame.tick);
     this.lesson.watch(frame, captured, this.seat);
   }

@@ -2,6 +2,7 @@
 
 export const SIDES = ["red", "blue"];
 export const NAMES = ["Red", "Blue"];
+export const SIGNS = ["●", "◆"];
 const TICKS_PER_SECOND = 30;
 
 // A policy's or a control system's name.

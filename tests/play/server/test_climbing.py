@@ -60,10 +60,10 @@ async def finish(guest, room, outcome):
 
 async def test_somebody_climbs_game_by_game_on_both_sides(hall, tmp_path):
     guest = Guest(hall)
-    assert guest.heard(protocol.Welcome)[0].ladder
+    (welcome,) = guest.heard(protocol.Welcome)
+    assert welcome.ladder and [rung.name for rung in welcome.rungs] == NAMES
     first = await ask(guest, protocol.AskLevel("P01"))
     assert (first.games, first.opponent, first.side, first.last) == (0, "uniform", "red", None)
-    assert [rung.name for rung in first.rungs] == NAMES
     room = await begin(hall, guest)
     assert room.seats[0].kind == "person" and room.seats[1].policy == "uniform"
     level = await finish(guest, room, "red")
@@ -169,8 +169,9 @@ async def test_a_game_that_cannot_be_kept_is_told(hall, tmp_path):
 
 @pytest.mark.parametrize("hall", [["ring", "noise"]], indirect=True)
 async def test_nobody_is_met_who_is_not_installed(hall, tmp_path):
-    level = await ask(Guest(hall), protocol.AskLevel("P01"))
-    assert level.opponent == "ring" and len(level.rungs) == 1
+    guest = Guest(hall)
+    level = await ask(guest, protocol.AskLevel("P01"))
+    assert level.opponent == "ring" and len(guest.heard(protocol.Welcome)[0].rungs) == 1
     with pytest.raises(ConfigError, match="nobody to meet"):
         Climbing(tmp_path, TableConfig(), ["noise"])
 

@@ -11,7 +11,7 @@ import pytest
 from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
-from swarm_pz.play.frames import decode_frame
+from swarm_pz.play.frames import FRAME, TARGET, decode_frame
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import replays as module
@@ -56,7 +56,7 @@ class Watcher(Client):
 
     def told(self):
         """Return the teams and numbers of the targets that were sent, and forget them."""
-        targets = [(data[1], int.from_bytes(data[4:8], "little")) for data in self.bytes]
+        targets = [(data[1], int.from_bytes(data[4:8], "little")) for data in self.bytes if data[0] == TARGET]
         self.bytes.clear()
         return targets
 
@@ -126,6 +126,8 @@ async def test_a_moment_is_shown_with_fields_and_targets_and_none_lies_beyond_th
     watcher.told()
     for asked, tick in ((70, 70), (1_000_000, 100), (4, 4)):
         frame = await watcher.see(asked)
+        trails = [decode_frame(data).tick for data in watcher.bytes if data[0] == FRAME]
+        assert trails == [*range(0, tick + 1, 9)], "where its drones came from"
         assert frame.tick == tick and frame.fields is not None and watcher.told() == [(0, 0), (1, 0)]
         np.testing.assert_allclose(frame.altitudes, loaded.playback.game.simulator.altitudes[0], atol=1 / 255)
         moment = await watcher.replay.moment()
@@ -184,7 +186,7 @@ async def test_where_a_game_plays_differently_the_recorded_frames_are_shown(game
     for asked, tick in ((50, 48), (51, 51), (52, 51), (0, 0), (10_000, 99)):
         frame = await watcher.see(asked)
         assert frame.tick == tick and len(set(frame.altitudes.tolist())) == 8
-    assert not watcher.bytes, "nobody knows the targets"
+    assert not watcher.told(), "nobody knows the targets"
     watcher.replay.close()
 
 

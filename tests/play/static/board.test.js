@@ -212,10 +212,12 @@ test("the turn is where the lead was won for good, or the greatest gain of who l
   assert.deepEqual([turn(0, 0, 0), turn()], [null, null]);
 });
 
-test("who won has all drones at the end, and a draw ends as it stood", () => {
-  assert.deepEqual(untilTheEnd([[10, 10], [15, 5]], "red").at(-1), [20, 0]);
-  assert.deepEqual(untilTheEnd([[10, 10]], "blue"), [[10, 10], [0, 20]]);
-  assert.deepEqual([untilTheEnd([[9, 11]], "draw"), untilTheEnd([], "red")], [[[9, 11]], []]);
+test("who won before time was up has all drones at the end, and other games end as they stood", () => {
+  const ended = (sizes, outcome, limit = 300) => untilTheEnd({ sizes, outcome, settings: { time_limit: limit } });
+  assert.deepEqual(ended([[10, 10], [15, 5]], "red").at(-1), [20, 0]);
+  assert.deepEqual(ended([[10, 10]], "blue", null), [[10, 10], [0, 20]]);
+  assert.deepEqual([ended([[9, 11]], "draw"), ended([], "red")], [[[9, 11]], []]);
+  assert.deepEqual(ended([[10, 10], [15, 5]], "red", 1).at(-1), [15, 5], "by majority");
 });
 
 // --- the news ---------------------------------------------------------------------------------------
@@ -293,7 +295,7 @@ test("sound is off by one switch that the browser remembers, and heard when it i
 
 // --- a recorded game --------------------------------------------------------------------------------
 
-const RECORDED = { phase: "replay", last_tick: 9000, verified: true, sizes: [[10, 10]], outcome: "draw" };
+const RECORDED = { phase: "replay", last_tick: 9000, verified: true, sizes: [[10, 10]], outcome: "draw", settings: { time_limit: 300 } };
 
 test("a moment is told in words, as it is followed and as it is chosen", () => {
   const line = new Line(), replay = new Replay(line, new Chart(canvas())), told = () => at("moment").getAttribute("aria-valuetext");
@@ -324,12 +326,20 @@ test("captures of a recorded game are places to go to, the turn is one, and its 
   ]);
   at("log").all("button")[1].click();
   assert.deepEqual(line.last("seek"), { type: "seek", tick: 1170 });
+  const pressed = (key, isFine = false) => {
+    replay.actOf(key, isFine, null)();
+    const current = at("log").children.findIndex((line) => line.getAttribute("aria-current") === "true");
+    return [Number(at("moment").value), current];
+  };
+  assert.deepEqual([["arrowright"], ["arrowleft"], ["arrowdown"], ["arrowup"], ["arrowup"], ["arrowup"]].map((key) => pressed(...key)),
+    [[1200, 1], [1170, 1], [1770, 2], [1170, 1], [1140, 0], [0, -1]]);
+  assert.deepEqual([pressed("arrowright", true), replay.held, pressed(" "), replay.held], [[3, -1], true, [3, -1], false]);
   replay.follow(1500);
   assert.deepEqual([chart.cursor, chart.marked], [50, 41]);
   at("pace").value = "4";
   at("pace").fire("change");
   for (const held of [true, true, false]) replay.hold(held);
-  assert.deepEqual(line.said.filter(({ type }) => type === "pace").map(({ speed }) => speed), [4, 0, 4]);
+  assert.deepEqual(line.said.filter(({ type }) => type === "pace").map(({ speed }) => speed), [0, 1, 4, 0, 4]);
   at("take-side").value = "blue";
   at("take-over").click();
   assert.deepEqual(line.last("take_over"), { type: "take_over", seat: "blue" });

@@ -5,6 +5,7 @@ import { beforeEach, test } from "node:test";
 
 import { at, fixtures, Line, reload, settled, Socket, time } from "./page.js";
 import "../../../swarm_pz/play/static/climb.js";
+import "../../../swarm_pz/play/static/games.js";
 import { Embed } from "../../../swarm_pz/play/static/embed.js";
 import "../../../swarm_pz/play/static/lesson.js";
 import "../../../swarm_pz/play/static/replay.js";
@@ -14,6 +15,7 @@ const WELCOME = {
   type: "welcome", server_ms: 0, addresses: [], ladder: false, guests: true, records_labels: false, embedders: ["https://lab"],
   policies: [{ name: "ring", about: "", card: null, answers: "density" }, { name: "uniform", about: "", card: null, answers: "density" }],
   systems: [{ name: "ergodic", takes: "density" }, { name: "direct", takes: "accelerations" }], default_systems: ["ergodic", "ergodic"],
+  rungs: [{ name: "ring", rating: 823 }, { name: "uniform", rating: 1000 }],
 };
 const FREE = { ...fixtures.room.blue, kind: "free", name: "", policy_state: null, connected: false };
 const room = (has = {}) => ({ ...fixtures.room, ...has });
@@ -178,11 +180,11 @@ test("what is said is about a view, and goes with it or after a while; a lost co
 test("a room is as the form says", async () => {
   await load();
   const fill = (values) => { for (const [id, value] of Object.entries(values)) at(id).value = value; };
-  fill({ opponent: "none", side: "blue", "red-drones": "10", "blue-drones": "7", "time-limit": "120", speed: "0.5", mapping: "paper", label: "P3", "red-system": "direct", "blue-system": "ergodic" });
+  fill({ opponent: "none", side: "blue", "red-drones": "10", "blue-drones": "7", "time-limit": "120", decided: "draw", speed: "0.5", mapping: "paper", label: "P3", "red-system": "direct", "blue-system": "ergodic" });
   at("create").fire("submit");
   assert.deepEqual(said("create"), {
     type: "create", seat: "blue", label: "P3", player: null, opponent: null,
-    settings: { red: 0, blue: 7, time_limit: 120, speed: 0.5, mapping: "paper", red_system: "direct", blue_system: "ergodic" },
+    settings: { red: 0, blue: 7, time_limit: 120, majority: false, speed: 0.5, mapping: "paper", red_system: "direct", blue_system: "ergodic" },
   });
   fill({ opponent: "ring", side: "watch", player: "uniform", "time-limit": "" });
   at("side").fire("change");
@@ -192,20 +194,20 @@ test("a room is as the form says", async () => {
   assert.deepEqual([seat, player, opponent, settings.time_limit, settings.red], ["watch", "uniform", "ring", null, 10]);
 });
 
-test("the first button plays the opponent of last time, and a name stays in the browser", async () => {
+test("the first button plays who comes next, and a name stays in the browser", async () => {
   await load();
-  assert.equal(at("quick").textContent, "Play against uniform");
-  at("opponents").all("button")[0].click();
-  assert.equal(said("create").opponent, "ring");
+  assert.equal(at("next").textContent, "Next: ring. ");
+  await click("quick");
+  const { opponent, settings } = said("create");
+  assert.deepEqual([opponent, settings], ["ring", { time_limit: 120, majority: true }]);
   at("label").value = "Ann";
   at("label").fire("input");
   reload();
   await load();
-  assert.deepEqual([at("quick").textContent, at("label").value], ["Play against ring", "Ann"]);
+  assert.equal(at("label").value, "Ann");
 });
 
 test("a level is asked for by its code, shown, and played on from", async () => {
-  const rungs = [{ name: "centre", rating: 823 }, { name: "blind_ring", rating: 1000 }];
   await load("#ladder");
   assert.deepEqual([view(), at("says").textContent], ["lobby", "There is no ladder at this table."]);
   reload();
@@ -213,7 +215,7 @@ test("a level is asked for by its code, shown, and played on from", async () => 
   at("climber-code").value = " P01 ";
   at("climber").fire("submit");
   assert.deepEqual(said("ask_level"), { type: "ask_level", code: "P01", system: "ergodic" });
-  const level = { type: "level", code: "P01", system: "ergodic", level: 1212.4, low: 690, high: 1780, games: 1, opponent: "blind_ring", side: "blue", rungs };
+  const level = { type: "level", code: "P01", system: "ergodic", level: 1212.4, low: 690, high: 1780, games: 1, opponent: "blind_ring", side: "blue" };
   await hear({ ...level, games: 0 });
   assert.equal(at("reached-text").textContent, "No game yet. Most people are between 690 and 1780.");
   await hear(level);

@@ -4,21 +4,33 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
 import { at, fixtures, Line, reload, time } from "./page.js";
-import { levelsOf } from "../../../swarm_pz/play/static/cards.js";
+import { opponentCards } from "../../../swarm_pz/play/static/cards.js";
 import { Cover } from "../../../swarm_pz/play/static/cover.js";
 import { listGames } from "../../../swarm_pz/play/static/games.js";
+import { count, counts, progress } from "../../../swarm_pz/play/static/progress.js";
 import { Lesson } from "../../../swarm_pz/play/static/lesson.js";
 import { SERVER } from "../../../swarm_pz/play/static/link.js";
+import { Story } from "../../../swarm_pz/play/static/story.js";
 import { Waiting } from "../../../swarm_pz/play/static/waiting.js";
 
 beforeEach(reload);
 
-test("levels come from ratings, the best first, and who has none that one can draw against is on no level", () => {
-  const policies = [["a", 899], ["b", 900], ["c", 1299], ["d", 1300], ["e", 2000]].map(([name, rating]) => ({ name, card: { rating } }));
-  for (const answers of ["density", "formation", "any"]) policies.push({ name: answers, card: null, answers });
-  assert.deepEqual(levelsOf(policies).map(({ title, policies: own }) => [title, own.map(({ name }) => name)]),
-    [["Easy", ["a"]], ["Fair", ["c", "b"]], ["Hard", ["e", "d"]], ["Not rated", ["density"]]]);
-  assert.deepEqual(levelsOf([]), []);
+test("opponents unlock one by one, and a game that is won counts where the sides are even and it is no lesson", () => {
+  const rungs = ["a", "b", "c"].map((name) => ({ name })), policies = rungs.map(({ name }) => ({ name, about: "", card: null })), chosen = [];
+  const buttons = () => opponentCards(policies, rungs, progress(rungs), (name) => chosen.push(name)).flatMap((item) => item.all("button"));
+  const told = () => buttons().map(({ disabled, children }) => [disabled, children[1].all("small")[0].textContent]);
+  assert.deepEqual(told(), [[false, "next"], [true, "after a"], [true, "after b"]]);
+  count("a", true);
+  count("a", true);
+  assert.deepEqual([told(), progress(rungs)], [[[false, "✓ beaten"], [false, "next"], [true, "after b"]], { beaten: ["a"], streak: 2, next: "b" }]);
+  count("b", false);
+  for (const button of buttons()) button.click();
+  assert.deepEqual([chosen, progress(rungs).streak], [["a", "b"], 0]);
+  for (const name of ["b", "c"]) count(name, true);
+  assert.equal(progress(rungs).next, "c", "the last one again");
+  const policy = { kind: "policy" }, game = { settings: { red: 10, blue: 10, speed: 1 } }, uneven = { settings: { red: 20, blue: 10, speed: 1 } };
+  assert.deepEqual([counts(game, policy, false), counts(uneven, policy, false), counts(game, { kind: "person" }, false), counts(game, policy, true)],
+    [true, false, false, false]);
 });
 
 // --- recorded games ---------------------------------------------------------------------------------
@@ -59,7 +71,7 @@ test("of a room its own games are listed, and without a server none", async (con
 const room = (has = {}) => ({ ...fixtures.room, phase: "waiting", ...has });
 
 test("who waits for a policy alone keeps the board in view, and is told one true thing", () => {
-  const cover = new Cover(new Line(), () => {}), blue = { ...fixtures.room.blue, ready: false, policy_state: "loading" };
+  const cover = new Cover(new Line(), () => {}, new Story()), blue = { ...fixtures.room.blue, ready: false, policy_state: "loading" };
   const told = [];
   for (const seat of [0, null]) {
     cover.show(room({ blue }), seat, null);
@@ -83,15 +95,40 @@ test("every address of the machine can be chosen for the link, with its picture"
   assert.equal(at("address-choice").hidden, true);
 });
 
-test("a result tells who won and the turn, and the other side is offered against policies", () => {
-  const begun = [], cover = new Cover(new Line(), (message) => begun.push(message));
-  cover.show(room({ phase: "over", outcome: "red", sizes: [[10, 10], [8, 12], [15, 5]], recording: "a.jsonl" }), 0, 75);
-  time.frame();
-  assert.equal(at("cover-text").textContent, "You won after 0:02.");
-  assert.equal(at("turning").textContent, "The turn, at 0:02: from then on red was ahead.");
-  assert.deepEqual([at("swap").hidden, at("recording").href], [false, "#replay=a.jsonl"]);
+test("a result tells who won and why, leads to the turn and to who comes next, and the other side is offered", () => {
+  const begun = [], line = new Line(), story = new Story(), cover = new Cover(line, (message) => begun.push(message), story);
+  const over = (has) => {
+    cover.show(room({ phase: "over", outcome: "red", sizes: [[10, 10], [8, 12], [15, 5]], recording: "a.jsonl", ...has }), 0, 75);
+    time.frame();
+    return [at("cover-text").textContent, at("turning").textContent];
+  };
+  assert.deepEqual(over(), ["You won after 0:02.", "The turn, at 0:02: from then on red was ahead."]);
+  const told = over({ settings: { ...fixtures.room.settings, time_limit: 2, majority: true } });
+  assert.equal(told[0], "You won: red 15, blue 5 when time was up.");
+  story.take([], scene(3, [1, 0.2, 0.2]));
+  story.take([0], scene(31, [0, 0.5, 0.5], [1, 0.55, 0.55], [1, 0.5, 0.42], [1, 0.9, 0.9], [0, 0.5, 0.5]));
+  assert.equal(over()[1], "The turn, at 0:02: 3 of blue’s 4 drones stood within a fifth of the board; you had flown around them, and took 1 in 5 seconds.");
+  assert.deepEqual([at("see").href, at("recording").href, at("next-game").hidden], ["#replay=a.jsonl@0", "#replay=a.jsonl", true]);
+  line.hear("welcome", { rungs: [{ name: "blind_ring" }, { name: "halo" }], addresses: [] });
+  count("blind_ring", true);
+  over();
+  assert.deepEqual([at("next-game").hidden, at("next-game").textContent], [false, "Next: halo"]);
   at("swap").click();
-  assert.deepEqual([begun[0].seat, begun[0].opponent], ["blue", "blind_ring"]);
+  at("next-game").click();
+  assert.deepEqual(begun.map(({ seat, opponent }) => [seat, opponent]), [["blue", "blind_ring"], ["red", "halo"]]);
+});
+
+test("why drones were lost is told of what was seen, and of nothing else", () => {
+  const story = new Story(), lost = (tick, ...places) => story.take([0], scene(tick, [1, 0.5, 0.5], ...places.map((place) => [0, ...place])));
+  const far = [[0.9, 0.9], [0.1, 0.9], [0.9, 0.1], [0.1, 0.1]];
+  story.take([], scene(0));
+  lost(29, ...far);
+  assert.match(story.why(1, 1, 0), /^Blue took 1 of your drones in 5 seconds, on ground that blue had flown around/);
+  assert.deepEqual([story.why(0, 1, 0), story.why(1, 9, 0), story.why(-1, 1, 0)], ["", "", ""]);
+  lost(45, [0.5, 0.55], [0.45, 0.5], ...far.slice(2));
+  assert.match(story.why(1, 2, 1), /^3 of red’s 5 drones stood within a fifth of the board; you had flown around them, and took 2 in/);
+  story.take([], scene(300));
+  assert.equal(story.why(1, 10, 0), "", "what came between was not seen");
 });
 
 // --- the lesson -------------------------------------------------------------------------------------

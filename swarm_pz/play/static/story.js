@@ -1,0 +1,43 @@
+// Why a game went as it did: who stood how close together where drones were captured. It is told from what was seen, so it is so.
+
+import { NAMES, SIDES } from "./words.js";
+
+const REACH = 0.1; // drones this near to one drone are within twice that of each other
+const JUMP_TICKS = 30; // what happened between frames farther apart was not seen
+export const DECISIVE_S = 5; // seconds before a turn that decided it
+
+export class Story {
+  constructor() { this.forget(); }
+
+  forget() {
+    this.captures = [];
+    this.since = this.tick = -Infinity; // from when on all was seen
+  }
+
+  // Drones that changed sides in a frame.
+  take(captured, { tick, teams, positions }) {
+    if (tick > this.tick + JUMP_TICKS) this.since = tick;
+    this.tick = tick;
+    for (const team of [0, 1]) {
+      const taken = captured.filter((drone) => teams[drone] === team);
+      if (!taken.length) continue;
+      const losers = [...teams.keys()].filter((drone) => teams[drone] !== team || taken.includes(drone));
+      const far = (i, j) => Math.hypot(positions[2 * i] - positions[2 * j], positions[2 * i + 1] - positions[2 * j + 1]);
+      const crowd = Math.max(...taken.map((drone) => losers.filter((other) => far(drone, other) <= REACH).length));
+      this.captures.push({ tick, team, taken: taken.length, crowd, of: losers.length });
+    }
+  }
+
+  // What a team's captures in the seconds before a turn had in common, to who sits in a seat; nothing if not all was seen.
+  why(team, second, seat) {
+    const from = 30 * (second - DECISIVE_S), own = this.captures.filter((one) => one.team === team && one.tick > from && one.tick <= 30 * second);
+    if (!own.length || this.since > Math.max(from, 30)) return "";
+    const most = own.reduce((a, b) => (b.crowd / b.of > a.crowd / a.of ? b : a)), taken = own.reduce((sum, one) => sum + one.taken, 0);
+    const who = seat === team ? "you" : SIDES[team], whose = seat === 1 - team ? "your" : `${SIDES[1 - team]}’s`;
+    if (most.crowd >= 3 && 2 * most.crowd >= most.of) {
+      return `${most.crowd} of ${whose} ${most.of} drones stood within a fifth of the board; ${who} had flown around them, and took ${taken} in ${DECISIVE_S} seconds.`;
+    }
+    const Who = seat === team ? "You" : NAMES[team];
+    return `${Who} took ${taken} of ${whose} drones in ${DECISIVE_S} seconds, on ground that ${who} had flown around: they came few at a time.`;
+  }
+}
