@@ -21,6 +21,7 @@ from swarm_pz.policies.open_loop import BESTS
 from swarm_pz.spaces.densities import COMMAND_NAMES
 
 ROOT = Path(__file__).parents[1]
+PAGE, ROUNDS = ((ROOT / "swarm_pz/play/static" / name).read_text() for name in ("index.html", "progress.js"))
 VERDICTS = {"as said", "as released", "differs", "tried", "ours", "not shown", "about people or other work"}
 SECTIONS = {"abstract", "I", "II", "II-A", "II-B", "II-C", "III-A", "III-B", "III-C", "IV-A", "IV-B", "IV-C", "V"}
 FIGURES = {f"Fig. {number}" for number in range(1, 9)}
@@ -83,6 +84,7 @@ COUNTS = {
     r"Every ([0-9.]+) s\. Of commands": TableConfig().min_command_interval,
     r"Weights are ([0-9.]+) to": GameConfig().flocking.migration[0],
     r"so does ([0-9.]+) s of coasting": GameConfig().controller.horizon * CONTROL_PERIOD,
+    r"page end after ([0-9.]+) s, by majority": sum(map(int, re.findall(r"limit: (\d+), majority", ROUNDS))),
     r"sequence of ([0-9]+) images": len(BESTS["uniform"]["sequence"]["images"]),
 }
 """Numbers that rows say of the software, and what they are."""
@@ -100,6 +102,5 @@ def test_options_topics_and_buttons_that_rows_name_are_there():
     assert {"rosbridge", "lsl"} <= options <= set(inspect.signature(table.play).parameters)
     topics = set(re.findall(r"(?<= )(/[a-z_/]+)", told))
     assert topics and topics <= set(INPUTS)
-    page = (ROOT / "swarm_pz/play/static/index.html").read_text()
     for words in ("Go here", "Keep away", "Clear", "Undo", *re.findall(r'switch "([^"]+)"', told)):
-        assert words in told and words in page, words
+        assert words in told and words in PAGE, words
