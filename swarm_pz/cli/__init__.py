@@ -53,6 +53,7 @@ def commands_of(program: str) -> dict[str, Callable[..., None]]:
         "export": learn.export,
         "play": table.play,
         "replay": table.replay,
+        "site": table.site,
         "dataset": data.dataset,
         "policies": compare.list_policies,
         "render": machine.render,

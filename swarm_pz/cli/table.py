@@ -1,4 +1,4 @@
-"""Commands for people at the table: ``play`` and ``replay``."""
+"""Commands for people at the table: ``play``, ``replay`` and ``site``."""
 
 from __future__ import annotations
 
@@ -159,6 +159,28 @@ def replay(
     if is_shown:
         page, folder = f"replay={checked_name(recording.name)}", recording.parent
         serve(known(), host=host, port=port, folder=folder, page=page, cards=_cards(), record_labels=False)
+
+
+def site(out: Annotated[Path, tyro.conf.Positional], /) -> None:
+    """Write the page as a folder that any file host serves: games are played in the page itself, without a server.
+
+    Args:
+        out: Folder of the page.
+    """
+    need_play()
+    from swarm_pz.play.site import write
+
+    size = write(out, site_files())
+    print(f"site: {out}, {size / 1000:.0f} kB; try it with: python -m http.server --directory {out}")
+
+
+def site_files() -> dict[str, bytes]:
+    """Return the files of `site` by their paths."""
+    from swarm_pz.play.site import files_of
+    from swarm_pz.policies import zoo
+
+    weights = {path.parent.name: path for path in Path(zoo.__file__).parent.glob("*/policy.safetensors")}
+    return files_of(known(), _cards(), weights)
 
 
 def _print_verified(recording: Path, result: Verification, link: str) -> None:

@@ -1,6 +1,8 @@
 """A table to play at: a server of its own, in a process of its own."""
 
 import contextlib
+import functools
+import http.server
 import json
 import os
 import re
@@ -8,6 +10,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 import urllib.request
 
@@ -229,3 +232,42 @@ def open_page(chromium, table):
     for context in contexts:
         context.close()
     assert not faults, f"the page had errors: {faults}"
+
+
+@pytest.fixture
+def visit(chromium):
+    """Give a function that opens an address on a device of its own, whatever becomes of its server."""
+    contexts, faults = [], []
+
+    def open_(address, script="", **how):
+        page = new_page(chromium, **how)
+        contexts.append(page.context)
+        page.add_init_script(script)
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.goto(address if address.startswith("http") else f"http://{address}")
+        return page
+
+    yield open_
+    for context in contexts:
+        context.close()
+    assert not faults, f"a page had errors: {faults}"
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    """Serves a folder, and says nothing."""
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """Give a folder and the address at which it is served: another origin than the table's."""
+    folder = tmp_path_factory.mktemp("lab")
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=folder))
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    yield folder, f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    thread.join()
+    server.server_close()

@@ -3,12 +3,9 @@
 What the page's modules decide by themselves is tested in `static/*.test.js`, without a browser.
 """
 
-import functools
-import http.server
 import json
 import re
 import signal
-import threading
 from pathlib import Path
 
 import pytest
@@ -18,7 +15,7 @@ from swarm_pz.play.climbers import Climber
 from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, PaintedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from tests.kernels.compiled import make
-from tests.play.conftest import Table, new_page
+from tests.play.conftest import Table
 from tests.play.pages import (
     INK,
     Hand,
@@ -40,26 +37,6 @@ SYSTEMS = ("ergodic", "direct", "flocking", "formation", "leader_follower")
 SIZES = [(320, 640), (390, 844), (1366, 768), (800, 500)]
 
 
-class Quiet(http.server.SimpleHTTPRequestHandler):
-    """Serves a folder, and says nothing."""
-
-    def log_message(self, *_):
-        pass
-
-
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory):
-    """Give a folder and the address at which it is served: another origin than the table's."""
-    folder = tmp_path_factory.mktemp("lab")
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=folder))
-    thread = threading.Thread(target=server.serve_forever)
-    thread.start()
-    yield folder, f"http://127.0.0.1:{server.server_port}"
-    server.shutdown()
-    thread.join()
-    server.server_close()
-
-
 @pytest.fixture(scope="module")
 def table(tmp_path_factory, lab):
     """Give a server that all journeys share, and whose page may be held in frames of the lab's pages."""
@@ -68,25 +45,6 @@ def table(tmp_path_factory, lab):
     server = Table(tmp_path_factory.mktemp("games"), "--ladder", "--embed", lab[1])
     yield server
     server.end()
-
-
-@pytest.fixture
-def visit(chromium):
-    """Give a function that opens an address on a device of its own, whatever becomes of its server."""
-    contexts, faults = [], []
-
-    def open_(address, script="", **how):
-        page = new_page(chromium, **how)
-        contexts.append(page.context)
-        page.add_init_script(script)
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        page.goto(address if address.startswith("http") else f"http://{address}")
-        return page
-
-    yield open_
-    for context in contexts:
-        context.close()
-    assert not faults, f"a page had errors: {faults}"
 
 
 def text_of(page, name):

@@ -15,11 +15,14 @@ import pytest
 from coloraide import Color
 
 import swarm_pz.play
+from swarm_pz.cli.table import site_files
 from swarm_pz.config import GRID_CELLS, GameConfig
 from swarm_pz.kernels.observation import CAPTURES_FROM
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import commands_of, read_form
 from swarm_pz.play.frames import FASTEST, Frame, decode_frame, decode_target, encode_frame, encode_target
+from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.strokes import MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
 from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET
 
@@ -121,6 +124,7 @@ def fixtures():
         "seats": {name: seated(name) for name in SYSTEMS},
         "factors": as_json(protocol.SeatFactors(["opponents", "trails"], 10, "blind_ring", 0.5)),
         "room": room(),
+        "told": json.loads(site_files()["static/engine/table.json"]),
     }
 
 
@@ -147,6 +151,12 @@ def test_in_node(name, node, fixtures, tmp_path):
         if isinstance(message, protocol.CommandMessage) and message.strokes is not None:
             strokes = [Stroke(brush=one.brush, width=one.width, points=tuple(one.points)) for one in message.strokes]
             assert np.isfinite(density_of(strokes, GRID_CELLS)).all()
+    told = tmp_path / "told.jsonl"
+    for line in told.read_text().splitlines() if told.exists() else ():
+        protocol.decode_server(line)
+    for path in tmp_path.glob("*Z-*.jsonl"):
+        result = Playback(Recording.read(path)).verify()
+        assert result.verified and result.in_page, (path.name, result)
 
 
 def needed(name, found=()):
@@ -176,7 +186,9 @@ def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later(
     }
     of_others = {"jspsych-plugin-swarm-pz.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js"}
     assert set(sizes) - first == later | of_others
-    assert sum(path.stat().st_size for path in (STATIC / "engine").glob("*.js")) < 50_000
+    without_a_server = {Path(name): len(data) for name, data in site_files().items()}
+    of_weights = sum(size for path, size in without_a_server.items() if path.suffix == ".safetensors")
+    assert sum(without_a_server.values()) - of_weights < 300_000, "before a first game"
 
 
 @pytest.mark.parametrize("sight", ["", "protan", "deutan", "tritan"])

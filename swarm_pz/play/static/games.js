@@ -1,4 +1,4 @@
-// Recorded games, as the table lists them: links to watch them, with who played and how it ended.
+// Recorded games: links to watch them, with who played and how it ended.
 
 import { make } from "./elements.js";
 import { called, clock } from "./words.js";

@@ -1,15 +1,19 @@
-// A plug-in for jsPsych 8: one game at a table of swarm-pz is one trial. docs/jspsych.md says how it is used.
+// A plug-in for jsPsych 8: one game of swarm-pz, at a table or in the page itself, is one trial. docs/jspsych.md says how.
 
 var jsPsychSwarmPz = (function (jspsych) {
   "use strict";
 
-  const { ParameterType } = jspsych;
+  const { ParameterType } = jspsych, HOME = new URL("..", document.currentScript.src).href;
   const info = {
     name: "swarm-pz",
     version: "0.1.0",
     parameters: {
+      // "server": at a table; "page": in the page itself, by the folder of swarm-pz site that this plug-in is in.
+      engine: { type: ParameterType.STRING, default: "server" },
       // Address of the table, such as "https://play.example.org"; it was started with --embed and this page's origin.
-      table: { type: ParameterType.STRING, default: undefined },
+      table: { type: ParameterType.STRING, default: HOME },
+      // With "page", what is varied for red and blue, as a table's --factors: { red: { command_delay_ms: 200 } }.
+      factors: { type: ParameterType.OBJECT, default: {} },
       // A policy.
       opponent: { type: ParameterType.STRING, default: "uniform" },
       // "red" or "blue".
@@ -38,14 +42,15 @@ var jsPsychSwarmPz = (function (jspsych) {
       lost: { type: ParameterType.INT },
       // Commands that were given.
       commands: { type: ParameterType.INT },
-      // The file at the table.
+      // The file at the table; or with "page" its name, and what it holds.
       recording: { type: ParameterType.STRING },
+      lines: { type: ParameterType.STRING },
       opponent: { type: ParameterType.STRING },
       seed: { type: ParameterType.INT },
       side: { type: ParameterType.STRING },
       // Why no game was played, or it could not be read; else null.
       error: { type: ParameterType.STRING },
-      // And every other column of a game in the tables of `swarm-pz study`.
+      // And at a table every other column of a game in the tables of `swarm-pz study`.
     },
   };
   const NOTHING = Object.fromEntries(Object.keys(info.data).map((name) => [name, null]));
@@ -54,9 +59,11 @@ var jsPsychSwarmPz = (function (jspsych) {
     constructor(jsPsych) { this.jsPsych = jsPsych; }
 
     trial(element, trial) {
-      const { origin } = new URL(trial.table, location.href);
-      const frame = document.createElement("iframe");
-      Object.assign(frame, { title: "A game of swarms", allow: "autoplay; fullscreen", src: `${origin}/#embed=${encodeURIComponent(location.origin)}` });
+      const isHere = trial.engine === "page", address = new URL(isHere ? HOME : "/", isHere ? HOME : new URL(trial.table, location.href));
+      const { origin } = address, frame = document.createElement("iframe");
+      if (isHere) address.search = `factors=${encodeURIComponent(JSON.stringify(trial.factors))}`;
+      address.hash = `embed=${encodeURIComponent(location.origin)}`;
+      Object.assign(frame, { title: "A game of swarms", allow: "autoplay; fullscreen", src: address.href });
       Object.assign(frame.style, { width: trial.width, height: trial.height, border: "0" });
       const finish = (row) => {
         removeEventListener("message", hear);
@@ -74,7 +81,8 @@ var jsPsychSwarmPz = (function (jspsych) {
         else if (data?.type === "swarm-pz.refused") finish({ error: data.reason });
       };
       const silence = setTimeout(() => finish({
-        error: `no answer from ${origin}: is the table running, and was it started with --embed ${location.origin}?`,
+        error: isHere ? `no answer from ${HOME}: is the folder of swarm-pz site there, and served as this page is?`
+          : `no answer from ${origin}: is the table running, and was it started with --embed ${location.origin}?`,
       }), trial.load_timeout);
       addEventListener("message", hear);
       element.replaceChildren(frame);

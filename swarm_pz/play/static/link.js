@@ -10,7 +10,7 @@ const RETRY_MS = [250, 500, 1000, 2000, 4000];
 const PING_EVERY_MS = 2000;
 const FASTEST_HZ = 1000; // that the server takes: where clocks are coarse, pictures seem to come all at once
 
-// A table: connect gives a socket to it, fetch what it answers to a request, or null where it cannot be reached.
+// A table: a socket to it, and what it answers to requests; null for nothing.
 export const SERVER = {
   connect: () => new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket`, SUBPROTOCOL),
   fetch: (path) => fetch(`/${path}`).catch(() => null),

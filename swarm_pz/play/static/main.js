@@ -3,10 +3,10 @@
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
 //   #replay=FILE@TICK a recorded game                #lesson      the first lesson
 //   #ladder      to one's level                      #embed=ORIGIN  in the frame of an experiment there
-// At /study/CODE/game it is a game of a study, without anything but the game: afterwards one goes back there.
+// At /study/CODE/game it is a game of a study: afterwards one goes back there.
 
 import { byId, hear, on } from "./elements.js";
-import { Link } from "./link.js";
+import { Link, SERVER } from "./link.js";
 import { Lobby } from "./lobby.js";
 import { ROUND } from "./progress.js";
 import { keep } from "./store.js";
@@ -21,7 +21,7 @@ const ROOMS = ["room", "watch"];
 const STUDY = /^(\/study\/[^/]+)\/game$/.exec(location.pathname)?.[1];
 
 const framed = wanted().name === "embed" ? await import("./embed.js") : null;
-const link = new Link(wantedSeat);
+const link = new Link(wantedSeat, document.querySelector("meta[name=table]") ? (await import("./engine/table.js")).PAGE : SERVER);
 const lobby = new Lobby(link, { begin, go });
 // Before the table hears it: what is hidden takes no focus, and what one has left is not shown.
 link.addEventListener("room", (event) => {

@@ -25,6 +25,7 @@ export class Replay {
       hold: () => this.hold(!this.held),
       "capture-before": () => this.goTo(this.captures.findLast(({ tick }) => tick < byId("moment").value - BEFORE_TICKS / 2)?.tick ?? 0),
       "capture-after": () => this.goTo(this.captures.find(({ tick }) => tick > Number(byId("moment").value))?.tick),
+      "save-recording": () => this.save(),
       "take-over": () => {
         if (this.later) this.seek(); // from the moment that was chosen
         link.send({ type: "take_over", seat: byId("take-side").value });
@@ -40,6 +41,7 @@ export class Replay {
       this.chart.show(null);
       return;
     }
+    this.recording = room.recording;
     this.list(untilTheEnd(room));
     byId("pace").value = "1"; // as the server begins
     this.speed = 1;
@@ -85,6 +87,13 @@ export class Replay {
     const team = gain < 0 ? 1 : 0;
     const text = `${clock(30 * second)} ${NAMES[team]} +${Math.abs(gain)}: red ${red}, blue ${blue}${isTurn ? ", the turn" : ""}`;
     return make("li", { className: SIDES[team] }, button([make("span", { className: "shape" }), text], () => this.goTo(tick)));
+  }
+
+  // Give what is watched as a file.
+  async save() {
+    const answer = await this.link.table.fetch(`recordings/${this.recording}`), href = URL.createObjectURL(await answer.blob());
+    make("a", { href, download: this.recording }).click();
+    setTimeout(() => URL.revokeObjectURL(href), 1000);
   }
 
   hold(held) {

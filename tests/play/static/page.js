@@ -4,7 +4,7 @@
 import { appendFileSync, readFileSync } from "node:fs";
 import { SERVER } from "../../../swarm_pz/play/static/link.js";
 
-const FOLDER = process.env.SWARM_PZ_FIXTURES;
+export const FOLDER = process.env.SWARM_PZ_FIXTURES;
 if (!FOLDER) throw new Error("tests/play/test_static.py runs these tests, with fixtures that Python makes");
 export const fixtures = JSON.parse(readFileSync(`${FOLDER}/fixtures.json`, "utf8"));
 export const bytes = (base64) => Uint8Array.from(Buffer.from(base64, "base64")).buffer;

@@ -1,0 +1,84 @@
+"""The page as a folder that any file host serves: games are played in the page itself, in `static/engine`."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+from collections.abc import Mapping
+from pathlib import Path
+
+import msgspec
+
+from swarm_pz.config.base import canonical
+from swarm_pz.play import protocol
+from swarm_pz.play.forms import commands_of, installed_systems
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.levels import RUNGS
+
+STATIC = Path(__file__).parent / "static"
+_OF_SERVERS = {
+    "climb.js", "marks.js", "monitor.html", "monitor.js", "stick.js", "study.css", "study.html", "study.js",
+}  # fmt: skip
+"""What only a server can offer: people's ladder, other control systems, studies."""
+_POLICY = (
+    "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; img-src 'self' data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'"
+)
+
+
+def files_of(
+    policies: Mapping[str, str], cards: Mapping[str, protocol.Card], weights: Mapping[str, Path]
+) -> dict[str, bytes]:
+    """Return the site's files by their paths.
+
+    - `policies`: those that are installed, with a line about each; the engine knows which of them it has.
+    - `cards`: of those of them that were rated.
+    - `weights`: files of learned ones.
+    """
+    files = {
+        path.relative_to(STATIC.parent).as_posix(): path.read_bytes()
+        for path in sorted(STATIC.rglob("*"))
+        if path.is_file() and path.name not in _OF_SERVERS
+    }
+    players = files["static/engine/players.js"].decode()
+    for name, path in weights.items():
+        if f'"{name}"' in players:
+            files[f"static/engine/{name}.safetensors"] = path.read_bytes()
+    files["static/engine/table.json"] = msgspec.json.encode(_told(policies, cards))
+    page = files.pop("static/index.html").decode().replace('"/static/', '"static/')
+    modules = [path for path in files if path.endswith(".js") and not path.endswith(("plugin-swarm-pz.js", "sw.js"))]
+    head = [f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">', '<meta name="table" content="page">']
+    head += [f'<link rel="modulepreload" href="{path}">' for path in modules if "/engine/" in path]
+    files["index.html"] = page.replace("<head>\n", "\n".join(["<head>", *head, ""]), 1).encode()
+    worker = files.pop("static/engine/sw.js").decode()
+    digest = hashlib.sha256(b"".join(path.encode() + data for path, data in sorted(files.items()))).hexdigest()[:16]
+    names = msgspec.json.encode(["./" if path == "index.html" else path for path in files]).decode()
+    files["sw.js"] = worker.replace('VERSION = "", FILES = []', f'VERSION = "{digest}", FILES = {names}').encode()
+    return files
+
+
+def _told(policies: Mapping[str, str], cards: Mapping[str, protocol.Card]) -> dict[str, object]:
+    """Return what the engine is told of the rules, and of what to say to a visitor."""
+    table = TableConfig()
+    system = table.game.team_systems[0]
+    welcome = protocol.Welcome(
+        version=importlib.metadata.version("swarm-pz"),
+        policies=[protocol.PolicyInfo(name=name, about=text, card=cards.get(name)) for name, text in policies.items()],
+        min_command_interval=table.min_command_interval,
+        command_cells=table.game.command_cells,
+        server_ms=0.0,
+        systems=[one for one in installed_systems(table.game) if one.name == system.name],
+        default_systems=list(table.game.team_controllers),
+        rungs=[protocol.Rung(*rung) for rung in RUNGS if rung.name in policies],
+        guests=False,
+    )
+    return {"welcome": welcome, "rules": canonical(table), "commands": commands_of(system, table.game)}
+
+
+def write(folder: Path, files: Mapping[str, bytes]) -> int:
+    """Write files into a folder, and return their bytes."""
+    for name, data in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    return sum(map(len, files.values()))

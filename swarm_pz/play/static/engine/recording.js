@@ -1,0 +1,235 @@
+// Recorded games in a page: written as docs/protocol.md#recordings has them, kept in the browser, and played again.
+
+import { Game } from "./game.js";
+import { momentOf } from "./wire.js";
+
+const UNTIMED = 1e6; // seconds that stand for no limit
+const PERIOD = 3, MARK = 90, TRAIL = 150; // ticks between solves, and between moments that are kept; of a trail
+const NOT_RULES = ["observation", "reward"];
+const SIDES = ["red", "blue"];
+const LISTED = 200, ENDS = 8192; // games; bytes of a file's beginning and end that are read for its summary
+
+async function digest(text) {
+  const bytes = new Uint8Array(await crypto.subtle.digest("SHA-256", new TextEncoder().encode(text)));
+  return Array.from(bytes.subarray(0, 8), (byte) => byte.toString(16).padStart(2, "0")).join("");
+}
+
+// As swarm_pz/config/base.py writes what its hashes are of: names in order, every number as a float.
+function canonical(value) {
+  if (Array.isArray(value)) return `[${value.map(canonical)}]`;
+  if (typeof value !== "object" || value === null) return Number.isInteger(value) ? `${value}.0` : JSON.stringify(value);
+  return `{${Object.keys(value).sort().map((name) => `${JSON.stringify(name)}:${canonical(value[name])}`)}}`;
+}
+
+// The first line of a recording, of a table with a room's settings.
+export async function headerOf(table, { red, blue, time_limit: limit, mapping, speed, majority = false }, has) {
+  const capture = { ...table.game.capture, enabled: red > 0 && blue > 0 };
+  const game = { ...table.game, drones_per_team: red === blue ? red : [red, blue], time_limit: limit ?? UNTIMED, capture };
+  const rules = Object.fromEntries(Object.entries(game).filter(([name]) => !NOT_RULES.includes(name))), own = { ...table, game, mapping, speed, ...(majority ? { majority } : {}) };
+  return { type: "game", version: 2, started: new Date().toISOString(), table: own, config_hash: await digest(canonical(own)), rules_hash: await digest(canonical(rules)), ...has };
+}
+
+// The files of this browser; without a folder, they last as long as the page.
+export class Shelf {
+  constructor(folder = null) {
+    this.folder = folder;
+    this.texts = new Map();
+    this.open = new Map(); // handles of files that are written
+    this.writing = null; // until all is written that was given
+  }
+
+  static async find() {
+    try {
+      return new Shelf(await (await navigator.storage.getDirectory()).getDirectoryHandle("swarm-pz", { create: true }));
+    } catch { return new Shelf(); }
+  }
+
+  // Add to a file; who else writes it, in another window, has it alone.
+  async append(name, text) {
+    if (!this.folder) this.texts.set(name, (this.texts.get(name) ?? "") + text);
+    else {
+      if (!this.open.has(name)) this.open.set(name, await (await this.folder.getFileHandle(name, { create: true })).createSyncAccessHandle());
+      const handle = this.open.get(name);
+      handle.write(new TextEncoder().encode(text), { at: handle.getSize() });
+    }
+  }
+
+  close(name) {
+    this.open.get(name)?.close();
+    this.open.delete(name);
+  }
+
+  async blob(name) {
+    await this.writing;
+    if (!this.folder) return this.texts.has(name) ? new Blob([this.texts.get(name)]) : null;
+    return this.folder.getFileHandle(name).then((file) => file.getFile(), () => null);
+  }
+
+  async read(name) { return (await this.blob(name))?.text() ?? null; }
+
+  async remove(name) { return this.folder ? this.folder.removeEntry(name).catch(() => {}) : this.texts.delete(name); }
+
+  // The seat of a running game, by its token, for who comes back to it once the page is loaded anew.
+  keepSeat(token, seat) { return this.append(`${token}.seat`, JSON.stringify(seat)).then(() => this.close(`${token}.seat`)); }
+
+  async seat(token) { return JSON.parse(await this.read(`${token}.seat`)); }
+
+  dropSeat(token) { return this.remove(`${token}.seat`); }
+
+  // What a file has until the end of its last frame, which stays alone.
+  async untilFrame(name) {
+    const text = await this.read(name), cut = text.lastIndexOf('\n{"type":"frame"', text.lastIndexOf("\n") - 1), end = text.indexOf("\n", cut + 1) + 1;
+    await this.append(name, "");
+    this.open.get(name).truncate(new TextEncoder().encode(text.slice(0, end)).length);
+    return text.slice(0, end);
+  }
+
+  // Names of recordings, the latest first.
+  async names() {
+    const names = [];
+    await this.writing;
+    for await (const name of this.folder ? this.folder.keys() : this.texts.keys()) if (name.endsWith(".jsonl")) names.push(name);
+    return names.sort().reverse();
+  }
+
+  // What recorded games were, as the server lists them; those that are too many are forgotten.
+  async list() {
+    const [names, old] = [(await this.names()).slice(0, LISTED), (await this.names()).slice(LISTED)];
+    for (const name of old) await this.remove(name);
+    return Promise.all(names.map(async (name) => {
+      const blob = await this.blob(name), [first] = (await blob.slice(0, ENDS).text()).split("\n");
+      const last = (await blob.slice(-ENDS).text()).trimEnd().split("\n").at(-1), { started, lesson, red, blue } = JSON.parse(first);
+      const end = last.startsWith('{"type":"end"') ? JSON.parse(last) : { outcome: null, ended_by: null, sizes: null, tick: null };
+      const { outcome, ended_by: by, sizes, tick } = end;
+      return { name, started, lesson: Boolean(lesson), red, blue, outcome, ended_by: by, sizes, seconds: tick === null ? null : tick / 30 };
+    }));
+  }
+}
+
+// Writes a game down, line by line, each with its link of the chain.
+export class Recorder {
+  constructor(shelf, name, link = "") {
+    this.shelf = shelf;
+    this.name = name;
+    this.link = link;
+  }
+
+  queue(act) { this.shelf.writing = Promise.resolve(this.shelf.writing).then(act); }
+
+  write(line) {
+    this.queue(async () => {
+      const content = JSON.stringify(await line);
+      this.link = await digest(this.link + content);
+      await this.shelf.append(this.name, `${content.slice(0, -1)},"chain":"${this.link}"}\n`);
+    });
+  }
+
+  close() { this.queue(() => this.shelf.close(this.name)); }
+}
+
+// A copy of a game, with all that it holds.
+function copy(value, known = new Map()) {
+  if (typeof value !== "object" || value === null) return value;
+  if (ArrayBuffer.isView(value)) return known.get(value) ?? known.set(value, structuredClone(value)).get(value);
+  if (known.has(value)) return known.get(value);
+  const made = Array.isArray(value) ? [] : Object.create(Object.getPrototypeOf(value));
+  known.set(value, made);
+  for (const [name, entry] of Object.entries(value)) made[name] = copy(entry, known);
+  return made;
+}
+
+// A recorded game that goes to any of its ticks: each control period begins as its frame has it.
+export class Playback {
+  name; header; lines; captures; end;
+
+  constructor(name, text) {
+    const [header, ...lines] = text.split("\n").filter(Boolean).map((line) => JSON.parse(line));
+    const of = (type) => lines.filter((line) => line.type === type), { drones_per_team: sizes, time_limit: limit } = header.table.game;
+    const [red, blue] = [sizes].flat().length === 2 ? sizes : [sizes, sizes], { mapping, speed, majority } = header.table;
+    Object.assign(this, { name, header, lines, captures: of("captured"), commands: of("command"), end: of("end")[0] ?? null });
+    this.settings = {
+      red, blue, mapping, speed, time_limit: limit === UNTIMED ? null : limit, red_system: "ergodic", blue_system: "ergodic", ...(majority ? { majority } : {}),
+    };
+    this.frames = new Map(of("frame").map(({ tick, data }) => [tick, data]));
+    this.lastTick = this.end?.tick ?? Math.max(0, ...this.frames.keys());
+    const given = new Map();
+    this.followed = []; // commands, by when they came into force
+    for (const line of lines) {
+      const called = `${line.team} ${line.number} ${line.sender}`;
+      if (line.type === "command") given.set(called, line);
+      else if (line.type === "in_force") this.followed.push({ ...given.get(called), tick: line.tick });
+    }
+    this.game = new Game({ red, blue, timeLimit: limit }, header.seed);
+    this.marks = new Map();
+    this.sizes = this.sizesUntil(this.lastTick);
+  }
+
+  // Drones of red and blue, once a second.
+  sizesUntil(tick) {
+    let { red } = this.settings, place = 0;
+    const count = red + this.settings.blue, sizes = [];
+    for (let second = 0; 30 * second <= tick; second++) {
+      for (; this.captures[place]?.tick <= 30 * second; place++) red += this.captures[place].team === 0 ? 1 : -1;
+      sizes.push([red, count - red]);
+    }
+    return sizes;
+  }
+
+  // Go to a tick, and return the commands that came into force on the way.
+  seek(tick) {
+    const until = Math.min(Math.max(tick, 0), this.lastTick), mark = Math.floor(until / MARK) * MARK;
+    const nearest = [...this.marks.keys()].filter((known) => known <= mark).at(-1);
+    if (until < this.game.tick || nearest >= this.game.tick + MARK) this.game = copy(this.marks.get(nearest));
+    const { game } = this, came = [];
+    while (game.tick < until) {
+      if (game.tick % MARK === 0 && !this.marks.has(game.tick)) this.marks.set(game.tick, copy(game));
+      const begun = game.tick % PERIOD ? [] : this.followed.filter((command) => command.tick === game.tick);
+      if (this.frames.has(game.tick)) {
+        const { positions, velocities } = momentOf(this.frames.get(game.tick));
+        game.positions.set(positions);
+        game.velocities.set(velocities);
+      }
+      for (const { team, density } of begun) game.command(team, density.flat());
+      came.push(...begun);
+      game.advance();
+    }
+    return came;
+  }
+
+  // Moments of the drones' trails until the present one.
+  past() {
+    const { tick } = this.game, ticks = [...this.frames.keys()].filter((one) => one <= tick && one > tick - TRAIL && one % (3 * PERIOD) === 0);
+    return ticks.map((one) => momentOf(this.frames.get(one)));
+  }
+
+  // The command that a team follows at the present moment; none is everything.
+  latest(team) { return this.followed.findLast((command) => command.team === team && command.tick < this.game.tick) ?? null; }
+
+  // The present moment, to play on from.
+  moment() {
+    const { header, game } = this, { tick } = game, past = [];
+    for (const line of this.lines) {
+      if (!["command", "in_force", "captured", "frame"].includes(line.type)) continue;
+      if (line.tick > tick || (line.tick === tick && line.type === "in_force")) break;
+      const { chain, ...kept } = line;
+      past.push(kept);
+    }
+    const inForce = [0, 1].map((team) => this.followed.findLast((one) => one.team === team && one.tick < tick)?.tick ?? null);
+    const densities = [0, 1].map((team) => this.latest(team)?.density.flat()), origin = { recording: this.name, tick, lines: past.length };
+    return { game: copy(game), seed: header.seed, sizes: this.sizesUntil(tick), inForce, densities, past, origin };
+  }
+
+  // The game as rows of an experiment, one for each seat; the tables of `swarm-pz study` have more, from its lines.
+  rows() {
+    const { name, header, lines, captures, end, lastTick } = this, result = end?.outcome ?? "stopped";
+    return SIDES.map((side, team) => {
+      const other = header[SIDES[1 - team]], captured = captures.filter((capture) => capture.team === team).length;
+      const commands = lines.filter((line) => line.type === "command" && line.team === team && !line.sender).length;
+      return {
+        recording: name, started: header.started, side, seed: header.seed, kind: header[side].kind, opponent: other.policy, seconds: lastTick / 30,
+        outcome: !SIDES.includes(result) ? result : result === side ? "win" : "loss", ended_by: end?.ended_by ?? "", commands,
+        captured, lost: captures.length - captured,
+      };
+    }).filter(({ kind }) => kind !== "free");
+  }
+}

@@ -1,0 +1,15 @@
+// The page's files as they belong together, kept so that it comes up without a network; swarm-pz site names them.
+
+const VERSION = "", FILES = [];
+const NAME = `${registration.scope} ${VERSION}`;
+
+addEventListener("install", (event) => event.waitUntil(
+  caches.open(NAME).then((cache) => cache.addAll(FILES.map((file) => new Request(file, { cache: "no-cache" })))),
+));
+addEventListener("activate", (event) => event.waitUntil(
+  caches.keys().then((names) => Promise.all(names.filter((name) => name.startsWith(`${registration.scope} `) && name !== NAME).map((name) => caches.delete(name)))),
+));
+addEventListener("fetch", (event) => {
+  const { request } = event, wanted = request.mode === "navigate" ? registration.scope : request;
+  event.respondWith(caches.open(NAME).then((cache) => cache.match(wanted, { ignoreSearch: true })).then((kept) => kept ?? fetch(request)));
+});

@@ -1,0 +1,53 @@
+// Binary messages as the server writes them, and frames as recordings of a page hold them: docs/protocol.md#frames.
+
+const FRAME = 1, TARGET = 2, KEYFRAME = 1, WITH_FIELDS = 2, HIDDEN = [4, 8], EXACT = 16;
+const HEADER = 20, TARGET_HEADER = 8, FASTEST = 4;
+
+// The present moment of a game, perhaps without one team's drones; with exact positions and velocities for recordings.
+export function frameOf(game, { sequence = 0, ms = 0, altitudes = false, fields = null, hidden = -1, exact = false } = {}) {
+  const { positions, velocities, teams } = game, count = teams.length, bits = (count + 7) >> 3, size = exact ? 8 : 4;
+  const flags = (altitudes ? KEYFRAME : 0) | (fields ? WITH_FIELDS : 0) | (HIDDEN[hidden] ?? 0) | (exact ? EXACT : 0);
+  const teamsAt = HEADER + 2 * size * count, altitudesAt = teamsAt + bits, fieldsAt = altitudesAt + (altitudes ? count : 0);
+  const buffer = new ArrayBuffer(fieldsAt + (fields ? fields[0].length + fields[1].length : 0));
+  const view = new DataView(buffer), bytes = new Uint8Array(buffer);
+  bytes.set([FRAME, flags]);
+  view.setUint16(2, count, true);
+  view.setUint32(4, sequence, true);
+  view.setUint32(8, game.tick, true);
+  view.setFloat64(12, ms, true);
+  for (let i = 0; i < 2 * count; i++) {
+    const x = HEADER + i * size / 2, v = x + size * count, isShown = teams[i >> 1] !== hidden;
+    if (exact) {
+      view.setFloat32(x, positions[i], true);
+      view.setFloat32(v, velocities[i], true);
+    } else if (isShown) {
+      view.setUint16(x, Math.round(65535 * Math.min(Math.max(positions[i], 0), 1)), true);
+      view.setInt16(v, Math.round(32767 * Math.min(Math.max(velocities[i] / FASTEST, -1), 1)), true);
+    }
+  }
+  for (let i = 0; i < count; i++) {
+    bytes[teamsAt + (i >> 3)] |= teams[i] << (i & 7);
+    if (altitudes && teams[i] !== hidden) bytes[altitudesAt + i] = Math.round(255 * game.altitudes[i]);
+  }
+  fields?.forEach((field, team) => bytes.set(field, fieldsAt + team * field.length));
+  return buffer;
+}
+
+// The moment of an exact frame.
+export function momentOf(base64) {
+  const view = new DataView(Uint8Array.from(atob(base64), (character) => character.charCodeAt(0)).buffer), count = view.getUint16(2, true);
+  const numbers = (from) => Float32Array.from({ length: 2 * count }, (_, i) => view.getFloat32(from + 4 * i, true)), teamsAt = HEADER + 16 * count;
+  const teams = Uint8Array.from({ length: count }, (_, i) => view.getUint8(teamsAt + (i >> 3)) >> (i & 7) & 1);
+  return { tick: view.getUint32(8, true), positions: numbers(HEADER), velocities: numbers(HEADER + 8 * count), teams };
+}
+
+export function base64Of(buffer) { return btoa(String.fromCharCode(...new Uint8Array(buffer))); }
+
+export function targetMessage(team, number, { cells, picture }) {
+  const bytes = new Uint8Array(TARGET_HEADER + picture.length), view = new DataView(bytes.buffer);
+  bytes.set([TARGET, team]);
+  view.setUint16(2, cells, true);
+  view.setUint32(4, number, true);
+  bytes.set(picture, TARGET_HEADER);
+  return bytes.buffer;
+}

@@ -1,0 +1,236 @@
+// A table in a page: what it says, in the server's words, and what it records, which Python reads and simulates afterwards.
+
+import assert from "node:assert/strict";
+import { appendFileSync, writeFileSync } from "node:fs";
+import { beforeEach, test } from "node:test";
+
+import { fixtures, FOLDER, reload, settled, time } from "./page.js";
+import { Shelf } from "../../../swarm_pz/play/static/engine/recording.js";
+import { Table } from "../../../swarm_pz/play/static/engine/worker.js";
+import { decode } from "../../../swarm_pz/play/static/frames.js";
+
+const DOT = [{ brush: "attract", width: 0.1, points: [[0.2, 0.7]] }];
+
+// A folder of the browser's, with as much of its files as is used.
+class Folder {
+  files = new Map();
+
+  async getFileHandle(name, { create = false } = {}) {
+    if (!this.files.has(name) && !create) throw new Error("there is none");
+    const { files } = this, bytes = () => files.get(name) ?? Buffer.alloc(0);
+    files.set(name, bytes());
+    const handle = {
+      getSize: () => bytes().length, truncate: (size) => files.set(name, bytes().subarray(0, size)), close() {},
+      write: (data, { at }) => files.set(name, Buffer.concat([bytes().subarray(0, at), data])),
+    };
+    return { getFile: async () => new Blob([bytes()]), createSyncAccessHandle: async () => handle };
+  }
+
+  async removeEntry(name) { this.files.delete(name); }
+
+  async* keys() { yield* this.files.keys(); }
+}
+
+class Visitor {
+  constructor(folder = new Folder(), asked = {}) {
+    this.folder = folder;
+    this.table = new Table(fixtures.told, new Shelf(folder), { countdown: 1, ...asked });
+    this.said = [];
+    this.frames = [];
+    this.targets = [];
+    this.acknowledges = true;
+    this.table.meet((message) => this.take(message));
+  }
+
+  take(message) {
+    if (typeof message === "string") {
+      this.said.push(JSON.parse(message));
+      appendFileSync(`${FOLDER}/told.jsonl`, `${message}\n`);
+      return;
+    }
+    const shown = decode(message);
+    (shown.type === "frame" ? this.frames : this.targets).push(shown);
+    if (shown.type === "frame" && shown.sequence && this.acknowledges) this.table.acknowledge(shown.sequence);
+  }
+
+  async say(type, has = {}) {
+    await this.table.hear(JSON.stringify({ type, ...has }));
+    await settled();
+  }
+
+  async greet(token = undefined) { await this.say("hello", { kind: "person", client: { viewport: [1, 1] }, token }); }
+
+  last(type) { return this.said.findLast((message) => message.type === type); }
+
+  all(type) { return this.said.filter((message) => message.type === type); }
+
+  // Open a room and let its game begin.
+  async begin(asked = {}, settings = {}) {
+    await this.greet();
+    await this.say("create", { opponent: "noise", seed: 7, settings: { red: 4, blue: 4, time_limit: 4, ...settings }, ...asked });
+    await this.say("ready");
+    await this.pass(1000);
+  }
+
+  // Let time pass, and what was begun be done.
+  async pass(ms) {
+    for (let left = ms; left > 0; left -= 200) {
+      time.pass(Math.min(left, 200));
+      await settled();
+      await this.table.shelf.writing;
+    }
+  }
+
+  draw(number, has = { strokes: DOT }) { return this.say("command", { number, ...has }); }
+
+  // Keep a recorded game for Python, and return its lines.
+  async keep(name) {
+    const text = await this.table.answer(`recordings/${name}`);
+    writeFileSync(`${FOLDER}/${name}`, text);
+    return text.trim().split("\n").map((line) => JSON.parse(line));
+  }
+}
+
+beforeEach(reload);
+
+test("a game counts down, takes what is drawn, ends and is recorded; of what comes too soon the latest counts", async () => {
+  const visitor = new Visitor();
+  await visitor.greet();
+  await visitor.say("create", { opponent: "noise", seed: 7, settings: { red: 4, blue: 4, time_limit: 4 } });
+  await visitor.draw(1);
+  assert.deepEqual([visitor.last("refused").about, visitor.last("refused").code], ["command", "out_of_turn"]);
+  await visitor.say("ready");
+  assert.deepEqual([visitor.last("room").phase, visitor.frames.at(-1).tick, visitor.targets.at(-1).number], ["starting", 0, 0]);
+  assert.ok(visitor.frames.at(-1).altitudes, "its start is shown");
+  await visitor.draw(1);
+  await visitor.pass(1300);
+  for (const number of [2, 3, 4]) await visitor.draw(number);
+  await visitor.pass(300);
+  await visitor.draw(5, { density: Array.from({ length: 10 }, (_, row) => Array(10).fill(row / 10)) });
+  await visitor.pass(3500);
+  const { phase, outcome, ended_by: by, recording, sizes } = visitor.last("room");
+  assert.deepEqual([phase, outcome, by, sizes.length], ["over", "draw", "time", 5]);
+  const forced = visitor.all("in_force"), [first, second, third] = forced.map(({ tick }) => tick);
+  assert.deepEqual([forced.map(({ number }) => number), first, second - first >= 15, third - second], [[1, 4, 5], 0, true, 15]);
+  assert.deepEqual([visitor.frames.at(-1).tick, visitor.frames.filter(({ fields }) => fields).length >= 41], [120, true]);
+  const lines = await visitor.keep(recording), [row] = JSON.parse(await visitor.table.answer(`recordings/${recording}/trial`));
+  assert.deepEqual([row.side, row.outcome, row.commands, row.seed, row.seconds], ["red", "draw", 5, 7, 4]);
+  assert.equal(row.captured + row.lost, lines.filter(({ type }) => type === "captured").length);
+  assert.deepEqual(JSON.parse(await visitor.table.answer("recordings")).map(({ name, seconds }) => [name, seconds]), [[recording, 4]]);
+});
+
+test("a page that is loaded anew goes on with its game, which is recorded as one", async () => {
+  const visitor = new Visitor();
+  await visitor.begin();
+  await visitor.draw(1);
+  await visitor.pass(1000);
+  const { token } = visitor.last("seated");
+  for (const number of [2, 3]) { // the latter still waits when the page is closed
+    await visitor.draw(number);
+    await visitor.pass(200);
+  }
+  time.timers.clear();
+  const again = new Visitor(visitor.folder);
+  await again.greet(token);
+  assert.deepEqual([again.last("seated").room, again.last("room").phase, again.frames[0].tick], [visitor.last("room").code, "playing", 42]);
+  await again.pass(4000);
+  assert.deepEqual([again.last("in_force").number, again.last("in_force").tick, again.last("room").phase], [3, 45, "over"]);
+  await again.keep(again.last("room").recording);
+  const late = new Visitor(visitor.folder);
+  await late.greet(token);
+  assert.equal(late.last("refused").code, "unknown");
+});
+
+test("a recorded game is shown at any moment, with what was asked for, and goes on from there", async () => {
+  const visitor = new Visitor();
+  await visitor.begin({}, { red: 6, blue: 3 });
+  await visitor.draw(1);
+  await visitor.pass(4500);
+  const { recording } = visitor.last("room"), seen = new Map(visitor.frames.map((frame) => [frame.tick, frame]));
+  await visitor.say("open_replay", { recording });
+  assert.deepEqual([visitor.last("room").phase, visitor.last("room").last_tick, visitor.last("room").sizes.length], ["replay", 120, 5]);
+  for (const tick of [100, 31, 32, 119]) {
+    await visitor.say("seek", { tick });
+    Object.assign(visitor, { targets: [], frames: [] });
+    visitor.table.showReplay();
+    const shown = visitor.frames.at(-1), trail = visitor.frames.slice(0, -1), { positions, teams, fields } = seen.get(tick);
+    assert.deepEqual([shown.tick, shown.positions, shown.teams], [tick, positions, teams]);
+    if (fields) assert.deepEqual(shown.fields, fields);
+    assert.equal(visitor.targets.length, 2);
+    assert.deepEqual([trail.length, trail[0].tick, trail[0].sequence], [Math.floor(tick / 9) + 1, 0, 0]);
+  }
+  await visitor.say("seek", { tick: 40 });
+  visitor.table.showReplay();
+  await visitor.say("take_over", { seat: "red" });
+  await visitor.say("ready");
+  await visitor.pass(4500);
+  const lines = await visitor.keep(visitor.last("room").recording);
+  assert.deepEqual([lines[0].origin.tick, lines.at(-1).tick], [40, 120]);
+});
+
+test("a seat is shown less, later and more seldom, and commands later, as an experiment asks", async () => {
+  const factors = { red: { hide: ["opponents", "ground", "target"], frame_rate: 10, display_delay_ms: 300, command_delay_ms: 500 } };
+  const visitor = new Visitor(undefined, { factors });
+  await visitor.begin({}, { time_limit: 2 });
+  await visitor.draw(1);
+  await visitor.pass(3000);
+  const shown = visitor.frames.filter(({ altitudes }) => !altitudes);
+  assert.deepEqual(shown.map(({ tick }) => tick), Array.from({ length: 20 }, (_, i) => 3 * i + 3));
+  assert.ok(visitor.frames.every(({ positions, teams, fields }) => !fields && teams.every((team, i) => team === 0 || Number.isNaN(positions[2 * i]))));
+  assert.deepEqual([visitor.targets, visitor.last("in_force").tick >= 15], [[], true]);
+  assert.deepEqual(visitor.last("seated").factors.hide, factors.red.hide);
+  await visitor.keep(visitor.last("room").recording);
+  const wrong = new Visitor(undefined, { factors: { red: { delay: 1 } } });
+  await wrong.begin();
+  assert.match(wrong.all("refused")[0].reason, /no factor delay/);
+});
+
+test("automatic responses command in one's place while their conditions hold", async () => {
+  const visitor = new Visitor(), rule = (when, what) => ({ when, do: what });
+  await visitor.begin({}, { time_limit: 6 });
+  await visitor.say("rules", { rules: [rule({ fewer: 1 }, { policy: "ring" }), rule({ silent_s: 2 }, { policy: "halo" }), rule({ nobody_within: 0.0001 }, { strokes: DOT })] });
+  await visitor.pass(3500);
+  await visitor.draw(1);
+  await visitor.pass(3500);
+  assert.deepEqual(visitor.all("acting").map(({ rule: place }) => place), [2, 1, 2, 1, null]);
+  const lines = await visitor.keep(visitor.last("room").recording), own = lines.filter(({ type, team }) => type === "command" && team === 0);
+  assert.deepEqual(own.map(({ sender = "" }) => sender), ["auto:saved", "auto:halo", "auto:halo", "", "auto:saved", "auto:halo"]);
+});
+
+test("what needs a server or a second person is refused, and changes nothing", async () => {
+  const visitor = new Visitor();
+  await visitor.begin();
+  const { code } = visitor.last("room");
+  for (const [type, has] of [
+    ["create", { opponent: "nobody" }], ["create", { opponent: "ring", settings: { red_system: "direct" } }], ["create", { opponent: "ring", settings: { red: 0 } }],
+    ["join", { room: "ABCD" }], ["climb", { code: "P1" }], ["open_replay", { recording: "none.jsonl" }],
+  ]) {
+    await visitor.say(type, has);
+    assert.equal(visitor.last("refused").about, type);
+  }
+  await visitor.pass(200);
+  assert.deepEqual([visitor.last("room").code, visitor.last("room").phase, visitor.last("welcome").guests], [code, "playing", false]);
+});
+
+test("a visitor who is behind is shown the newest moment alone; one who is away, none; and who leaves ends the game", async () => {
+  const visitor = new Visitor();
+  await visitor.begin();
+  visitor.acknowledges = false;
+  visitor.frames = [];
+  await visitor.pass(1000);
+  assert.equal(visitor.frames.length, 12);
+  visitor.table.acknowledge(visitor.frames.at(-1).sequence);
+  assert.ok(visitor.frames.at(-1).tick >= 25);
+  const { tick } = visitor.table.room.game, { token, room } = visitor.last("seated");
+  visitor.table.meet(() => {});
+  await visitor.pass(1000);
+  assert.equal(visitor.table.room.game.tick, tick, "nobody sees it");
+  visitor.table.meet((message) => visitor.take(message));
+  await visitor.greet(token);
+  await visitor.pass(500);
+  assert.ok(visitor.table.room.game.tick > tick);
+  await visitor.say("leave");
+  const [{ name, ended_by: by }] = JSON.parse(await visitor.table.answer("recordings"));
+  assert.deepEqual([by, name.includes(room)], ["left", true]);
+  await visitor.keep(name);
+});

@@ -1,0 +1,91 @@
+"""What people do without a server: the folder of `swarm-pz site` in a real browser, served as any files are."""
+
+import shutil
+
+import pytest
+from playwright.sync_api import expect
+
+from swarm_pz.cli import main
+from swarm_pz.play.recordings.format import CommandLine, Recording
+from swarm_pz.play.recordings.playback import Playback
+from tests.play.pages import Hand, begin, check_axe, check_places, eventually, room_of, wait_for_play
+from tests.play.test_journeys import DIST, text_of
+
+pytestmark = pytest.mark.browser
+AT_ONCE = "?countdown=0"
+
+
+@pytest.fixture
+def site(lab):
+    """Give the address of a site, and its folder."""
+    folder, address = lab
+    main(["site", str(folder / "swarm-pz")])
+    return f"{address}/swarm-pz/", folder / "swarm-pz"
+
+
+def test_a_game_is_played_saved_and_verified_goes_on_after_a_reload_and_needs_no_network(site, visit, tmp_path, capsys):
+    address, folder = site
+    page = visit(address + AT_ONCE, width=1000, height=700)
+    expect(text_of(page, "quick")).to_be_enabled()
+    for name in ("invite-somebody", "join", "start-ladder"):
+        expect(text_of(page, name)).to_be_hidden()  # for these, others must come
+    begin(page, "uniform", time_limit="8")
+    room = room_of(page)
+    Hand(page).draw((0.2, 0.3), (0.4, 0.3))
+    eventually(page, lambda: page.locator("#arena").get_attribute("data-target") == "1")
+    page.reload()
+    wait_for_play(page)
+    assert room_of(page) == room
+    expect(text_of(page, "red-who")).to_have_text("(you)")
+    page.click("#recording")
+    expect(text_of(page, "scrubber")).to_be_visible()
+    check_places(page, "replay")
+    check_axe(page, "replay")
+    with page.expect_download() as saved:
+        page.click("#save-recording")
+    path = tmp_path / saved.value.suggested_filename
+    saved.value.save_as(path)
+    main(["replay", str(path), "--verify"])
+    assert "played in a page" in capsys.readouterr().out
+    recording = Recording.read(path)
+    assert recording.end.tick == 240 and any(line.strokes for line in recording.of(CommandLine))
+    page.evaluate("navigator.serviceWorker.ready.then(() => {})")
+    shutil.rmtree(folder)
+    page.goto(address)
+    page.click("#recorded summary")
+    expect(page.locator("#games a")).to_contain_text("person (red) against uniform (blue)")
+    page.click("#quick")
+    wait_for_play(page)
+
+
+EXPERIMENT = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>An experiment</title>
+<script src="jspsych.js"></script>
+<script src="swarm-pz/static/jspsych-plugin-swarm-pz.js"></script></head><body></body>
+<script>
+  const jsPsych = initJsPsych({ on_finish: () => { window.rows = jsPsych.data.get().values(); } });
+  const game = { type: jsPsychSwarmPz, engine: "page", opponent: "ring", settings: { time_limit: 5, speed: 2 } };
+  jsPsych.run([
+    { ...game, seed: 41, factors: { red: { command_delay_ms: 200, hide: ["opponents"] } } },
+    { ...game, factors: { red: { delay: 200 } } },
+  ]);
+</script></html>"""
+
+
+def test_an_experiment_of_files_alone_keeps_each_game_with_its_row(site, lab, visit, tmp_path):
+    if not DIST.is_dir():
+        pytest.skip("jsPsych is not here: scripts/browser installs it, with npm")
+    folder, address = lab
+    (folder / "jspsych.js").write_bytes((DIST / "index.browser.min.js").read_bytes())
+    (folder / "index.html").write_text(EXPERIMENT)
+    page = visit(f"{address}/index.html", width=1280, height=800)
+    expect(page.frame_locator("iframe").locator("#varied")).to_have_text("Not shown here: your opponents.")
+    page.wait_for_function("window.rows")
+    played, refused = page.evaluate("window.rows")
+    path = tmp_path / played["recording"]
+    path.write_text(played["lines"])
+    recording = Recording.read(path)
+    assert Playback(recording).verify().verified and recording.header.seed == 41
+    assert recording.config.factors[0].command_delay_ms == 200.0
+    assert (played["outcome"], played["seconds"], played["opponent"], played["side"]) == ("draw", 5, "ring", "red")
+    assert "there is no factor delay" in refused["error"]
