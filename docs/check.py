@@ -188,7 +188,9 @@ def test_links_to_names_of_the_api_lead_to_them(site):
             assert f'id="{name}"' in shown.read_text(), f"{page.name} links to {name}"
 
 
-def test_the_site_shows_the_board_and_the_notebook_where_pages_link_to_them(site):
+def test_the_site_shows_the_board_the_game_and_the_notebook_where_pages_link_to_them(site):
+    assert 'href="game/index.html"' in (site / "index.html").read_text()
+    assert {"index.html", "sw.js", "static"} == {path.name for path in (site / "game").iterdir()}
     for page in ("index", "benchmark"):
         assert 'href="board/index.html"' in (site / f"{page}.html").read_text()
     assert 'href="source/examples/first_steps.ipynb.html"' in (site / "index.html").read_text()

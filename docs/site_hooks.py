@@ -1,4 +1,4 @@
-"""What the site does beyond MkDocs: formulas as MathML, pages for linked files and tables, and the board."""
+"""What the site does beyond MkDocs: formulas as MathML, pages for linked files and tables, the board, and the game."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from mkdocs.structure.pages import Page
 
 from benchmarks.board import ENTRIES
 from benchmarks.board.page import build
+from swarm_pz.cli.table import site_files
 
 _LINK = re.compile(r"\]\(([\w./-]+)((?:#[^)\s]*)?)\)")
 _LANGUAGES = {
@@ -40,7 +41,9 @@ def _as_mathml(source: str, *_: Any, **__: Any) -> str:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Make a page of every file of the repository that is none itself and that a page links to; and the board."""
+    """Make a page of every file of the repository that is none itself and that a page links to; the board; the game."""
+    for name, data in site_files().items():
+        files.append(File.generated(config, f"game/{name}", content=data, inclusion=InclusionLevel.INCLUDED))
     for name, text in build(ENTRIES).items():
         files.append(File.generated(config, f"board/{name}", content=text, inclusion=InclusionLevel.INCLUDED))
     root = Path(config.config_file_path).parent

@@ -20,10 +20,11 @@ _OF_SERVERS = {
     "climb.js", "marks.js", "monitor.html", "monitor.js", "stick.js", "study.css", "study.html", "study.js",
 }  # fmt: skip
 """What only a server can offer: people's ladder, other control systems, studies."""
-_POLICY = (
-    "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; img-src 'self' data:; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'"
-)
+_HEAD = """\
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'self'; worker-src 'self';
+ style-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'">
+<meta name="table" content="page">"""
+"""By the latter the page knows that its table is in a worker."""
 
 
 def files_of(
@@ -46,10 +47,7 @@ def files_of(
             files[f"static/engine/{name}.safetensors"] = path.read_bytes()
     files["static/engine/table.json"] = msgspec.json.encode(_told(policies, cards))
     page = files.pop("static/index.html").decode().replace('"/static/', '"static/')
-    modules = [path for path in files if path.endswith(".js") and not path.endswith(("plugin-swarm-pz.js", "sw.js"))]
-    head = [f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">', '<meta name="table" content="page">']
-    head += [f'<link rel="modulepreload" href="{path}">' for path in modules if "/engine/" in path]
-    files["index.html"] = page.replace("<head>\n", "\n".join(["<head>", *head, ""]), 1).encode()
+    files["index.html"] = page.replace("<head>\n", f"<head>\n{_HEAD}\n", 1).encode()
     worker = files.pop("static/engine/sw.js").decode()
     digest = hashlib.sha256(b"".join(path.encode() + data for path, data in sorted(files.items()))).hexdigest()[:16]
     names = msgspec.json.encode(["./" if path == "index.html" else path for path in files]).decode()

@@ -31,8 +31,12 @@ _MARKS_BYTES = 2**24
 """Memory for the moments that are kept."""
 _POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
 """Resolution of a frame."""
-_ACCELERATION_STEP = 1e-4
-"""What accelerations in a page differ by, in units of the largest one; see tests/play/engine_cases.py."""
+_ACCELERATION_STEP = 1e-3
+"""What accelerations in a page may differ by, in units of the largest one.
+
+From the same state they differ by less than 1e-4 (tests/play/engine_cases.py); here the controller's memory is our own,
+and in 5,300 solves the largest difference was 1.5e-4.
+"""
 _ROUNDING = 2e-7
 """What positions and velocities of float32 differ by, besides."""
 

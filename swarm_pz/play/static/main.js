@@ -1,4 +1,4 @@
-// The page: which view is shown, and what its address asks for.
+// The page: which view is shown, as its address asks.
 //   #room=ABCD   to a room: to one's seat there, or the free one, or to look on
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
 //   #replay=FILE@TICK a recorded game                #lesson      the first lesson

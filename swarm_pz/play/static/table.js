@@ -238,7 +238,7 @@ export class Table {
     this.giveUpSeat();
     this.room = this.place = null;
     byId("take-side").selectedIndex = 0;
-    for (const id of ["controls", "scrubber", "cover", "notice", "watching"]) byId(id).hidden = true;
+    for (const id of ["controls", "scrubber", "cover", "notice", "watching", "acting"]) byId(id).hidden = true;
     byId("table").dataset.phase = "";
     this.arena.look(0);
     this.forget();

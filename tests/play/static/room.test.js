@@ -143,10 +143,11 @@ test("a page that is loaded anew goes on with its game, which is recorded as one
 
 test("a recorded game is shown at any moment, with what was asked for, and goes on from there", async () => {
   const visitor = new Visitor();
-  await visitor.begin({}, { red: 6, blue: 3 });
+  await visitor.begin({}, { red: 6, blue: 3, majority: true });
   await visitor.draw(1);
   await visitor.pass(4500);
-  const { recording } = visitor.last("room"), seen = new Map(visitor.frames.map((frame) => [frame.tick, frame]));
+  const { recording, outcome, ended_by: by } = visitor.last("room"), seen = new Map(visitor.frames.map((frame) => [frame.tick, frame]));
+  assert.deepEqual([outcome, by], ["red", "time"], "by majority");
   await visitor.say("open_replay", { recording });
   assert.deepEqual([visitor.last("room").phase, visitor.last("room").last_tick, visitor.last("room").sizes.length], ["replay", 120, 5]);
   for (const tick of [100, 31, 32, 119]) {
@@ -195,6 +196,14 @@ test("automatic responses command in one's place while their conditions hold", a
   assert.deepEqual(visitor.all("acting").map(({ rule: place }) => place), [2, 1, 2, 1, null]);
   const lines = await visitor.keep(visitor.last("room").recording), own = lines.filter(({ type, team }) => type === "command" && team === 0);
   assert.deepEqual(own.map(({ sender = "" }) => sender), ["auto:saved", "auto:halo", "auto:halo", "", "auto:saved", "auto:halo"]);
+});
+
+test("alone, one practises until time is up", async () => {
+  const visitor = new Visitor();
+  await visitor.begin({ opponent: null }, { red: 3, blue: 0, time_limit: 2 });
+  await visitor.pass(2500);
+  assert.deepEqual([visitor.last("room").outcome, visitor.frames.at(-1).tick], ["draw", 60]);
+  await visitor.keep(visitor.last("room").recording);
 });
 
 test("what needs a server or a second person is refused, and changes nothing", async () => {

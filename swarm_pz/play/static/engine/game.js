@@ -16,6 +16,7 @@ export class Game {
     this.tick = 0;
     this.lastTick = Math.round(timeLimit * 10) * PERIOD;
     this.sizes = [red, blue];
+    this.isPractice = !red || !blue;
     this.positions = new Float32Array(2 * count);
     this.velocities = new Float32Array(2 * count);
     this.accelerations = new Float32Array(2 * count);
@@ -42,7 +43,8 @@ export class Game {
     random.permutation(count).forEach((place, i) => { this.altitudes[i] = (place + 1) / count; });
   }
 
-  get isDecided() { return !this.sizes[0] || !this.sizes[1]; }
+  // Where one side is alone from the start, nothing is.
+  get isDecided() { return !this.isPractice && (!this.sizes[0] || !this.sizes[1]); }
 
   get isOver() { return this.isDecided || this.tick >= this.lastTick; }
 

@@ -1,5 +1,7 @@
 // The page's side of a table in a worker: what a server's socket and its pages are where there is one.
 
+const KEPT_AFTER = 30; // frames
+let shown = 0;
 // By its name the worker knows what the page's address asks for: that of its own script is the cache's.
 const worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: location.search });
 
@@ -20,6 +22,7 @@ export const PAGE = {
       },
     };
     port.onmessage = ({ data }) => {
+      if (data instanceof ArrayBuffer && ++shown === KEPT_AFTER) keepAll();
       if (data !== null) socket.onmessage({ data });
       else {
         socket.readyState = WebSocket.OPEN;
@@ -37,6 +40,5 @@ export const PAGE = {
   }),
 };
 
-// Once it was here, the page comes up offline, too.
-addEventListener("load", () => navigator.serviceWorker?.register(new URL("../../sw.js", import.meta.url)).catch(() => {}));
-if (document.readyState === "complete") dispatchEvent(new Event("load"));
+// Once a game has run for a second, and nothing is in its way, keep the page so that it comes up offline, too.
+function keepAll() { navigator.serviceWorker?.register(new URL("../../sw.js", import.meta.url)).catch(() => {}); }
