@@ -88,4 +88,4 @@ def test_an_experiment_of_files_alone_keeps_each_game_with_its_row(site, lab, vi
     assert Playback(recording).verify().verified and recording.header.seed == 41
     assert recording.config.factors[0].command_delay_ms == 200.0
     assert (played["outcome"], played["seconds"], played["opponent"], played["side"]) == ("draw", 5, "ring", "red")
-    assert "there is no factor delay" in refused["error"]
+    assert "there is no delay" in refused["error"]

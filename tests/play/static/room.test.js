@@ -183,7 +183,7 @@ test("a seat is shown less, later and more seldom, and commands later, as an exp
   await visitor.keep(visitor.last("room").recording);
   const wrong = new Visitor(undefined, { factors: { red: { delay: 1 } } });
   await wrong.begin();
-  assert.match(wrong.all("refused")[0].reason, /no factor delay/);
+  assert.match(wrong.all("refused")[0].reason, /there is no delay; known are command_delay_ms/);
 });
 
 test("automatic responses command in one's place while their conditions hold", async () => {
@@ -211,7 +211,8 @@ test("what needs a server or a second person is refused, and changes nothing", a
   await visitor.begin();
   const { code } = visitor.last("room");
   for (const [type, has] of [
-    ["create", { opponent: "nobody" }], ["create", { opponent: "ring", settings: { red_system: "direct" } }], ["create", { opponent: "ring", settings: { red: 0 } }],
+    ["create", { opponent: "nobody" }], ["create", { opponent: null }], ["create", { opponent: "ring", seed: 0.5 }],
+    ...[{ red_system: "direct" }, { red: 0 }, { time_limit: 7.25 }, { speed: 3 }, { size: 3 }].map((settings) => ["create", { opponent: "ring", settings }]),
     ["join", { room: "ABCD" }], ["climb", { code: "P1" }], ["open_replay", { recording: "none.jsonl" }],
   ]) {
     await visitor.say(type, has);

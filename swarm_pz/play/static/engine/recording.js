@@ -7,9 +7,11 @@ const UNTIMED = 1e6; // seconds that stand for no limit
 const PERIOD = 3, MARK = 90, TRAIL = 150; // ticks between solves, and between moments that are kept; of a trail
 const NOT_RULES = ["observation", "reward"];
 const SIDES = ["red", "blue"];
+const TRIES = 20, PAUSE_MS = 100; // to open a file
 const LISTED = 200, ENDS = 8192; // games; bytes of a file's beginning and end that are read for its summary
 
 async function digest(text) {
+  if (!crypto.subtle) return ""; // only pages by https, or of this machine, have it: elsewhere files prove nothing
   const bytes = new Uint8Array(await crypto.subtle.digest("SHA-256", new TextEncoder().encode(text)));
   return Array.from(bytes.subarray(0, 8), (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
@@ -48,9 +50,22 @@ export class Shelf {
   async append(name, text) {
     if (!this.folder) this.texts.set(name, (this.texts.get(name) ?? "") + text);
     else {
-      if (!this.open.has(name)) this.open.set(name, await (await this.folder.getFileHandle(name, { create: true })).createSyncAccessHandle());
+      if (!this.open.has(name)) this.open.set(name, await this.handle(name));
       const handle = this.open.get(name);
       handle.write(new TextEncoder().encode(text), { at: handle.getSize() });
+    }
+  }
+
+  // The page that was closed may still have it for a moment.
+  async handle(name) {
+    const file = await this.folder.getFileHandle(name, { create: true });
+    for (let tries = 1; ; tries++) {
+      try {
+        return await file.createSyncAccessHandle();
+      } catch {
+        if (tries === TRIES) throw new Error("another window plays this game");
+        await new Promise((resolve) => { setTimeout(resolve, PAUSE_MS); });
+      }
     }
   }
 
@@ -94,15 +109,16 @@ export class Shelf {
 
   // What recorded games were, as the server lists them; those that are too many are forgotten.
   async list() {
-    const [names, old] = [(await this.names()).slice(0, LISTED), (await this.names()).slice(LISTED)];
-    for (const name of old) await this.remove(name);
-    return Promise.all(names.map(async (name) => {
+    const names = await this.names();
+    for (const name of names.splice(LISTED)) await this.remove(name);
+    const told = await Promise.allSettled(names.map(async (name) => {
       const blob = await this.blob(name), [first] = (await blob.slice(0, ENDS).text()).split("\n");
       const last = (await blob.slice(-ENDS).text()).trimEnd().split("\n").at(-1), { started, lesson, red, blue } = JSON.parse(first);
       const end = last.startsWith('{"type":"end"') ? JSON.parse(last) : { outcome: null, ended_by: null, sizes: null, tick: null };
       const { outcome, ended_by: by, sizes, tick } = end;
       return { name, started, lesson: Boolean(lesson), red, blue, outcome, ended_by: by, sizes, seconds: tick === null ? null : tick / 30 };
     }));
+    return told.flatMap((one) => (one.status === "fulfilled" ? [one.value] : []));
   }
 }
 
@@ -143,7 +159,7 @@ export class Playback {
   name; header; lines; captures; end;
 
   constructor(name, text) {
-    const [header, ...lines] = text.split("\n").filter(Boolean).map((line) => JSON.parse(line));
+    const [header, ...lines] = text.split("\n").slice(0, -1).map((line) => JSON.parse(line));
     const of = (type) => lines.filter((line) => line.type === type), { drones_per_team: sizes, time_limit: limit } = header.table.game;
     const [red, blue] = [sizes].flat().length === 2 ? sizes : [sizes, sizes], { mapping, speed, majority } = header.table;
     Object.assign(this, { name, header, lines, captures: of("captured"), commands: of("command"), end: of("end")[0] ?? null });

@@ -1,5 +1,6 @@
 // A room with one visitor, who plays there against a policy or alone, or looks on: what swarm_pz/play/server does for many.
 
+import { check, GAME, Refused, SETTINGS } from "./checks.js";
 import { Game } from "./game.js";
 import { loadPlayer, PLAYERS } from "./players.js";
 import { headerOf, Recorder } from "./recording.js";
@@ -13,15 +14,6 @@ const CELLS = 10, STEPS = 1e8; // a side of a command; to which its values are r
 const CATCH_UP = 2; // ticks that a late game makes up for at once
 export const EVERYTHING = new Float32Array(CELLS * CELLS).fill(1);
 export const UNVARIED = { command_delay_ms: 0, display_delay_ms: 0, frame_rate: 30, speed: 1, hide: [], share: 0, helper: "" };
-
-export class Refused extends Error {
-  code; recording;
-
-  constructor(code, reason, recording = null) {
-    super(reason);
-    Object.assign(this, { code, recording });
-  }
-}
 
 export function now() { return performance.timeOrigin + performance.now(); }
 
@@ -62,11 +54,9 @@ export class Room {
   // table: what speaks with the visitor; asked: the message that opens the room; moment: of a recorded game, to go on from.
   constructor(table, code, asked, moment = null) {
     const { settings = {}, seat = "red", opponent = null, player = null, label = "", once = false, lesson = false, seed = null } = asked;
-    const { red = 10, blue = 10, time_limit: limit = 300, mapping, speed, majority, red_system: one, blue_system: other } = settings;
-    const areWhole = [red, blue].every((size) => Number.isInteger(size) && size >= 0 && size <= 200);
-    if (!areWhole || red + blue === 0 || settings[seat] === 0 || [one, other].some((system) => (system ?? "ergodic") !== "ergodic")) {
-      throw new Refused("not_valid", "a team here has 0 to 200 drones, one's own some, and is flown by ergodic");
-    }
+    const { red = 10, blue = 10, time_limit: limit = 300, mapping, speed, majority } = settings;
+    check({ seed, seat }, GAME);
+    check(settings, SETTINGS);
     Object.assign(this, { table, code, once, lesson, seed, moment, phase: "waiting", sizes: [], games: 0, sequence: 0, isHere: false });
     this.settings = {
       red, blue, time_limit: limit, mapping: mapping ?? "firm", red_system: "ergodic", blue_system: "ergodic",
@@ -80,6 +70,8 @@ export class Room {
     /** @type {any[]} */
     this.seats = policies.map((name) => (name === null ? {} : this.load(known(name))));
     if (this.team !== null) this.seats[this.team] = { kind: table.kind, label };
+    const isEmpty = this.seats.some(({ kind }, team) => (this.settings[SIDES[team]] > 0) !== (kind !== undefined));
+    if (isEmpty) throw new Refused("not_valid", "nobody else can come in here: each side with drones needs a player, and no other one");
     this.token = Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
   }
 

@@ -1,8 +1,9 @@
 // A table with one room, in a worker of the page: it speaks the server's protocol (docs/protocol.md) with one visitor.
 
+import { check, FACTORS, Refused } from "./checks.js";
 import { PLAYERS } from "./players.js";
 import { Playback, Shelf } from "./recording.js";
-import { EVERYTHING, now, Refused, Room, seatOf, SIDES, stateOf, TICKS, UNVARIED } from "./room.js";
+import { EVERYTHING, now, Room, seatOf, SIDES, stateOf, TICKS, UNVARIED } from "./room.js";
 import { targetOf } from "./strokes.js";
 import { frameOf, targetMessage } from "./wire.js";
 
@@ -20,9 +21,6 @@ export class Table {
     this.welcome = { ...welcome, policies: areHere(welcome.policies), rungs: areHere(welcome.rungs), min_command_interval: interval };
     this.software = `swarm-pz ${welcome.version}, in a page`;
     Object.assign(this, { rules, commands, shelf, countdown, interval, room: null, replay: null });
-    const unknown = Object.values(factors).flatMap(Object.keys).filter((name) => !(name in UNVARIED)), isShared = this.factors.some(({ share }) => share > 0);
-    this.fault = unknown.length ? `there is no factor ${unknown[0]}; known are ${Object.keys(UNVARIED).join(", ")}`
-      : isShared ? "factors: only a server shares commands; expected share 0" : "";
   }
 
   // --- the visitor ------------------------------------------------------------------------------------
@@ -89,7 +87,7 @@ export class Table {
   }
 
   open(asked, moment = null) {
-    if (this.fault) throw new Refused("not_valid", this.fault);
+    for (const factors of this.factors) check(factors, FACTORS);
     const code = Array.from(crypto.getRandomValues(new Uint8Array(4)), (byte) => LETTERS[byte % LETTERS.length]).join("");
     const room = new Room(this, code, asked, moment);
     this.leave();
