@@ -142,7 +142,7 @@ export class Room {
     const sequence = ++this.sequence, fields = this.hasFields && !hide.includes("ground") ? game.fields() : null;
     const hidden = hide.includes("opponents") ? 1 - this.team : -1, frame = frameOf(game, { sequence, ms: now() + delay, altitudes: isKey, fields, hidden });
     this.hasFields = false;
-    this.pass(() => this.table.show(frame, isKey ? null : sequence));
+    this.pass(() => this.table.send(frame));
   }
 
   showTarget(target) {

@@ -7,12 +7,11 @@ import { EVERYTHING, now, Room, seatOf, SIDES, stateOf, TICKS, UNVARIED } from "
 import { targetOf } from "./strokes.js";
 import { frameOf, targetMessage } from "./wire.js";
 
-const IN_FLIGHT = 12; // frames that a visitor may leave unacknowledged
 const LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 const MOST_OWED = 8; // ticks of a recorded game that are made up for at once
 
 export class Table {
-  rules; commands; shelf; countdown; interval; room; replay; send; flying; newest; kind; client; pace; sought; shown; owed;
+  rules; commands; shelf; countdown; interval; room; replay; send; kind; client; pace; sought; shown; owed;
 
   // told: what swarm-pz site has written of rules and policies; asked: what the page's address asks for.
   constructor({ welcome, rules, commands }, shelf, { countdown = 3, min_command_interval: interval = rules.min_command_interval, factors = {} } = {}) {
@@ -29,25 +28,10 @@ export class Table {
   meet(send) {
     this.room?.part(false);
     this.stopReplay();
-    Object.assign(this, { send, flying: [], newest: null }); // frames on their way; the newest, while these are too many
+    this.send = send;
   }
 
   say(message) { this.send(JSON.stringify(message)); }
-
-  // Show a frame, or the newest one as soon as there is room; one without a number must arrive.
-  show(frame, sequence) {
-    const isFull = sequence !== null && this.flying.length >= IN_FLIGHT;
-    if (isFull) this.newest = [frame, sequence];
-    else this.send(frame);
-    if (!isFull && sequence !== null) this.flying.push(sequence);
-  }
-
-  acknowledge(arrived) {
-    const { newest } = this;
-    this.flying = this.flying.filter((sequence) => sequence > arrived);
-    this.newest = null;
-    if (newest) this.show(...newest);
-  }
 
   async hear(text) {
     const { type, ...message } = JSON.parse(text);
@@ -134,7 +118,7 @@ export class Table {
     const came = replay.seek(sought ?? tick + ticks), both = [0, 1].map((team) => replay.latest(team) ?? { team, density: [...EVERYTHING] });
     if (sought !== null) for (const moment of replay.past()) this.send(frameOf(moment));
     for (const { team, density } of sought === null ? came : both) this.send(targetMessage(team, 0, targetOf(density.flat())));
-    this.show(frameOf(replay.game, { sequence: ++this.shown, altitudes: true, fields: replay.game.fields() }), this.shown);
+    this.send(frameOf(replay.game, { sequence: ++this.shown, altitudes: true, fields: replay.game.fields() }));
   }
 
   stopReplay() {
@@ -161,7 +145,7 @@ export class Table {
 const ACTS = {
   hello: (table, message) => table.greet(message),
   ping: (table, { sent_ms: sent }) => table.say({ type: "pong", sent_ms: sent, server_ms: now() }),
-  acknowledge: (table, { sequence }) => table.acknowledge(sequence),
+  acknowledge() {}, // nothing is on its way for long
   create: (table, message) => table.open(message),
   ready: (table, { ready = true }) => table.inRoom.ready(ready),
   command: (table, message) => table.inRoom.command(message),
