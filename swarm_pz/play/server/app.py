@@ -17,6 +17,7 @@ import numpy as np
 import segno
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
+from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
@@ -30,12 +31,11 @@ from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.client_handler import ClientHandler
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.middleware import AccessMiddleware
+from swarm_pz.play.server.middleware import STATIC, AccessMiddleware, page
 
 if TYPE_CHECKING:
     from swarm_pz.play.server.studies import StudyHost
 
-STATIC = Path(__file__).parents[1] / "static"
 _STATUS_TICKS, _STATUS_AGE_S = 20_000, 0.2
 """Latest ticks that the server's figures are taken of, and seconds for which they are not taken again."""
 _SWEEP_S = 5.0
@@ -59,7 +59,7 @@ class Server:
     def app(self, hosts: Sequence[str], allowed_hosts: Sequence[str] = ()) -> ASGIApp:
         """Return the application, for the names (with port) that it is served by, itself and through a proxy."""
         own = [
-            Route("/", self._page),
+            page("/", "index.html"),
             Route("/recordings", self._recordings),
             Route("/recordings/{name}", self._recording),
             Route("/recordings/{name}/trial", self._trial),
@@ -69,7 +69,7 @@ class Server:
             *(own if self.study is None else self.study.routes()),
             Route("/status", self._status),
             WebSocketRoute("/socket", self._socket),
-            Mount("/static", StaticFiles(directory=STATIC)),
+            Mount("/static", GZipMiddleware(StaticFiles(directory=STATIC))),
         ]
         inner = Starlette(routes=routes, lifespan=self._lifespan, exception_handlers={RecordingError: _not_found})
         return AccessMiddleware(inner, hosts, allowed_hosts, self.lobby.embedders, accounts=self.accounts)
@@ -114,9 +114,6 @@ class Server:
             self._handlers.discard(handler)
 
     # --- pages ------------------------------------------------------------------------------------
-
-    async def _page(self, _: Request) -> FileResponse:
-        return FileResponse(STATIC / "index.html")
 
     async def _recordings(self, _: Request) -> Response:
         return _json(await self.lobby.recordings())

@@ -1,17 +1,23 @@
-"""Who may come in: only requests for a name that is served here, from a page that is."""
+"""Who may come in: only requests for a name that is served here, from a page that is; and pages, compressed."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
+from pathlib import Path
 
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import PlainTextResponse
+from starlette.middleware import Middleware
+from starlette.middleware.gzip import GZipMiddleware
+from starlette.requests import Request
+from starlette.responses import FileResponse, PlainTextResponse
+from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
 from swarm_pz.play.server.budget import Accounts
 
+STATIC = Path(__file__).parents[1] / "static"
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors "
@@ -84,6 +90,15 @@ class AccessMiddleware:
             await send(message)
 
         await self._app(scope, receive, send_with_headers)
+
+
+def page(path: str, name: str) -> Route:
+    """Return the route of a page."""
+
+    async def answer(_: Request) -> FileResponse:
+        return FileResponse(STATIC / name)
+
+    return Route(path, answer, middleware=[Middleware(GZipMiddleware)])
 
 
 async def _refuse(status: int, text: str, scope: Scope, receive: Receive, send: Send) -> None:

@@ -8,26 +8,25 @@ import secrets
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response
+from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.routing import Route
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.lobby import Lobby
+from swarm_pz.play.server.middleware import page
 from swarm_pz.play.server.study_games import StudyGames
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.forms import MOST_TEXT, Form, Item
 from swarm_pz.play.studies.progress import Progress, Step
 from swarm_pz.play.studies.texts import html_of
 
-STATIC = Path(__file__).parents[1] / "static"
 LEASE_S = 8.0
 """Seconds for which a window that says nothing is still the participant's: pages say something every two."""
 MOST_WRONG_CODES, _WRONG_CODES_PER_SECOND = 20, 0.2
@@ -104,22 +103,15 @@ class StudyHost:
         """Return its pages, and what they ask for."""
         return [
             Route("/", lambda _: RedirectResponse("/study")),
-            Route("/study", self._page("study.html")),
-            Route("/study/monitor", self._page("monitor.html")),
+            page("/study", "study.html"),
+            page("/study/monitor", "monitor.html"),
             Route("/study/monitor/data", self._monitor),
-            Route("/study/{code}", self._page("study.html")),
-            Route("/study/{code}/game", self._page("index.html")),
+            page("/study/{code}", "study.html"),
+            page("/study/{code}/game", "index.html"),
             Route("/study/{code}/state", self._answer(self._look), methods=["POST"]),
             Route("/study/{code}/done", self._answer(self._finish, self._longest), methods=["POST"]),
             Route("/study/{code}/play", self._answer(self._play), methods=["POST"]),
         ]
-
-    @staticmethod
-    def _page(name: str) -> Callable[[Request], Awaitable[Response]]:
-        async def page(_: Request) -> Response:
-            return FileResponse(STATIC / name)
-
-        return page
 
     # --- participants -----------------------------------------------------------------------------
 

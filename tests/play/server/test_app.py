@@ -86,6 +86,8 @@ def test_names_that_are_not_served_and_other_protocols_are_kept_out_and_paths_le
     status, headers, text = table.get("/")
     assert status == 200 and "default-src 'none'" in headers["content-security-policy"]
     assert "<script>" not in text and " style=" not in text and "http:" not in text
+    for path in ("/", "/static/main.js"):
+        assert table.get(path, **{"Accept-Encoding": "gzip"})[1]["content-encoding"] == "gzip"
     assert table.get("/", Host="evil.example")[0] == table.get("/", Origin="http://evil.example")[0] == 403
     with pytest.raises(InvalidStatus):
         table.visit(additional_headers={"Origin": "http://evil.example"})
