@@ -94,7 +94,7 @@ def read(folder: Path, protocol: Protocol | None = None) -> Entry:
             )
     try:
         _check_report(report)
-        played = replay.read(folder, protocol, lines)
+        played = replay.read(folder, protocol, report, lines)
     except ResultsError:
         raise
     except (AttributeError, LookupError, TypeError, ValueError) as error:
@@ -135,7 +135,7 @@ def add(
                 shutil.copyfile(path, folder / inside, follow_symlinks=False)
         text = "".join(f"{field} = {json.dumps(value, ensure_ascii=False)}\n" for field, value in card.items() if value)
         (folder / CARD).write_text(text, encoding="utf-8")
-        shown, _ = replay.record(folder, told, replay.choose(lines, protocol), protocol)
+        shown, _ = replay.record(folder, told, replay.choose(lines, told, protocol), protocol)
         (folder / replay.FILE).write_text(replay.encode(shown))
         check(folder, games=games, protocol=protocol)
         shutil.copytree(folder, place / name)

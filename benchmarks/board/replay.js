@@ -48,7 +48,7 @@ function draw() {
     pen.fill();
   }
   const blue = teams.reduce((sum, team) => sum + team, 0);
-  told.textContent = `${(moment * game.every_s).toFixed(1)} s, red ${drones - blue}, blue ${blue}`;
+  told.textContent = `${(moment * game.every_s).toFixed(1)} s: ${told.dataset.red} (red) ${drones - blue}, ${told.dataset.blue} (blue) ${blue}`;
   seek.value = moment;
   seek.setAttribute("aria-valuetext", told.textContent);
 }

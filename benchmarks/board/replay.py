@@ -1,7 +1,7 @@
 """One game of an entry, small enough for a page: where the drones were five times a second, and who took which.
 
 It is always the same one, so that nobody chooses and entries can be compared: the first game of the first policy
-against the last opponent of the field that it meets.
+against the last opponent of the field that it meets and that is another player.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ _STEPS = 65535
 """A side of the arena in the numbers of a file, of 16 bits."""
 
 
-def choose(lines: Sequence[Line], protocol: Protocol) -> Line:
+def choose(lines: Sequence[Line], report: dict[str, Any], protocol: Protocol) -> Line:
     """Return the game of a report that is shown."""
     track = next(track for track in protocol.tracks if track.name == "field")
     met = {line.opponent for line in lines if line[:2] == (track.name, 0)}
+    met = met - {one["name"] for one in report["policies"]} or met
     opponent = [trial.name for trial in track.trials if trial.name in met][-1]
     for line in lines:
         if line[:3] == (track.name, 0, opponent) and not line.forfeit:
@@ -112,12 +113,12 @@ def command_of(folder: str, line: Line, report: dict[str, Any], protocol: Protoc
     )
 
 
-def read(folder: Path, protocol: Protocol, lines: Sequence[Line]) -> dict[str, Any]:
+def read(folder: Path, protocol: Protocol, report: dict[str, Any], lines: Sequence[Line]) -> dict[str, Any]:
     """Read the game of an entry, and check that it is the one to show, and ends as the report says."""
     path = folder / FILE
     try:
         shown = json.loads(path.read_bytes())
-        expected = choose(lines, protocol)
+        expected = choose(lines, report, protocol)
         _check(shown, expected, protocol)
     except ResultsError as error:
         raise ResultsError(f"{path} {error}") from error

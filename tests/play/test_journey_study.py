@@ -193,11 +193,13 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     go_on(page, "Begin")
     page.wait_for_selector("#table[data-phase=over]")
     assert "/study/p01/game#room=" in page.url
-    for name in ("#leave", "#ready", "#swap", "#recording", "#lobby", "#shelf"):
+    for name in ("#leave", "#ready", "#swap", "#recording", "#go-home", "#lobby", "#shelf"):
         expect(page.locator(name)).to_be_hidden()
+    expect(page.locator("#blue-who")).to_have_text("the opponent")
+    assert "corners" not in page.locator("body").inner_text(), "nobody is told whom they play"
     check(page, "a game's result")
     page.evaluate("sessionStorage.removeItem('hold')")
-    go_on(page)
+    page.reload()
 
     at_heading(page, "Game 1 of 1")
     (study.folder / "interrupted" / "P01.block1.game1.1.jsonl").touch()

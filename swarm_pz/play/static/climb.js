@@ -74,6 +74,6 @@ function paint(canvas, { level, low, high, opponent }, rungs) {
   pen.fillStyle = INK;
   disc(pen, within(x(level), unit / 2), base, unit / 2);
   pen.fillText("you", within(x(level), unit), base + 1.7 * unit);
-  const [first, last] = [rungs[0], rungs.at(-1)].map(({ name, rating }) => `${called(name)}, ${rating}`);
-  canvas.setAttribute("aria-label", `Level ${Math.round(level)} on the ladder from ${first}, to ${last}`);
+  const [first, last] = [rungs[0], rungs.at(-1)].map(({ name }) => called(name));
+  canvas.setAttribute("aria-label", `Level ${Math.round(level)} on the ladder from ${first} to ${last}`);
 }

@@ -3,7 +3,7 @@
 import { button, byId, hear, on } from "./elements.js";
 import { Library } from "./library.js";
 import { Pen } from "./pen.js";
-import { SIDES } from "./words.js";
+import { isStudy, SIDES } from "./words.js";
 
 const BRUSHES = ["attract", "repel", "erase"];
 const DRAWN = ["density", "attraction"], PLACED = ["attractors", "leaders", "formation"]; // kinds of commands
@@ -93,7 +93,7 @@ export class Controls {
     const isDrawn = kind === "strokes" && this.isEquipped, isFlown = kind === "accelerations";
     const sized = isDrawn ? "Width" : this.pen.how?.sized, [min, max] = this.pen.sizes ?? [0.05, 0.3];
     for (const [id, isShown] of Object.entries({
-      brushes: isDrawn, placing: !isDrawn, hint: !shapes.length, shapes: shapes.length, sized, turned: this.pen.how?.turn,
+      brushes: isDrawn, placing: !isDrawn, shapes: shapes.length, sized, turned: this.pen.how?.turn,
       send: !isFlown, lifting: !isFlown, adding: isDrawn || kind === "attractors",
     })) byId(id).hidden = !isShown;
     byId("size-of").textContent = sized ?? "";
@@ -150,7 +150,7 @@ export class Controls {
 
   // What a key does, null for nothing; on a button Enter is the button's.
   actOf(key, onButton) {
-    if (document.body.classList.contains("study") && /^[1-9rs]$/.test(key)) return null;
+    if (isStudy() && /^[1-9rs]$/.test(key)) return null;
     if (/^[1-9]$/.test(key)) return () => this.library.recall(Number(key) - 1);
     const acts = {
       g: () => this.choose("attract"), k: () => this.choose("repel"), e: () => this.choose("erase"),

@@ -5,7 +5,7 @@ import { byId, hear, on, say } from "./elements.js";
 import { inARow, progress, ROUND } from "./progress.js";
 import { DECISIVE_S } from "./story.js";
 import { freeSides, meetsSomebody, Waiting } from "./waiting.js";
-import { called, clock, NAMES, SIDES, SIGNS } from "./words.js";
+import { called, clock, isStudy, NAMES, SIDES, SIGNS } from "./words.js";
 
 export class Cover {
   // begin: opens a room by a message and begins in it at once; story: tells why a game went as it did.
@@ -32,7 +32,7 @@ export class Cover {
     this.seat = seat;
     const { phase } = room, isOver = phase === "over", own = seat === null ? null : room[SIDES[seat]];
     const onlyPolicies = SIDES.every((side) => room[side].kind === "policy" || room.settings[side] === 0);
-    const isDone = isOver && (room.once || document.body.classList.contains("study")); // there is no other game here
+    const isDone = isOver && (room.once || isStudy()); // there is no other game here
     // Who waits for policies alone keeps the board in view.
     byId("table").dataset.phase = phase === "waiting" && !meetsSomebody(room, seat) ? "before" : phase;
     byId("cover").hidden = !isOver && phase !== "waiting";

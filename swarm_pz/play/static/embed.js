@@ -14,7 +14,7 @@ export class Embed {
     this.allowed = this.begun = this.ended = false;
     this.side = null;
     this.waiting = "Waiting for the experiment…"; // what is said until a game begins
-    document.documentElement.dataset.embed = "";
+    document.body.classList.add("study");
     addEventListener("message", (event) => this.hear(event));
     hear(link, {
       welcome: ({ embedders }) => this.greet(embedders), seated: ({ seat }) => { this.side = seat; }, room: (room) => this.watch(room),

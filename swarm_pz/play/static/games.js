@@ -9,7 +9,7 @@ const NAME = /^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)Z-([A-Z0-9]+)-(\d+)/;
 export async function listGames(table, list, room = "") {
   const answer = await table.fetch("recordings");
   const games = answer?.ok ? await answer.json() : [];
-  const shown = games.filter(({ name }) => !room || name.match(NAME)?.[7] === room);
+  const shown = games.filter(({ name, lesson }) => !lesson && (!room || name.match(NAME)?.[7] === room));
   list.replaceChildren(...shown.map((game) => {
     const told = [["strong", players(game)], ["span", ending(game)], ["small", title(game)]].filter(([, words]) => words);
     const href = `#replay=${encodeURIComponent(game.name)}`;
@@ -19,10 +19,10 @@ export async function listGames(table, list, room = "") {
   return shown.length;
 }
 
-function players({ red, blue, lesson }) {
+function players({ red, blue }) {
   if (!red || !blue) return "";
   const name = ({ kind, policy, label }) => (kind === "free" ? "nobody" : policy ? called(policy) : label || kind);
-  return `${lesson ? "Lesson: " : ""}${name(red)} (red) against ${name(blue)} (blue)`;
+  return `${name(red)} (red) against ${name(blue)} (blue)`;
 }
 
 function ending({ outcome, ended_by: by, seconds, sizes }) {

@@ -50,6 +50,14 @@ export class Marks extends Pen {
     if (JSON.stringify(start) !== JSON.stringify(this.strokes)) super.recall(start);
   }
 
+  // Begin with another game: a formation begins as a ring, to be placed.
+  forget() {
+    super.forget();
+    const shape = this.commands.shapes.indexOf("ring");
+    if (shape >= 0) this.strokes = [{ shape, x: 0.5, y: 0.5, size: this.sizes[1] / 2, turn: 0 }];
+    this.refresh();
+  }
+
   say(marks) { return { command: marks.length ? this.how.write(marks, this.commands) : this.commands.default }; }
 
   get kept() {
@@ -85,11 +93,22 @@ export class Marks extends Pen {
 
   limit(mark) {
     const [low, high] = this.turns;
-    Object.assign(mark, { x: within(mark.x, 0, 1), y: within(mark.y, 0, 1) });
     if (this.how.size) mark.size = within(mark.size, this.sizes[0], this.sizes[1]);
     if (this.how.turn) mark.turn = low + ((mark.turn - low) % (high - low) + high - low) % (high - low);
     if (this.commands.shapes.length) mark.shape = within(mark.shape, 0, this.commands.shapes.length - 1);
+    const [wide, tall] = this.reach(mark);
+    Object.assign(mark, { x: within(mark.x, wide, 1 - wide), y: within(mark.y, tall, 1 - tall) });
   }
+
+  // How far a mark's outline goes to either side, and up and down: all of it stays on the board.
+  reach({ shape, size, turn }) {
+    const outline = OUTLINES[this.commands.shapes[shape]], angle = this.angle(turn);
+    const along = outline?.map(([u, v]) => u * Math.cos(angle) - v * Math.sin(angle)) ?? [1];
+    const across = outline?.map(([u, v]) => u * Math.sin(angle) + v * Math.cos(angle)) ?? [1];
+    return [along, across].map((ends) => (this.how.turn ? Math.min(size * Math.max(...ends.map(Math.abs)), 0.5) : 0));
+  }
+
+  angle(turn) { return 2 * Math.PI * turn / (this.turns[1] - this.turns[0]); }
 
   // By a part of a whole turn.
   turn(part) { if (this.how.turn) this.adjust((mark) => { mark.turn += part * (this.turns[1] - this.turns[0]); }); }
@@ -189,7 +208,7 @@ export class Marks extends Pen {
     pen.beginPath();
     pen.save();
     if (isFormation) {
-      pen.rotate(-2 * Math.PI * turn / (this.turns[1] - this.turns[0]));
+      pen.rotate(-this.angle(turn));
       pen.moveTo(reach, 0);
       pen.lineTo(0, 0); // where it is turned to
     }

@@ -15,7 +15,7 @@ import { called, clock, SIDES } from "./words.js";
 
 const NO_LESSON = { stop() {}, over() {}, sent() {}, watch() {}, held: false, running: false, room: null };
 const HIDDEN = { opponents: "your opponents", ground: "ground that captures", trails: "trails", target: "your target" };
-const UNVARIED = { hide: [], frame_rate: 30, helper: "", share: 0 };
+const UNVARIED = { hide: [], frame_rate: 30, share: 0 };
 const MOST_PIXELS = 900;
 const SILENCE_MS = 2000; // without a frame, after which one is told
 
@@ -126,9 +126,9 @@ export class Table {
 
   // What an experimenter varies at one's seat; null for nothing.
   vary(factors) {
-    const { hide, frame_rate: rate, helper, share } = factors ?? UNVARIED;
+    const { hide, frame_rate: rate, share } = factors ?? UNVARIED;
     const unseen = hide.length ? `Not shown here: ${hide.map((name) => HIDDEN[name]).join(", ")}.` : "";
-    const shared = share ? `${called(helper)} makes ${Math.round(100 * share)} % of each command.` : "";
+    const shared = share ? `A program makes ${Math.round(100 * share)} % of each command.` : "";
     byId("varied").textContent = [unseen, shared].filter(Boolean).join(" ");
     byId("varied").hidden = !byId("varied").textContent;
     this.arena.rate = rate;

@@ -5,8 +5,11 @@ export const NAMES = ["Red", "Blue"];
 export const SIGNS = ["●", "◆"];
 const TICKS_PER_SECOND = 30;
 
+// In a study, or another experiment, nobody is told whom they play, and nothing leads out of it.
+export function isStudy() { return document.body.classList.contains("study"); }
+
 // A policy's or a control system's name.
-export function called(name) { return name.replaceAll("_", " "); }
+export function called(name) { return isStudy() ? "the opponent" : name.replaceAll("_", " "); }
 
 export function systemOption({ name, takes }) { return new Option(`${called(name)}: ${takes}`, name); }
 

@@ -239,25 +239,25 @@ test("the nearest leader is dragged, and keys move one after the other", async (
 // --- formations -------------------------------------------------------------------------------------
 
 test("a formation is chosen, dropped, sized and turned by fingers", async () => {
-  const { sent, commands, table } = await sit("formation"), { shapes, default: before } = table.controls.pen.commands;
+  const { sent, commands, table } = await sit("formation"), { shapes } = table.controls.pen.commands;
   const buttons = () => at("shapes").children, size = 0.2;
   assert.deepEqual(buttons().map(({ textContent }) => textContent), shapes);
-  assert.equal(buttons()[Math.floor(before[0])].getAttribute("aria-pressed"), "true");
+  assert.equal(buttons()[shapes.indexOf("ring")].getAttribute("aria-pressed"), "true");
   at("width").value = size;
   at("width").fire("input");
   buttons()[2].click();
   assert.equal(buttons()[2].getAttribute("aria-pressed"), "true");
-  assert.deepEqual(rounded(sent()), rounded({ shape: shapes[2], centre: before.slice(1, 3), size, turn: before[4] }));
+  assert.deepEqual(rounded(sent()), rounded({ shape: shapes[2], centre: [0.5, 0.5], size, turn: 0 }));
   draw([0.3, 0.3], [0.4, 0.7]);
   assert.deepEqual(rounded(sent().centre), [0.4, 0.7]);
   pinch();
-  assert.ok(Math.abs(sent().size - 2 * size) < 0.02 && Math.abs(Math.abs(sent().turn - before[4]) - Math.PI / 2) < 0.1);
+  assert.ok(Math.abs(sent().size - 2 * size) < 0.02 && Math.abs(Math.abs(sent().turn) - Math.PI / 2) < 0.1);
   assert.deepEqual(rounded(sent().centre).map((value) => Math.abs(value - 0.5) < 0.02), [true, true]);
   assert.equal(commands().length, 3);
 });
 
-test("a formation is moved, sized and turned by keys, wheel and sliders, within its bounds", async () => {
-  const { sent, commands, table } = await sit("formation"), [, x, y, size, turn] = table.controls.pen.commands.default;
+test("a formation is moved, sized and turned by keys, wheel and sliders, on the board", async () => {
+  const { sent, commands, table } = await sit("formation"), { x, y, size, turn } = table.controls.pen.mark;
   const step = (table.controls.pen.sizes[1] - table.controls.pen.sizes[0]) / 25, part = (table.controls.pen.turns[1] - table.controls.pen.turns[0]) / 24;
   const near = (value, wanted) => assert.ok(Math.abs(value - wanted) < 1e-3, `${value} is not ${wanted}`);
   press("ArrowLeft", "+", "[", "[", " ");
@@ -282,7 +282,7 @@ test("a formation is moved, sized and turned by keys, wheel and sliders, within 
   for (let i = 0; i < 60; i++) press("+", "ArrowLeft");
   press(" ");
   near(sent().size, table.controls.pen.sizes[1]);
-  assert.equal(sent().centre[0], 0);
+  assert.equal(sent().centre[0], 0.5, "so large it fits in the middle alone");
 });
 
 test("a saved formation of another game is sent within the bounds of this one, and a drawing is none", async () => {
@@ -292,7 +292,7 @@ test("a saved formation of another game is sent within the bounds of this one, a
     { name: "B", kind: "formation", strokes: [{ x: 1, y: 0, size: 900, turn: 0, shape: 77 }] },
   ]);
   press("1");
-  assert.deepEqual(sent(), { shape: shapes.at(-1), centre: [1, 0], size: table.controls.pen.sizes[1], turn: 0 });
+  assert.deepEqual(sent(), { shape: shapes.at(-1), centre: [0.5, 0.5], size: table.controls.pen.sizes[1], turn: 0 });
   assert.equal(at("told").textContent, "Sent: B");
 });
 
@@ -348,16 +348,16 @@ test("who has no gesture is told so, and can send nothing", async () => {
 });
 
 test("each kind of commands has its own tools and no others", async () => {
-  const tools = ["brushes", "placing", "hint", "shapes", "sized", "turned", "send", "lifting", "adding"], seen = {};
+  const tools = ["brushes", "placing", "shapes", "sized", "turned", "send", "lifting", "adding"], seen = {};
   for (const system of Object.keys(fixtures.seats)) {
     reload();
     await sit(system);
     seen[system] = tools.filter((tool) => !at(tool).hidden).join(" ");
   }
   assert.deepEqual(seen, {
-    ergodic: "brushes hint sized send lifting adding", direct: "placing hint", formation: "placing shapes sized turned send lifting",
-    leader_follower: "placing hint send lifting", flocking: "placing hint sized send lifting adding",
-    potential_field: "brushes hint sized send lifting adding",
+    ergodic: "brushes sized send lifting adding", direct: "placing", formation: "placing shapes sized turned send lifting",
+    leader_follower: "placing send lifting", flocking: "placing sized send lifting adding",
+    potential_field: "brushes sized send lifting adding",
   });
 });
 
@@ -415,7 +415,7 @@ test("a page that is loaded anew goes on counting its commands", async () => {
 
 test("what an experimenter varies is said, and nothing where nothing is varied", async () => {
   const { table } = await sit("ergodic", { factors: fixtures.factors });
-  assert.equal(at("varied").textContent, "Not shown here: your opponents, trails. blind ring makes 50 % of each command.");
+  assert.equal(at("varied").textContent, "Not shown here: your opponents, trails. A program makes 50 % of each command.");
   assert.deepEqual([at("varied").hidden, table.arena.rate, table.arena.hasTrails], [false, 10, false]);
   reload();
   const plainly = await sit();
