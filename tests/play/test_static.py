@@ -4,6 +4,7 @@ What the modules say to the server there is read here as the server reads it.
 """
 
 import base64
+import gzip
 import json
 import os
 import re
@@ -170,9 +171,9 @@ def needed(name, found=()):
 
 
 def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later():
-    sizes = {path.name: path.stat().st_size for path in STATIC.iterdir() if path.is_file()}
+    sizes = {path.name: len(gzip.compress(path.read_bytes())) for path in STATIC.iterdir() if path.is_file()}
     first = {"index.html", "icon.svg", "style.css", *needed("main.js")}
-    assert sum(sizes[name] for name in first) < 150_000
+    assert sum(sizes[name] for name in first) < 60_000
     later = {
         "climb.js",
         "embed.js",
@@ -191,17 +192,24 @@ def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later(
     assert sum(without_a_server.values()) - of_weights < 300_000, "before a first game"
 
 
+DAY, NIGHT = (
+    dict(re.findall(r"--([\w-]+): (#\w{6})", colours))
+    for colours in re.findall(r":root {(.*?)}", (STATIC / "style.css").read_text(), re.DOTALL)
+)
+
+
 @pytest.mark.parametrize("sight", ["", "protan", "deutan", "tritan"])
-def test_colours_differ_for_everybody(sight):
+@pytest.mark.parametrize("look", [DAY, NIGHT], ids=["day", "night"])
+def test_colours_differ_for_everybody(look, sight):
     """Nobody mistakes a drone for the ground, or for one of the other side."""
-    script = (STATIC / "ground.js").read_text()
-    red, blue = re.search(r'COLOURS = \["(#\w+)", "(#\w+)"\]', script).groups()
-    shades = re.search(r'SHADES = \["(#\w+)", "(#\w+)"\]', script).groups()
 
-    def seen(colour):
-        return Color(colour).filter(sight) if sight else Color(colour)
+    def seen(name):
+        colour = Color(look[name])
+        return colour.filter(sight) if sight else colour
 
-    pairs = [(red, blue), (red, "white"), (blue, "white")]
-    pairs += [(drone, shade) for drone in (red, blue) for shade in shades]
+    pairs = [("red", "blue")]
+    pairs += [(drone, ground) for drone in ("red", "blue") for ground in ("ground", "red-ground", "blue-ground")]
     for one, other in pairs:
         assert seen(one).delta_e(seen(other), method="2000") >= 20, (one, other)
+    for ink in ("asked", "away", "ink", "line", "mark"):  # what is painted: axe sees text alone
+        assert seen(ink).contrast(seen("ground")) >= 3, ink

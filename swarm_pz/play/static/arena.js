@@ -1,6 +1,6 @@
 // The arena as it is seen: the ground, drones with trails, who is in danger, and captures as they happen.
 
-import { addDrone, COLOURS, Ground, newCanvas } from "./ground.js";
+import { addDrone, Ground, look, newCanvas } from "./ground.js";
 import { Trails } from "./trails.js";
 
 const FULL_RATE = 30; // of frames; with fewer, each is shown as it is until the next
@@ -105,9 +105,9 @@ export class Arena {
     pen.clearRect(0, 0, side, side);
     if (this.hasTrails) this.trails.paint(pen, frame, places, side);
     this.paintShadows(pen, places, side, size);
-    for (const reach of [1.45, 1]) { // a white rim first
+    for (const reach of [1.45, 1]) { // a rim first
       for (const team of [0, 1]) {
-        pen.fillStyle = reach > 1 ? "#fff" : COLOURS[team];
+        pen.fillStyle = reach > 1 ? look.ground : look.teams[team];
         pen.beginPath();
         for (let i = 0; i < teams.length; i++) {
           if (teams[i] === team) addDrone(pen, team, places[2 * i] * side, (1 - places[2 * i + 1]) * side, size * reach);
@@ -155,7 +155,7 @@ export class Arena {
     for (const { drone, team, began } of this.flashes) {
       const grown = (time - began) / FLASH_MS;
       pen.globalAlpha = 1 - grown;
-      pen.strokeStyle = COLOURS[team];
+      pen.strokeStyle = look.teams[team];
       pen.lineWidth = 0.6 * size;
       pen.beginPath();
       pen.arc(places[2 * drone] * side, (1 - places[2 * drone + 1]) * side, size * (1.6 + 3.2 * grown), 0, 7);

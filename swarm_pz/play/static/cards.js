@@ -1,7 +1,7 @@
 // Opponents as cards: a picture of what they do, a line, and whether one has beaten them.
 
 import { button, make } from "./elements.js";
-import { addDrone, COLOURS, INK, newCanvas } from "./ground.js";
+import { addDrone, look, newCanvas } from "./ground.js";
 import { called } from "./words.js";
 
 // The opponents that unlock one by one, as items of a list; play(name) is called for the one that is chosen.
@@ -19,12 +19,12 @@ export function opponentCards(policies, rungs, { beaten, next }, play) {
 // What a policy asked for at a moment of a game as blue, and where its drones were.
 export function paintCard(canvas, card) {
   const pen = canvas.getContext("2d"), side = canvas.width;
-  pen.fillStyle = "#fff";
+  pen.fillStyle = look.ground;
   pen.fillRect(0, 0, side, side);
   if (!card) return;
   const cells = card.target.length, small = newCanvas(cells), draw = small.getContext("2d");
   const asked = [...card.target.join("")].map((digit) => Number(digit) / 9), mean = asked.reduce((a, b) => a + b) / asked.length;
-  draw.fillStyle = COLOURS[1];
+  draw.fillStyle = look.teams[1];
   asked.forEach((value, i) => {
     draw.globalAlpha = 0.65 / (1 + 3 * mean) * value; // what is asked for everywhere is faint
     draw.fillRect(i % cells, cells - 1 - Math.floor(i / cells), 1, 1);
@@ -36,8 +36,8 @@ export function paintCard(canvas, card) {
 // Drones of a team, by their places in hundredths of the map.
 export function paintDrones(canvas, team, drones) {
   const pen = canvas.getContext("2d"), side = canvas.width, size = side * 0.028;
-  pen.fillStyle = COLOURS[team];
-  pen.strokeStyle = "#fff";
+  pen.fillStyle = look.teams[team];
+  pen.strokeStyle = look.ground;
   pen.lineWidth = size * 0.45;
   for (const [x, y] of drones) {
     pen.beginPath();
@@ -65,7 +65,7 @@ function arc(radius, from = 0, to = 2 * Math.PI) {
 // A drawing, by its points in map widths, and red drones that have followed it.
 export function paintDrawing(canvas, points, drones) {
   const pen = canvas.getContext("2d"), side = canvas.width;
-  pen.strokeStyle = INK;
+  pen.strokeStyle = look.asked;
   pen.globalAlpha = 0.28;
   pen.lineWidth = 0.1 * side;
   pen.lineCap = pen.lineJoin = "round";

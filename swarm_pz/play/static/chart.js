@@ -1,6 +1,6 @@
 // Team sizes over time: red from below, blue from above, each with its team's sign.
 
-import { disc, hatch } from "./ground.js";
+import { disc, hatch, look, onLook } from "./ground.js";
 
 const SHORTEST_S = 30;
 const SWING_S = 5;
@@ -12,6 +12,7 @@ export class Chart {
     this.marked = null; // a second to point out
     this.cursor = null; // the seconds that are shown of a recorded game
     new ResizeObserver(() => this.resize()).observe(canvas);
+    onLook(() => this.repaint());
   }
 
   // Sizes of red and blue, one entry a second.
@@ -41,13 +42,17 @@ export class Chart {
     const [width, height] = [this.canvas.clientWidth * scale, this.canvas.clientHeight * scale].map(Math.round);
     if (width === this.canvas.width && height === this.canvas.height) return;
     Object.assign(this.canvas, { width, height });
+    this.repaint();
+  }
+
+  repaint() {
     this.hatches = null;
     this.paint();
   }
 
   paint() {
     const { canvas, sizes } = this, { width, height } = canvas, pen = canvas.getContext("2d");
-    pen.fillStyle = "#eef0f2";
+    pen.fillStyle = look.panel;
     pen.fillRect(0, 0, width, height);
     if (!sizes.length || !width) return;
     this.hatches ??= [0, 1].map((team) => hatch(pen, team, width / (canvas.clientWidth || width)));
@@ -69,7 +74,7 @@ export class Chart {
 }
 
 function paintLine(pen, points, width, dash = []) {
-  pen.strokeStyle = "#1b1f24";
+  pen.strokeStyle = look.ink;
   pen.lineWidth = width;
   pen.setLineDash(dash);
   pen.beginPath();
@@ -78,17 +83,17 @@ function paintLine(pen, points, width, dash = []) {
 }
 
 function paintCursor(pen, x, height) {
-  pen.fillStyle = "#fff";
+  pen.fillStyle = look.ground;
   pen.fillRect(x - height / 28, 0, height / 14, height);
-  pen.fillStyle = "#111";
+  pen.fillStyle = look.ink;
   pen.fillRect(x - height / 56, 0, height / 28, height);
 }
 
 function paintMark(pen, x, y, height) {
   paintLine(pen, [[x, 0], [x, height]], 1);
-  pen.fillStyle = "#fff";
+  pen.fillStyle = look.ground;
   disc(pen, x, y, 0.11 * height);
-  pen.fillStyle = "#111";
+  pen.fillStyle = look.ink;
   disc(pen, x, y, 0.07 * height);
 }
 

@@ -1,11 +1,10 @@
 // The ladder: somebody's code, the level that they have reached, and whom they meet next.
 
 import { byId, on } from "./elements.js";
-import { disc, INK } from "./ground.js";
+import { disc, look } from "./ground.js";
 import { called, systemOption } from "./words.js";
 
 const MARGIN = 100; // points beyond the first and the last opponent
-const DARK = "#1b1f24", LINE = "#767c85";
 
 export class Climbing {
   // begin: sends what opens a room, and begins in it at once.
@@ -59,19 +58,19 @@ function paint(canvas, { level, low, high, opponent }, rungs) {
     pen.fillRect(from, base - thick / 2, Math.max(to - from, 4), thick);
   };
   pen.clearRect(0, 0, width, height);
-  bar("#9bd3bf", x(low), x(high), unit);
-  bar(LINE, 0, width, 2);
+  bar(`${look.asked}66`, x(low), x(high), unit);
+  bar(look.line, 0, width, 2);
   pen.font = `${0.85 * unit}px system-ui, sans-serif`;
   pen.textAlign = "center";
   for (const { name, rating } of rungs) {
     if (name !== opponent) {
-      bar(LINE, x(rating), x(rating), unit);
+      bar(look.line, x(rating), x(rating), unit);
       continue;
     }
-    bar(DARK, x(rating), x(rating), 2.4 * unit);
+    bar(look.ink, x(rating), x(rating), 2.4 * unit);
     pen.fillText(called(name), within(x(rating), pen.measureText(called(name)).width / 2), base - 1.6 * unit);
   }
-  pen.fillStyle = INK;
+  pen.fillStyle = look.asked;
   disc(pen, within(x(level), unit / 2), base, unit / 2);
   pen.fillText("you", within(x(level), unit), base + 1.7 * unit);
   const [first, last] = [rungs[0], rungs.at(-1)].map(({ name }) => called(name));

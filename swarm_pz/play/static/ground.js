@@ -2,10 +2,12 @@
 
 import { CAPTURES_FROM, CELLS } from "./frames.js";
 
-export const COLOURS = ["#d62839", "#1d62d6"];
-export const SHADES = ["#f8c3c7", "#bdd3f6"]; // of ground that captures
-export const INK = "#0b6e4f"; // of what one asks for
-const TINT = [11, 110, 79, 34];
+// Colours, as the style sheet has them by day and by night: of teams, of their ground, of where one asks to go and to keep
+// away, and the page's own.
+/** @type {any} */
+export const look = {};
+const night = matchMedia("(prefers-color-scheme: dark)");
+const TINT = 34; // how strong what is asked for is, of 255
 const HALF = 127.5; // of a target's largest value: inside is where most of the swarm is wanted
 
 /** @returns {HTMLCanvasElement} */
@@ -22,9 +24,9 @@ export function pattern(pen, size, paint) {
 export function hatch(pen, team, scale) {
   const size = Math.max(Math.round(7 * scale), 5);
   return pattern(pen, size, (tile) => {
-    tile.fillStyle = SHADES[team];
+    tile.fillStyle = look.shades[team];
     tile.fillRect(0, 0, size, size);
-    tile.strokeStyle = tile.fillStyle = COLOURS[team];
+    tile.strokeStyle = tile.fillStyle = look.teams[team];
     tile.globalAlpha = 0.75;
     tile.lineWidth = size / 7;
     if (team === 1) return disc(tile, size / 2, size / 2, size / 5);
@@ -58,6 +60,18 @@ export function addDrone(pen, team, x, y, size) {
   pen.closePath();
 }
 
+// Act when the device goes over to its dark or its light colours.
+export function onLook(act) { night.addEventListener("change", act); }
+
+function read() {
+  const style = getComputedStyle(document.documentElement), of = (name) => style.getPropertyValue(`--${name}`).trim();
+  for (const name of ["asked", "away", "ink", "ground", "panel", "line"]) look[name] = of(name);
+  look.teams = [of("red"), of("blue")];
+  look.shades = [of("red-ground"), of("blue-ground")];
+}
+read();
+onLook(read);
+
 export class Ground {
   constructor(canvas) {
     this.canvas = canvas;
@@ -66,6 +80,10 @@ export class Ground {
     this.image = this.tint.getContext("2d").createImageData(CELLS, CELLS);
     this.hatches = null;
     this.forget();
+    onLook(() => {
+      this.resize();
+      this.setTarget(this.target);
+    });
   }
 
   forget() {
@@ -87,9 +105,10 @@ export class Ground {
   }
 
   makeTint(picture) {
+    const colour = [1, 3, 5].map((from) => parseInt(look.asked.slice(from, from + 2), 16));
     picture.forEach((value, i) => {
       const row = CELLS - 1 - Math.floor(i / CELLS), place = 4 * (row * CELLS + i % CELLS);
-      this.image.data.set(value > HALF ? TINT : [0, 0, 0, 0], place);
+      this.image.data.set([...colour, value > HALF ? TINT : 0], place);
     });
     this.tint.getContext("2d").putImageData(this.image, 0, 0);
   }
@@ -105,7 +124,7 @@ export class Ground {
     if (!this.dirty) return;
     this.dirty = false;
     const { canvas } = this, side = canvas.width, pen = canvas.getContext("2d");
-    pen.fillStyle = "#fff";
+    pen.fillStyle = look.ground;
     pen.fillRect(0, 0, side, side);
     this.hatches ??= [0, 1].map((team) => hatch(pen, team, side / (canvas.clientWidth || side)));
     if (this.hasTint) {
@@ -117,7 +136,7 @@ export class Ground {
   }
 
   paintContour(pen, side) {
-    pen.strokeStyle = INK;
+    pen.strokeStyle = look.asked;
     pen.lineWidth = side * 0.003;
     pen.beginPath();
     trace(this.target.picture, this.target.cells, HALF, (x0, y0, x1, y1) => {
@@ -149,7 +168,7 @@ export class Ground {
       }
     }
     pen.fillStyle = this.hatches[team];
-    pen.strokeStyle = COLOURS[team];
+    pen.strokeStyle = look.teams[team];
     pen.lineWidth = Math.max(side * 0.003, 1.5);
     pen.fill(cells);
     pen.stroke(edges);

@@ -3,7 +3,7 @@
 import { Arena } from "./arena.js";
 import { byId } from "./elements.js";
 import { CELLS } from "./frames.js";
-import { newCanvas } from "./ground.js";
+import { newCanvas, onLook } from "./ground.js";
 
 const SIDE = 1100; // of a board of which a picture shows a part
 const MIDDLE = 25; // the cell in the middle of every picture, along both axes
@@ -20,6 +20,7 @@ const SCENES = {
 };
 
 let isPainted = false;
+onLook(() => { isPainted = false; });
 
 export function explain() {
   if (!isPainted) for (const canvas of byId("legend").querySelectorAll("canvas")) paintSign(canvas, SCENES[canvas.dataset.sign]);

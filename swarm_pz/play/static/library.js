@@ -1,12 +1,13 @@
 // The library: drawings, and other commands, that this browser keeps; sent again at a tap or by a digit.
 
 import { button, byId, make, on } from "./elements.js";
+import { look, onLook } from "./ground.js";
 import { keep, recall } from "./store.js";
 
 const STORE = "drawings", FORMAT = "swarm-pz.drawings.v1";
 const MOST = 9; // of a kind: as many as there are digits
 const MOST_BYTES = 2e6; // of a file
-const BRUSHES = { attract: "#0b6e4f", repel: "#7a4a00", erase: "#fff" };
+const BRUSHES = { attract: "asked", repel: "away", erase: "ground" }; // and the colour of each
 const SIZE = 72; // pixels a side of a picture
 
 export class Library {
@@ -24,6 +25,7 @@ export class Library {
       import: () => byId("file").click(),
     });
     on("change", { file: () => this.import() });
+    onLook(() => this.show());
     addEventListener("storage", ({ key }) => { if (key === `swarm-pz.${STORE}`) this.show(checked(recall(STORE))); }); // by another window
   }
 
@@ -135,7 +137,7 @@ function picture({ strokes }) {
   const canvas = make("canvas", { width: SIZE, height: SIZE, "aria-hidden": true }), pen = canvas.getContext("2d");
   pen.lineCap = pen.lineJoin = "round";
   for (const { brush = "attract", width = 0.15, points, x, y } of strokes) {
-    pen.strokeStyle = BRUSHES[brush];
+    pen.strokeStyle = look[BRUSHES[brush]];
     pen.lineWidth = width * SIZE;
     pen.beginPath();
     for (const [px, py] of points ?? [[x, y]]) for (const _ of [0, 1]) pen.lineTo(px * SIZE, (1 - py) * SIZE); // a dot is a line, too

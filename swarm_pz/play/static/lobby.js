@@ -2,6 +2,7 @@
 
 import { opponentCards, paintPoster } from "./cards.js";
 import { byId, on } from "./elements.js";
+import { onLook } from "./ground.js";
 import { inARow, progress, ROUND } from "./progress.js";
 import { keep, recall } from "./store.js";
 import { called, SIDES, systemOption } from "./words.js";
@@ -29,6 +30,7 @@ export class Lobby {
     on("change", { opponent: () => this.describe(), side: () => this.showSides() });
     on("input", { label: () => keep("name", byId("label").value) });
     byId("label").value = recall("name") ?? "";
+    onLook(() => { if (this.welcome) this.suggest(this.welcome); });
   }
 
   show(welcome) {
@@ -41,7 +43,7 @@ export class Lobby {
     byId("quick").disabled = byId("invite-somebody").disabled = false;
     byId("start-ladder").hidden = !welcome.ladder;
     byId("invite-somebody").hidden = byId("join").hidden = !welcome.guests;
-    this.suggest(welcome);
+    this.suggest(this.welcome = welcome);
     byId("label-hint").textContent = welcome.records_labels
       ? "This host records it with your games." : "It stays in this browser; those at your table see it.";
     if (!byId("opponent").options.length) this.offer(welcome);

@@ -1,6 +1,6 @@
 // Commands that are placed and not drawn: attractors, leaders, a formation.
 
-import { INK } from "./ground.js";
+import { look } from "./ground.js";
 import { Pen, short, within } from "./pen.js";
 
 const GRIP = 0.06; // map widths within which an attractor is taken hold of, and no other one placed
@@ -219,11 +219,11 @@ export class Marks extends Pen {
     }
     pen.restore();
     pen.setLineDash(this.sent ? [] : [8, 5]);
-    for (const [style, width] of [["#fff", 7], [INK, mark === this.mark ? 4 : 2]]) {
+    for (const [style, width] of [[look.ground, 7], [look.asked, mark === this.mark ? 4 : 2]]) {
       pen.strokeStyle = pen.fillStyle = style;
       pen.lineWidth = width;
       pen.stroke();
-      if (style === "#fff") pen.strokeText(name, -0.03 * side, -0.03 * side);
+      if (width === 7) pen.strokeText(name, -0.03 * side, -0.03 * side);
       else pen.fillText(name, -0.03 * side, -0.03 * side);
     }
     pen.restore();

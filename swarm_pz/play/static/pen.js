@@ -1,9 +1,8 @@
 // The drawing: strokes by finger, pen, mouse or keys, painted at once in this page alone.
 // What a stroke asks for is decided by the server; nothing here knows.
 
-import { INK, pattern } from "./ground.js";
+import { look, onLook, pattern } from "./ground.js";
 
-const HATCH = { attract: [INK, "+"], repel: ["#7a4a00", "-"] };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const STEP = 0.02; // of a key, in map widths; five times as much with Shift
 const MOST_POINTS = 3000, MOST_STROKES = 250; // of what is sent
@@ -35,6 +34,10 @@ export class Pen {
     this.down = new Map(); // strokes being drawn, by pointer
     this.cursor = { x: 0.5, y: 0.5, shown: false };
     this.patterns = {};
+    onLook(() => {
+      this.patterns = {};
+      this.dirty = true;
+    });
   }
 
   // What its drawings are kept as.
@@ -254,7 +257,7 @@ export class Pen {
       if (brush === "erase") continue;
       pen.globalCompositeOperation = "source-over";
       pen.globalAlpha = strength;
-      line(pen, points, width * side, side, this.patterns[brush] ??= inkOf(pen, brush));
+      line(pen, points, width * side, side, this.patterns[brush] ??= hatched(pen, brush));
     }
     pen.globalCompositeOperation = "source-over";
     pen.globalAlpha = 1;
@@ -270,7 +273,7 @@ export class Pen {
     pen.lineTo(x + 6, y);
     pen.moveTo(x, y - 6);
     pen.lineTo(x, y + 6);
-    for (const [style, width] of [["#fff", 5], [HATCH[this.brush]?.[0] ?? "#333", 2]]) {
+    for (const [style, width] of [[look.ground, 5], [inkOf(this.brush), 2]]) {
       pen.strokeStyle = style;
       pen.lineWidth = width;
       pen.stroke();
@@ -289,11 +292,13 @@ function line(pen, points, width, side, style) {
   pen.stroke();
 }
 
+function inkOf(brush) { return { attract: look.asked, repel: look.away }[brush] ?? look.ink; }
+
 // Told apart by sign and direction of hatching, not by colour alone.
-function inkOf(pen, brush) {
-  const size = 18, [colour, sign] = HATCH[brush];
+function hatched(pen, brush) {
+  const size = 18, isPlus = brush === "attract";
   return pattern(pen, size, (tile) => {
-    tile.fillStyle = tile.strokeStyle = colour;
+    tile.fillStyle = tile.strokeStyle = inkOf(brush);
     tile.globalAlpha = 0.25;
     tile.fillRect(0, 0, size, size);
     tile.globalAlpha = 1;
@@ -301,8 +306,8 @@ function inkOf(pen, brush) {
     tile.beginPath();
     tile.moveTo(5, 9);
     tile.lineTo(13, 9);
-    tile.moveTo(...(sign === "+" ? [9, 5] : [0, 0]));
-    tile.lineTo(...(sign === "+" ? [9, 13] : [size, 0]));
+    tile.moveTo(...(isPlus ? [9, 5] : [0, 0]));
+    tile.lineTo(...(isPlus ? [9, 13] : [size, 0]));
     tile.stroke();
   });
 }

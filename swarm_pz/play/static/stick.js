@@ -1,6 +1,6 @@
 // A stick in the corner of the board, which flies drones by their accelerations: all of one's own, or one that was tapped.
 
-import { INK } from "./ground.js";
+import { look } from "./ground.js";
 import { Pen } from "./pen.js";
 
 const CENTRE = [0.15, 0.15], REACH = 0.12; // of the stick, in map widths
@@ -112,13 +112,13 @@ export class Stick extends Pen {
       pen.beginPath();
       pen.arc(x * side, (1 - y) * side, radius * side, 0, 7);
       pen.fillStyle = fill;
-      pen.strokeStyle = INK;
+      pen.strokeStyle = look.asked;
       pen.lineWidth = width;
       pen.fill();
       pen.stroke();
     };
-    circle(CENTRE[0], CENTRE[1], REACH, 3, "rgb(255 255 255 / 70%)");
-    circle(CENTRE[0] + REACH * u, CENTRE[1] + REACH * v, 0.05, 3, "rgb(11 110 79 / 60%)");
+    circle(CENTRE[0], CENTRE[1], REACH, 3, `${look.ground}b3`);
+    circle(CENTRE[0] + REACH * u, CENTRE[1] + REACH * v, 0.05, 3, `${look.asked}99`);
     if (this.chosen !== null) circle(positions[2 * this.chosen], positions[2 * this.chosen + 1], 0.035, 4);
   }
 }

@@ -1,6 +1,6 @@
 // Where drones came from: the last five seconds, fading, and always fainter than the drones themselves.
 
-import { COLOURS, newCanvas } from "./ground.js";
+import { look, newCanvas } from "./ground.js";
 
 const TRAIL_TICKS = 150, TRAIL_EVERY = 6;
 const SEGMENTS_AT_ONCE = 5; // of the trails' 25, so that no picture waits for all of them
@@ -63,7 +63,7 @@ export class Trails {
     pen.lineWidth = Math.max(side * 0.002, 1);
     pen.globalAlpha = DARKEST * fresh * fresh * (teams.length > MANY ? 0.6 : 1);
     for (const team of [0, 1]) {
-      pen.strokeStyle = COLOURS[team];
+      pen.strokeStyle = look.teams[team];
       pen.beginPath();
       for (let i = 0; i < teams.length; i++) {
         if (teams[i] !== team) continue;

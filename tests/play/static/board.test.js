@@ -7,7 +7,7 @@ import { at, bytes, fixtures, Line, reload, time } from "./page.js";
 import { Arena } from "../../../swarm_pz/play/static/arena.js";
 import { Chart, turningPoint, untilTheEnd } from "../../../swarm_pz/play/static/chart.js";
 import { decode } from "../../../swarm_pz/play/static/frames.js";
-import { COLOURS, Ground } from "../../../swarm_pz/play/static/ground.js";
+import { Ground, look } from "../../../swarm_pz/play/static/ground.js";
 import { News } from "../../../swarm_pz/play/static/news.js";
 import { Replay } from "../../../swarm_pz/play/static/replay.js";
 import { Sound } from "../../../swarm_pz/play/static/sound.js";
@@ -129,8 +129,8 @@ test("hidden drones are painted nowhere", () => {
   for (const { path } of arena.drones.getContext("2d").done) {
     for (const [, x, y] of path) assert.ok(Number.isNaN(x) === Number.isNaN(y));
   }
-  assert.ok(painted(arena.drones, "fill", COLOURS[0]).every(([, x]) => Number.isNaN(x)), "a canvas leaves these out");
-  assert.equal(painted(arena.drones, "fill", COLOURS[1]).filter(([, x]) => Number.isFinite(x)).length, 8);
+  assert.ok(painted(arena.drones, "fill", look.teams[0]).every(([, x]) => Number.isNaN(x)), "a canvas leaves these out");
+  assert.equal(painted(arena.drones, "fill", look.teams[1]).filter(([, x]) => Number.isFinite(x)).length, 8);
 });
 
 test("who sees the other side sees its target no more", () => {
@@ -194,7 +194,7 @@ test("the chart fills in seconds that were missed, keeps its own, and paints red
 test("the moment of a recorded game is told in the chart", () => {
   const chart = new Chart(canvas(300, 400));
   chart.set([[10, 10], [15, 5], [5, 15]]);
-  const strokes = () => painted(chart.canvas, "stroke", "#1b1f24").length, before = strokes();
+  const strokes = () => painted(chart.canvas, "stroke", look.ink).length, before = strokes();
   chart.set(chart.sizes, 1);
   assert.ok(strokes() > 2 * before, "the turn is marked");
   chart.show(1.5);

@@ -219,7 +219,8 @@ let happenings = new EventTarget(); // to the window
 Object.assign(globalThis, {
   window: globalThis, localStorage: new Store(), sessionStorage: new Store(), devicePixelRatio: 1, innerWidth: 390, innerHeight: 844,
   location: { protocol: "http:", host: "table", origin: "http://table", hash: "", pathname: "/", replace: (to) => { location.replaced = to; } },
-  history: { pushState: (...what) => go(...what), replaceState: (...what) => go(...what) }, scrollTo() {}, matchMedia: () => ({ matches: true }),
+  history: { pushState: (...what) => go(...what), replaceState: (...what) => go(...what) }, scrollTo() {},
+  matchMedia: () => ({ matches: true, addEventListener() {} }), getComputedStyle: () => ({ getPropertyValue: (name) => name }),
   addEventListener: (...what) => happenings.addEventListener(...what), dispatchEvent: (event) => happenings.dispatchEvent(event),
   ResizeObserver: class { observe() {} },
   Option: function (text, value) { return Object.assign(new Element("option", { value: String(value) }), { children: [text] }); },
