@@ -152,10 +152,12 @@ def heights(found):
 
 
 def check_axe(page, where):
-    """Check that axe finds no fault."""
+    """Check that axe finds no fault, in the dark and in the light."""
     if not page.evaluate("'axe' in window"):
         page.evaluate(AXE_SCRIPT)
-    assert page.evaluate(AXE) == [], where
+    for scheme in ("dark", "light"):
+        page.emulate_media(color_scheme=scheme)
+        assert page.evaluate(AXE) == [], f"{where}, {scheme}"
 
 
 def check_places(page, where):
