@@ -82,7 +82,7 @@ export class Controls {
     }
     this.pen.keep = byId("keep").checked;
     this.isEquipped = kind !== "strokes" || DRAWN.includes(takes) || isServed;
-    byId("hint").textContent = this.isEquipped ? this.pen.hint : `This page has no gesture for ${takes}: programs play them.`;
+    byId("hint").textContent = this.isEquipped ? this.pen.hint : `This page cannot give ${takes}. Programs can.`;
     this.showTools(kind, commands);
     this.library.show();
     this.show();

@@ -82,7 +82,7 @@ export class Cover {
 
   get pace() {
     const { speed } = this.room.settings;
-    return speed === 1 ? "" : ` Time goes at ${speed} of its speed here.`;
+    return speed === 1 ? "" : ` The game runs at ${speed} of full speed.`;
   }
 
   result(lastTick) {

@@ -45,7 +45,7 @@ export class Lobby {
     byId("invite-somebody").hidden = byId("join").hidden = !welcome.guests;
     this.suggest(this.welcome = welcome);
     byId("label-hint").textContent = welcome.records_labels
-      ? "This host records it with your games." : "It stays in this browser; those at your table see it.";
+      ? "This server records it with your games." : "This browser keeps it. The people in your room see it.";
     if (!byId("opponent").options.length) this.offer(welcome);
   }
 
@@ -97,15 +97,15 @@ export class Lobby {
   async gone(room, restarted) {
     const games = listGames(this.link.table, byId("gone-games"), room);
     if (this.typed === room && !await games) { // most likely a slip, and corrected where it was made
-      byId("code-fault").textContent = `There is no room ${room}. Look at its code again: it may also be closed.`;
+      byId("code-fault").textContent = `There is no room ${room}. Check the code. If it is right, the room is closed.`;
       byId("code").focus();
       byId("code").select();
       return;
     }
     byId("gone").hidden = false;
-    const what = restarted ? `The table was started anew, and room ${room} is gone with it.` : `There is no room ${room} any more.`;
+    const what = restarted ? `The server was restarted, so room ${room} is gone.` : `There is no room ${room} any more.`;
     byId("gone-text").textContent = what;
-    if (await games) byId("gone-text").textContent = `${what} What was played in it is recorded:`;
+    if (await games) byId("gone-text").textContent = `${what} Its games are recorded:`;
   }
 
   forgive() {

@@ -99,7 +99,7 @@ function open(name) {
 function begin(message) {
   if (isBeginning) return false;
   isBeginning = link.send(message.type === "climb" ? message : { type: "create", label: byId("label").value, settings: {}, ...message });
-  if (!isBeginning) say("The table does not answer yet; try again in a moment.");
+  if (!isBeginning) say("The server does not answer yet. Try again in a moment.");
   return isBeginning;
 }
 
@@ -143,7 +143,7 @@ function showLadder() {
 
 // Show the ladder, and somebody's level, if there is one to show; else ask for that of the code that stands there.
 async function climb(level = null) {
-  if (!welcomed.ladder) return giveUp("There is no ladder at this table.");
+  if (!welcomed.ladder) return giveUp("This server has no ladder.");
   climbing ??= import("./climb.js").then(({ Climbing }) => new Climbing(link, begin));
   const here = await climbing;
   here.offer(welcomed);

@@ -11,7 +11,7 @@ async function look() {
     byId("lost").textContent = told.fault ?? "";
     if (told.rows) show(told);
   } catch {
-    byId("lost").textContent = "The server does not answer; this is what was seen last.";
+    byId("lost").textContent = "The server does not answer. You see what it said last.";
   }
   setTimeout(look, EVERY_MS);
 }

@@ -83,7 +83,7 @@ function show(state) {
 
 function showElsewhere() {
   draw("elsewhere", "This study is open in another window", [
-    paragraph("Go on there, or close that window. You can also go on in this one; the other one stops then."),
+    paragraph("Go on there, or close that window. You can also go on here; the other window then stops."),
     choices(button("Go on here", () => {
       own = newWindow();
       takesOver = true;
@@ -117,9 +117,9 @@ function parts({ step, game }, words) {
 
 function gameWords({ phase, until, of_two: ofTwo, again }) {
   if (phase === "waiting") return "You are ready. The game begins when the other participant is, too.";
-  if (phase === "saving") return "The game is over; it is being written down.";
-  if (again) return "This game was broken off: you play it once more, from its beginning.";
-  if (until) return `These games do not count; you play them ${until}.`;
+  if (phase === "saving") return "The game is over. The server is saving it.";
+  if (again) return "This game was broken off. You play it again from the start.";
+  if (until) return `These games do not count. You play them ${until}.`;
   return ofTwo ? "You play against another participant." : "It begins with a short countdown.";
 }
 
@@ -141,7 +141,7 @@ function rest(step) {
   };
   const ticking = setInterval(count, 250);
   count();
-  return make("div", {}, paragraph("Stretch, look out of the window. You can go on when the time is up, or later."), timer, choices(goOn));
+  return make("div", {}, paragraph("Stretch, or look out of the window. You can go on when the time is up, or later."), timer, choices(goOn));
 }
 
 // --- questions ------------------------------------------------------------------------------------

@@ -114,7 +114,7 @@ export class Table {
     this.place = recording;
     this.from = from;
     this.leftPlace = null;
-    this.cover.wait("Opening the recorded game: it is played through first, which may take a while…");
+    this.cover.wait("Opening the recorded game. The server plays it through first, which may take a while…");
   }
 
   sitDown({ seat, token, commands, factors }) {
@@ -264,7 +264,7 @@ export class Table {
     this.controls.pen.paint();
     this.cover.count(this.room, this.link.now());
     const isSilent = this.room?.phase === "playing" && performance.now() - this.heardMs > SILENCE_MS;
-    say("silence", isSilent ? "The server is silent; this is what was seen last." : "");
+    say("silence", isSilent ? "The server is silent. You see the last moment that it sent." : "");
     const shown = this.arena.paint(), told = byId("arena").dataset;
     if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
     if (!shown || shown === this.shown || !this.room) return;

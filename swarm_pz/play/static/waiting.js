@@ -41,8 +41,8 @@ export class Waiting {
     byId("invitation-link").value = link;
     byId("invitation-code").src = `/invitations/${this.code}.svg?at=${encodeURIComponent(address)}`;
     byId("invitation-hint").textContent = this.isLocal
-      ? "Only this machine reaches this link. For phones and other machines, start the table with --host 0.0.0.0."
-      : "Whoever opens it takes the free seat.";
+      ? "Only this computer can open this link. For phones and other computers, start the server with --host 0.0.0.0."
+      : "The first person who opens it takes the free seat.";
     byId("copy").textContent = "Copy the link";
   }
 

@@ -209,7 +209,7 @@ test("the first button plays who comes next, and a name stays in the browser", a
 
 test("a level is asked for by its code, shown, and played on from", async () => {
   await load("#ladder");
-  assert.deepEqual([view(), at("says").textContent], ["lobby", "There is no ladder at this table."]);
+  assert.deepEqual([view(), at("says").textContent], ["lobby", "This server has no ladder."]);
   reload();
   await load("#ladder", { welcome: { ...WELCOME, ladder: true } });
   at("climber-code").value = " P01 ";

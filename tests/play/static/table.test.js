@@ -342,7 +342,7 @@ test("the stick flies one drone that was chosen, by keys or a tap, and never a f
 test("who has no gesture is told so, and can send nothing", async () => {
   const commands = { system: "spells", takes: "spells", shape: [1], low: 0, high: 1, default: [0], serves_densities: false, shapes: [] };
   const seat = await sit("ergodic", { commands });
-  assert.equal(at("hint").textContent, "This page has no gesture for spells: programs play them.");
+  assert.equal(at("hint").textContent, "This page cannot give spells. Programs can.");
   draw([0.5, 0.5], [0.6, 0.6]);
   assert.deepEqual([at("send").disabled, seat.commands()], [true, []]);
 });
