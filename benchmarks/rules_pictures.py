@@ -11,16 +11,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch, Rectangle
+from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
-from benchmarks.paper.style import GROUND, TEAMS
+from swarm_pz.analysis.video import film_game
 from swarm_pz.config import BLUE, GRID_CELLS, RED, TICKS_PER_SECOND, CaptureConfig, GameConfig
-from swarm_pz.evaluation.rollout import Rollout
 from swarm_pz.rendering.painter import ARENA, HEADER, MARGIN, draw
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.ergodicity import reconstruct
 
 CENTRES = (np.arange(10) + 0.5) / 10 - 0.5
 
@@ -53,47 +50,6 @@ def cut(picture: NDArray[np.uint8], left: float, bottom: float, side: float) -> 
     top = round((1 - bottom - side) * ARENA)
     pixels, column = round(side * ARENA), round(left * ARENA)
     return picture[top : top + pixels, column : column + pixels]
-
-
-def draw_game(path: Path) -> None:
-    """Draw a moment of a game, and say what is what beside it."""
-    game = Rollout("ring", "uniform", [0], seed=1)
-    game.play(12.0)
-    simulator = game.simulator
-    red, blue = simulator.sizes[0].tolist()
-    figure = Figure(figsize=(10, 5.9), layout="constrained")
-    arena, beside = figure.subplots(1, 2, width_ratios=(5.4, 4.6))
-    arena.imshow(board(simulator), extent=(0, 1, 0, 1))
-    target = reconstruct(simulator.games.coefficients[0, RED], 200, smooth=True)
-    places = (np.arange(200) + 0.5) / 200
-    arena.contour(places, places, target, [2.0], colors=["#00795c"], linestyles="dashed", linewidths=1.8)
-    arena.set(xticks=[], yticks=[])
-    arena.set_title(f"{simulator.time_s[0]:.0f} s into a game of 10 against 10: red {red}, blue {blue}", fontsize=11)
-    game.close()
-    beside.axis("off")
-    beside.legend(*_legend(), loc="center left", fontsize=11, frameon=False, labelspacing=1.3, handlelength=2.4)
-    figure.savefig(path, dpi=110)
-
-
-def _legend() -> tuple[list[Any], list[str]]:
-    """Return marks and what they mean."""
-    ground = {"facecolor": (*GROUND[RED], 0.75), "hatch": "////", "edgecolor": "black"}
-    marks = [
-        Line2D([], [], color=TEAMS[RED], marker="o", markersize=9, alpha=0.9),
-        Line2D([], [], color=TEAMS[BLUE], marker="D", markersize=8, alpha=0.9),
-        Patch(facecolor=(*GROUND[RED], 0.25)),
-        Patch(**ground),
-        Patch(**ground | {"facecolor": (*GROUND[BLUE], 0.75), "hatch": "\\\\\\\\"}),
-        Line2D([], [], color="#00795c", linestyle="dashed", linewidth=1.8),
-    ]
-    return marks, [
-        "red's drones, and their trails\nof the last five seconds",
-        "blue's drones, and their trails",
-        "shaded: red's drones flew around this\nground; darker: more time (blue: bluish)",
-        "dark, hatched upwards: surrounded by red;\na blue drone here turns red",
-        "dark, hatched downwards: surrounded by\nblue; a red drone here turns blue",
-        "red's command: drones mainly between\nthese lines; blue's command: the same\ndensity everywhere",
-    ]
 
 
 def draw_trail(path: Path) -> None:
@@ -183,7 +139,7 @@ def draw_capture(path: Path) -> None:
     for place, picture, title in zip(
         axes,
         (before, now, board(simulator)),
-        ("a blue drone enters hatched ground", "in that tick it becomes red", "one second later"),
+        ("a blue drone enters striped ground", "in that tick it becomes red", "one second later"),
         strict=True,
     ):
         show(place, cut(picture, left, bottom, side), title)
@@ -198,7 +154,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("docs/images"))
     out = parser.parse_args().out
-    draw_game(out / "game.png")
+    film_game("halo", "uniform", out / "game.png", seed=1, seconds=12)
     draw_trail(out / "rule_trail.png")
     draw_field(out / "rule_field.png")
     draw_capture(out / "rule_capture.png")

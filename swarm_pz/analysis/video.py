@@ -21,7 +21,7 @@ from swarm_pz.errors import RenderError, require_extra
 from swarm_pz.evaluation.rollout import Rollout, Watch, game_number
 from swarm_pz.files import FULL, check_file, draft_of
 from swarm_pz.policy import Player
-from swarm_pz.rendering.board import INK, SHADE_COLOURS, TEAM_COLOURS
+from swarm_pz.rendering.board import ASKED, INK, TEAM_COLOURS
 from swarm_pz.rendering.painter import FILM, PICTURE, Overlay, Painter
 
 FORMATS = (".gif", ".mp4")
@@ -46,7 +46,7 @@ def film_game(
 ) -> str:
     """Play one game of a match and write it as a film, or the board at one moment as a picture.
 
-    Both players are named, and dots in their colours show what each of them asks its drones to cover. The
+    Both players are named, and an outline for each shows what it asks its drones to cover. The
     file is there when it is complete; where something fails nothing is left.
 
     Parameters
@@ -203,7 +203,6 @@ def _explain(path: Path, told: str, status: int) -> NoReturn:
 
 def _palette() -> NDArray[np.uint8]:
     """Return the colours of animations, uint8 (16, 16, 3): those of the board, and between each of them and white."""
-    inks = np.array([*TEAM_COLOURS, *SHADE_COLOURS, INK], np.float64)
-    strengths = np.arange(1, 52)[:, None, None] / 51
-    colours = (255 + strengths * (inks - 255)).reshape(-1, 3)
-    return np.round(np.concatenate([colours, [(255, 255, 255)]])).astype(np.uint8).reshape(16, 16, 3)
+    inks = np.array([*TEAM_COLOURS, ASKED, INK], np.float64)
+    strengths = np.arange(64)[:, None, None] / 63
+    return np.round(255 + strengths * (inks - 255)).astype(np.uint8).reshape(16, 16, 3)

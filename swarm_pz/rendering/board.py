@@ -1,4 +1,4 @@
-"""What a picture of the board is made of: a canvas, ground, dots of targets and texts.
+"""What a picture of the board is made of: a canvas, ground, outlines of targets and texts.
 
 Every layer is a mask, laid with a colour over three planes of a byte a pixel: Pillow does that several
 times faster than over one image of three bytes a pixel. Row 0 of every grid is at the bottom.
@@ -6,7 +6,7 @@ times faster than over one image of three bytes a pixel. Row 0 of every grid is 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, lru_cache
 from typing import Any
@@ -17,19 +17,21 @@ from numpy.typing import ArrayLike, NDArray
 from swarm_pz.config import BLUE, GRID_CELLS, RED
 from swarm_pz.errors import require_extra
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.ergodicity import reconstruct
 
 Colour = tuple[int, int, int]
 
 TEAM_COLOURS: tuple[Colour, Colour] = ((214, 40, 57), (29, 98, 214))
 SHADE_COLOURS: tuple[Colour, Colour] = ((84, 8, 22), (8, 30, 84))
+GROUND_COLOURS: tuple[Colour, Colour] = ((248, 195, 199), (189, 211, 246))
+ASKED: Colour = (11, 110, 79)
+"""What teams are asked for. The page of the table has the same colours and signs."""
 INK: Colour = (33, 37, 41)
 LEVELS = (0.5, 1.2, 2.0, 4.0, 8.0)
 """Densities at which shades change and lines run, in multiples of uniform coverage; uniform coverage is between two."""
-_FAINT, _PLAIN, _HATCHED = 89, 178, 242
-"""Strengths, of 255: of ground just below capture, and between and on the lines of ground that captures."""
-_DOTTED, _APART = 0.4, 12
-"""Strength of a target's dots, and the pixels from one to the next."""
+_FAINT, _SIGNED, _TINTED = 200, 191, 0.13
+"""Strengths: of ground just below capture and of signs on ground that captures, of 255; of a target's inside, of 1."""
+_APART, _DASH, _LARGEST = 7, 6, 1024
+"""Pixels from one sign of such ground to the next, of a dash, and of the largest arena that there are signs for."""
 _FINE = 2
 """Trails and arrows are drawn so many times as large and averaged, which smooths edges."""
 
@@ -89,10 +91,10 @@ def blank(width: int, height: int) -> Canvas:
 
 
 def paint_fields(arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
-    """Shade the ground, the darker the stronger a team's field."""
+    """Shade the ground, the stronger a team's field is."""
     image_module = _image()
     bicubic, nearest = image_module.Resampling.BICUBIC, image_module.Resampling.NEAREST
-    for team, colour in enumerate(SHADE_COLOURS):
+    for team, colour in enumerate(GROUND_COLOURS):
         field = simulator.capture_field[row, team]
         if field.any():
             share = np.minimum(field / (field.max() * simulator.config.capture.threshold), 1.0)
@@ -101,56 +103,54 @@ def paint_fields(arena: Canvas, simulator: Simulator, row: int, side: int) -> No
             arena.lay(colour, faint.resize((side // 2, side // 2), bicubic).resize((side, side), nearest))
 
 
-def paint_captures(arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
-    """Hatch the ground where teams capture, as the rule has it; smoothing only rounds the corners of its cells."""
-    for team, colour in enumerate(SHADE_COLOURS):
+def paint_captures(
+    arena: Canvas, simulator: Simulator, row: int, side: int, teams: Sequence[int] = (RED, BLUE)
+) -> None:
+    """Paint the ground where teams capture, cell by cell, as the rule has it."""
+    for team in teams:
         ground = simulator.captures_here[row, team][::-1]
         if not ground.any():
             continue
-        cells, box = _around(ground, side)
-        inside = _image().fromarray(cells).resize((box[2] - box[0], box[3] - box[1]), _image().Resampling.BICUBIC)
-        strength = _image().new("L", inside.size)
-        strength.paste(hatched(team, side, side).crop(box), (0, 0), inside.point(_IS_INSIDE))
-        arena.lay(colour, strength, box[:2])
+        rows, columns = np.flatnonzero(ground.any(axis=1)), np.flatnonzero(ground.any(axis=0))
+        edges = (max(columns[0] - 1, 0), max(rows[0] - 1, 0), columns[-1] + 2, rows[-1] + 2)
+        left, top, right, bottom = (min(int(edge), GRID_CELLS) for edge in edges)
+        box = [round(edge * side / GRID_CELLS) for edge in (left, top, right, bottom)]
+        cells = _image().fromarray(np.where(ground[top:bottom, left:right], np.uint8(255), np.uint8(0)))
+        paint_ground(arena, team, cells.resize((box[2] - box[0], box[3] - box[1]), 0), (box[0], box[1]))
 
 
-_IS_INSIDE = [255 * (value > 127) for value in range(256)]
-
-
-def _around(ground: NDArray[np.bool_], side: int) -> tuple[NDArray[np.uint8], tuple[int, int, int, int]]:
-    """Cut out the cells around what is True; return them as 0 or 255, and their box in pixels."""
-    rows, columns = np.flatnonzero(ground.any(axis=1)), np.flatnonzero(ground.any(axis=0))
-    top, bottom = max(rows[0] - 2, 0), min(rows[-1] + 3, GRID_CELLS)
-    left, right = max(columns[0] - 2, 0), min(columns[-1] + 3, GRID_CELLS)
-    box = tuple(round(int(edge) * side / GRID_CELLS) for edge in (left, top, right, bottom))
-    return np.where(ground[top:bottom, left:right], np.uint8(255), np.uint8(0)), box  # type: ignore[return-value]
+def paint_ground(picture: Canvas, team: int, inside: Any, place: tuple[int, int]) -> None:
+    """Paint ground where a team captures, where a mask is 255: tinted, striped or dotted, and edged."""
+    chops, filters = require_extra("PIL.ImageChops", "render"), require_extra("PIL.ImageFilter", "render")
+    edge = chops.subtract(inside, inside.filter(filters.MinFilter(5)))
+    left, top = (edge % _APART for edge in place)
+    signs = hatched(team).crop((left, top, left + inside.width, top + inside.height))
+    picture.lay(GROUND_COLOURS[team], inside, place)
+    picture.lay(TEAM_COLOURS[team], chops.lighter(chops.multiply(inside, signs), edge), place)
 
 
 @cache
-def hatched(team: int, width: int, height: int) -> Any:
-    """Return a mask of ground where a team captures: hatched upwards for red, downwards for blue."""
-    along, across = np.arange(width), np.arange(height)[:, None]
-    lines = ((along + across) if team == RED else (along - across)) % 7 < 4
-    return _image().fromarray(np.where(lines, np.uint8(_HATCHED), np.uint8(_PLAIN)))
+def hatched(team: int) -> Any:
+    """Return a mask, as large as an arena, of a team's sign: stripes upwards for red, dots for blue."""
+    y, x = np.indices((_LARGEST, _LARGEST)) % _APART
+    across = np.abs((x + y + _APART // 2) % _APART - _APART // 2) - 0.2 if team == RED else np.hypot(x - 3, y - 3) - 1.2
+    return _image().fromarray(np.round(_SIGNED * np.clip(0.8 - across, 0.0, 1.0)).astype(np.uint8))
 
 
 # --- targets and lines of equal height ------------------------------------------------------------------------
 
 
-def dots(team: int, coefficients: NDArray[np.floating[Any]], side: int) -> Any:
-    """Return a mask of dots that are the larger the denser a target is: trails are lines, and these are none.
+def outline(team: int, density: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return strengths (cells, cells) of what shows a target: a line at half its maximum, and a tint inside.
 
-    Discs of red and diamonds of blue lie between one another, so that both teams' targets can be seen.
+    Red's line is whole, blue's is dashed, and a target that is the whole square has none.
     """
-    return mask_of(_DOTTED * dotted(team, reconstruct(coefficients, side, smooth=True)), side)
-
-
-def dotted(team: int, density: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return dots in [0, 1] for densities (cells, cells), in multiples of uniform coverage."""
-    rows, columns = (np.indices(density.shape) + 0.5 + _APART / 2 * (team == BLUE)) % _APART - _APART / 2
-    away = np.hypot(rows, columns) if team == RED else np.abs(rows) + np.abs(columns)
-    radius = np.minimum(_APART / 7 * np.sqrt(np.maximum(density, 0.0)), 0.45 * _APART)
-    return np.asarray(np.clip(radius - away + 0.5, 0.0, 1.0) * (density > LEVELS[0] / 2))
+    half = density.max() / 2
+    if density.min() > half:
+        return np.zeros_like(density)
+    rows, columns = np.indices(density.shape) // _DASH
+    dashes = np.where((rows + columns) % 2 * team, 0.25, 1.0)
+    return np.asarray(np.maximum(dashes * lines(density, (half,), (2.0,)), _TINTED * (density > half)))
 
 
 def lines(image: NDArray[np.float64], levels: ArrayLike, widths: ArrayLike) -> NDArray[np.float64]:

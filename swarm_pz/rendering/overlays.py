@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import RED, TEAM_NAMES
+from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import RenderError, nearest, require_extra
 from swarm_pz.rendering.board import (
     INK,
@@ -25,6 +25,9 @@ from swarm_pz.rendering.board import (
     font,
     lines,
     mask_of,
+    paint_captures,
+    paint_ground,
+    planes_of,
     smoothly,
 )
 from swarm_pz.rendering.painter import ENTRY_HEIGHT, Overlay
@@ -96,28 +99,20 @@ class Coverage(_OfTeam):
 
 
 class Captures(_OfTeam):
-    """A heavy line around the ground where a team captures: where its field exceeds the rule's threshold."""
+    """The ground where a team captures, as the board without overlays shows it."""
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
-        """Draw the line, its corners rounded, and hatch what it surrounds."""
-        image_module = require_extra("PIL.Image", "render")
-        ground = image_module.fromarray(simulator.captures_here[row, self.team].astype(np.float32))
-        inside = np.asarray(ground.resize((side, side), image_module.Resampling.BICUBIC), np.float64)
-        along, across = np.arange(side), np.arange(side)[:, None]
-        # As the board without overlays is hatched: upwards for red, downwards for blue.
-        hatch = ((along - across) if self.team == RED else (along + across)) % 8 < 3
-        edge = lines(inside, (0.5,), (side / 200,))
-        arena.lay(self._dark, mask_of(np.maximum(edge, 0.35 * hatch * (inside > 0.5)), side))
+        """Paint it cell by cell."""
+        paint_captures(arena, simulator, row, side, [self.team])
 
     def explain(self, picture: Any, x: int, y: int) -> None:
         """Show a piece of such ground."""
-        pen = _pen(picture)
-        box = (x, y + 3, x + 2 * _BOX - 4, y + ENTRY_HEIGHT - 8)
-        for left in range(x + 4, x + 2 * _BOX - 18, 8):
-            foot, top = (box[3], box[1]) if self.team == RED else (box[1], box[3])
-            pen.line([(left, foot), (left + 14, top)], fill=(*self._dark, 110), width=2)
-        pen.rectangle(box, outline=self._dark, width=3)
-        _say(pen, x + 2 * _BOX, y, f"where {self._name} captures")
+        image = require_extra("PIL.Image", "render")
+        size = 2 * _BOX - 4, ENTRY_HEIGHT - 11
+        swatch = planes_of(image.new("RGB", size, "white"))
+        paint_ground(swatch, self.team, image.new("L", size, 255), (0, 0))
+        picture.paste(image.fromarray(swatch.array()), (x, y + 3))
+        _say(_pen(picture), x + 2 * _BOX, y, f"where {self._name} captures")
 
 
 class Potential(_OfTeam):

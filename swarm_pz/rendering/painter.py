@@ -1,7 +1,7 @@
-"""Pictures of the board: white ground, shaded where each team can capture, drones and their trails.
+"""Pictures of the board, as the page of the table shows it: ground where each team captures, drones and their trails.
 
-Told apart without colour, too: red drones are discs and its capture ground is hatched upwards, blue
-ones are diamonds on ground hatched downwards. A drone's shadow tells its altitude. Row 0 of every grid is
+Told apart without colour, too: red drones are discs and its capture ground is striped, blue ones are
+diamonds on dotted ground. A drone's shadow tells its altitude. Row 0 of every grid is
 drawn at the bottom.
 """
 
@@ -17,21 +17,22 @@ from numpy.typing import NDArray
 from swarm_pz.config import BLUE, CONTROL_PERIOD, GRID_CELLS, RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD
 from swarm_pz.errors import ConfigError, nearest, require_extra
 from swarm_pz.rendering.board import (
+    ASKED,
     INK,
-    SHADE_COLOURS,
     TEAM_COLOURS,
     Canvas,
     blank,
-    dots,
-    dotted,
-    hatched,
+    mask_of,
+    outline,
     paint_captures,
     paint_fields,
+    paint_ground,
     planes_of,
     shorten,
 )
 from swarm_pz.rendering.drones import paint_drones, paint_trails, put_drone
 from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.ergodicity import reconstruct
 
 METADATA: dict[str, Any] = {
     "name": "swarm_pz_capture_v0",
@@ -79,8 +80,7 @@ class Painter:
     names : (str, str), optional
         Who plays red and blue.
     targets : bool
-        Show what both teams were asked for, as dots, the larger the denser, in place of shades of the fields,
-        and explain the signs below.
+        Outline what both teams were asked for, in place of shades of the fields, and explain the signs below.
     overlays : sequence of Overlay, optional
         What to show on the ground, the lowest first, in place of targets and of the ground where teams capture.
     layout : Layout
@@ -128,12 +128,13 @@ class Painter:
         return picture.array()
 
     def _ground_of(self, simulator: Simulator, row: int) -> Canvas:
-        """Return the ground with the dots of both targets, which are drawn when one changes."""
+        """Return the ground with the outlines of both targets, which are drawn when one changes."""
         if self._targets and self._shown != (shown := simulator.games.coefficients[row].tobytes()):
             side = self._layout.arena
             self._ground, self._shown = blank(side, side), shown
-            for team, colour in enumerate(TEAM_COLOURS):
-                self._ground.lay(colour, dots(team, simulator.target_coefficients[row, team], side))
+            for team in (RED, BLUE):
+                density = reconstruct(simulator.target_coefficients[row, team], side, smooth=True)
+                self._ground.lay(ASKED, mask_of(outline(team, density), side))
         return self._ground
 
     def _draw_frame(self) -> Canvas:
@@ -159,13 +160,14 @@ class Painter:
         image, corner = require_extra("PIL.Image", "render").fromarray, middle - 6
         fading = np.zeros((12, 22), np.uint8)
         fading[5:7] = np.linspace(40, 150, 22)
-        first = 6 * team  # so that whole dots are shown
-        sample = dotted(team, np.full((24, 36), 2.0))[first : first + 12, first : first + 24]
+        rows, columns = np.indices((14, 24))
+        sample = outline(team, np.maximum(1.0 - np.hypot((rows - 6.5) / 13, (columns - 11.5) / 22), 0.0))
+        swatch = np.pad(np.full((12, 20), 255, np.uint8), 1)
         lefts = [left + number * layout.arena // 4 for number in range(4)]
         put_drone(picture, team, lefts[0] + 12, middle, layout.arena)
         picture.lay(colour, image(fading), (lefts[1], corner))
-        picture.lay(colour, image(np.round(150 * sample).astype(np.uint8)), (lefts[2], corner))
-        picture.lay(SHADE_COLOURS[team], hatched(team, 22, 14), (lefts[3], corner - 1))
+        picture.lay(ASKED, image(np.round(255 * sample).astype(np.uint8)), (lefts[2], corner - 1))
+        paint_ground(picture, team, image(swatch), (lefts[3], corner - 1))
         for x, text in zip(lefts, (f"{name} drone", "its trail", f"{name}'s target", f"{name} captures"), strict=True):
             picture.write(text, (x + 28, middle), layout.small, INK)
 

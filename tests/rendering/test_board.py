@@ -1,10 +1,14 @@
-"""The signs of the board: ground, dots, texts, drones, trails and shadows, which tell teams apart without colour."""
+"""The signs of the board: ground, targets, texts, drones, trails and shadows, which tell teams apart without colour."""
 
 from __future__ import annotations
+
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import swarm_pz.play
 from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
 from swarm_pz.rendering import board, drones
 from swarm_pz.rendering.board import TEAM_COLOURS, blank
@@ -19,11 +23,17 @@ def start(scenario=None, **rules):
     return simulator
 
 
-def test_ground_is_hatched_upwards_for_red_and_downwards_for_blue():
-    for team, up in ((RED, 1), (BLUE, -1)):
-        mask = np.asarray(board.hatched(team, 70, 70))
-        np.testing.assert_array_equal(mask[1:, 1:-1], mask[:-1, 1 + up : 69 + up])
-        assert len(np.unique(mask)) == 2
+def test_ground_is_striped_upwards_for_red_and_dotted_for_blue_as_on_the_page():
+    stripes, dots = (np.asarray(board.hatched(team)) for team in (RED, BLUE))
+    np.testing.assert_array_equal(stripes[1:, :-1], stripes[:-1, 1:])
+    np.testing.assert_array_equal(dots, dots.T)
+    assert not dots.all(axis=0).any() and 0.05 < (dots > 100).mean() < 0.3 and 0.05 < (stripes > 100).mean() < 0.3
+    css = (Path(swarm_pz.play.__file__).parent / "static" / "style.css").read_text()
+    page = dict(re.findall(r"--([\w-]+): #(\w{6})", css[: css.index("@media")]))
+    colours = (*TEAM_COLOURS, *board.GROUND_COLOURS, board.ASKED)
+    assert [page[name] for name in ("red", "blue", "red-ground", "blue-ground", "asked")] == [
+        "".join(f"{value:02x}" for value in colour) for colour in colours
+    ]
 
 
 @pytest.mark.parametrize("paint", [board.paint_captures, board.paint_fields])
@@ -50,19 +60,13 @@ def test_fields_are_as_dark_as_they_are_near_to_capturing():
     assert pictures[0] < pictures[1] - 0.01
 
 
-@pytest.mark.parametrize("team", [RED, BLUE])
-def test_targets_are_dots_and_no_lines_and_larger_where_they_are_denser(team):
-    """A target was drawn as lines, as trails are."""
-    ink = board.dotted(team, np.full((120, 120), 8.0)) > 0.5
-    assert ink.any() and not ink.all(axis=0).any() and not ink.all(axis=1).any()
-    assert not (ink & (board.dotted(1 - team, np.ones((120, 120))) > 0.5)).all()
-    assert not board.dotted(team, np.zeros((24, 24))).any()
-    simulator, command = start(), np.zeros((1, 10, 10))
-    command[..., 9] = 1.0
-    simulator.command(team, command)
-    mask = np.asarray(board.dots(team, simulator.games.coefficients[0, team], SIDE)).astype(float)
-    ink = [mask[:, first : first + 120].sum() for first in range(0, SIDE, 120)]
-    assert ink[-1] > 2 * ink[0] and ink[3:] == sorted(ink[3:])
+def test_a_target_is_a_line_around_where_it_is_dense_and_the_whole_square_has_none():
+    away = np.hypot(*np.indices((100, 100)) - 50.0)
+    red, blue = (board.outline(team, np.maximum(60.0 - away, 0.0)) for team in (RED, BLUE))
+    line = np.abs(away - 30) < 0.5
+    assert red[line].min() > 0.9 and red[away > 32].max() == 0 < red[away < 28].min() == red[away < 28].max() < 0.2
+    assert 0.3 < (blue[line] > 0.9).mean() < 0.7, "blue's is dashed"
+    assert not board.outline(RED, np.ones((100, 100))).any()
 
 
 def test_a_text_that_fits_is_whole_and_another_is_cut():

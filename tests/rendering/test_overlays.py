@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -86,12 +84,11 @@ def test_coverage_is_drawn_as_lines_around_the_drones(board):
     assert dark[: ARENA // 2].sum() > 2 * dark[ARENA // 2 :].sum()
 
 
-def test_captures_are_outlined_where_the_rule_captures(board):
+def test_captures_are_where_the_rule_captures(board):
     picture = arena(shown(board, "captures"))
-    for cell in np.argwhere(board.captures_here[1, 0])[:5]:
-        y, x = pixel_of(cell)
-        assert picture[y - 9 : y + 10, x - 9 : x + 10].min() < 120
-    assert draw(board, 1).mean() < picture.mean()
+    redder = (picture[..., 0] - picture[..., 2]).reshape(50, 12, 50, 12).mean(axis=(1, 3))[::-1]
+    red = board.captures_here[1, 0]
+    assert red.any() and redder[red].min() > 3
 
 
 def test_valleys_of_the_potential_are_bright(board):
@@ -134,20 +131,6 @@ def test_an_overlay_is_of_its_own_team(mirrored, team):
     seen = ink("potential").max(axis=2).reshape(30, 20, 30, 20).mean(axis=(1, 3))[::-1]
     expected = heights if team == 0 else heights[:, ::-1]
     assert np.corrcoef(seen.ravel(), expected.ravel())[0, 1] > 0.5
-
-
-@pytest.mark.parametrize("team", [0, 1])
-def test_captures_are_hatched_as_the_board_is(team):
-    cells = np.zeros((1, 2, 50, 50), bool)
-    cells[0, team, 30:45, 5:20] = True  # at the upper left
-    ground = blank(600, 600)
-    make_overlays(["captures"], [team])[0].paint(ground, SimpleNamespace(captures_here=cells), 0, 600)
-    ink = 255 - ground.array().astype(int).max(axis=2)
-    block = ink[72:228, 72:228]
-    assert ink[252:].max() == ink[:, 252:].max() == 0 and ink[60:72, 100:200].max() > 100, "a heavy line around it"
-    moves = {0: (block[1:, :-1], block[:-1, 1:]), 1: (block[1:, 1:], block[:-1, :-1])}
-    differences = {way: np.abs(one - other).mean() for way, (one, other) in moves.items()}
-    assert differences[team] < 0.5 * differences[1 - team]
 
 
 @pytest.mark.parametrize("team", [0, 1])
