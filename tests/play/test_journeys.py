@@ -332,13 +332,14 @@ def views(page):
     wait_for_play(page)
     yield "lesson"
     page.click("#leave")
-    begin(page, "uniform", red_system="formation")
+    begin(page, red_system="formation")  # against nobody: no game ends while one looks
     page.click("#shelf")
     yield "formation"
-    page.click("#leave")
+    page.evaluate("document.getElementById('leaving').showModal()")
     yield "leaving"
-    page.click("#leave-now")
-    begin(page, "uniform", red_system="ergodic")
+    page.click("#stay")
+    page.click("#leave")
+    begin(page, red_system="ergodic")
     Hand(page).draw((0.2, 0.3), (0.4, 0.3))
     page.click("#save")
     yield "playing"
@@ -352,7 +353,6 @@ def views(page):
     expect(text_of(page, "acting")).to_be_visible()
     yield "a response acts"
     page.click("#leave")
-    page.click("#leave-now")
     open_room(page, "uniform", "2")
     page.click("#ready")
     expect(page.locator("#recording")).to_be_visible()
