@@ -12,7 +12,7 @@ export class Chart {
     this.marked = null; // a second to point out
     this.cursor = null; // the seconds that are shown of a recorded game
     new ResizeObserver(() => this.resize()).observe(canvas);
-    onLook(() => this.repaint());
+    onLook(() => this.paint());
   }
 
   // Sizes of red and blue, one entry a second.
@@ -42,11 +42,6 @@ export class Chart {
     const [width, height] = [this.canvas.clientWidth * scale, this.canvas.clientHeight * scale].map(Math.round);
     if (width === this.canvas.width && height === this.canvas.height) return;
     Object.assign(this.canvas, { width, height });
-    this.repaint();
-  }
-
-  repaint() {
-    this.hatches = null;
     this.paint();
   }
 
@@ -55,10 +50,10 @@ export class Chart {
     pen.fillStyle = look.panel;
     pen.fillRect(0, 0, width, height);
     if (!sizes.length || !width) return;
-    this.hatches ??= [0, 1].map((team) => hatch(pen, team, width / (canvas.clientWidth || width)));
+    const hatches = [0, 1].map((team) => hatch(pen, team, width / (canvas.clientWidth || width)));
     const step = width / Math.max(sizes.length, SHORTEST_S), edge = ([red, blue]) => height * (1 - red / (red + blue || 1));
     [height, 0].forEach((from, team) => {
-      pen.fillStyle = this.hatches[team];
+      pen.fillStyle = hatches[team];
       pen.beginPath();
       sizes.forEach((entry, i) => pen.rect(i * step, Math.min(edge(entry), from), step + 0.5, Math.abs(from - edge(entry))));
       pen.fill();

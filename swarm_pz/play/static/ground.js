@@ -78,12 +78,8 @@ export class Ground {
     this.own = 0;
     this.tint = newCanvas(CELLS);
     this.image = this.tint.getContext("2d").createImageData(CELLS, CELLS);
-    this.hatches = null;
     this.forget();
-    onLook(() => {
-      this.resize();
-      this.setTarget(this.target);
-    });
+    onLook(() => { this.dirty = true; });
   }
 
   forget() {
@@ -92,25 +88,20 @@ export class Ground {
     this.dirty = true;
   }
 
-  resize() {
-    this.hatches = null; // as fine as the screen
-    this.dirty = true;
-  }
-
   setTarget(target) {
     this.target = target;
     this.hasTint = Boolean(target) && target.picture.some((value) => value < HALF); // else it is the whole square
-    if (this.hasTint && target.cells === CELLS) this.makeTint(target.picture);
     this.dirty = true;
   }
 
-  makeTint(picture) {
+  paintTint(pen, side) {
     const colour = [1, 3, 5].map((from) => parseInt(look.asked.slice(from, from + 2), 16));
-    picture.forEach((value, i) => {
+    this.target.picture.forEach((value, i) => {
       const row = CELLS - 1 - Math.floor(i / CELLS), place = 4 * (row * CELLS + i % CELLS);
       this.image.data.set([...colour, value > HALF ? TINT : 0], place);
     });
     this.tint.getContext("2d").putImageData(this.image, 0, 0);
+    pen.drawImage(this.tint, 0, 0, side, side);
   }
 
   // Whether a team captures at a place, in map widths.
@@ -126,9 +117,9 @@ export class Ground {
     const { canvas } = this, side = canvas.width, pen = canvas.getContext("2d");
     pen.fillStyle = look.ground;
     pen.fillRect(0, 0, side, side);
-    this.hatches ??= [0, 1].map((team) => hatch(pen, team, side / (canvas.clientWidth || side)));
+    this.hatches = [0, 1].map((team) => hatch(pen, team, side / (canvas.clientWidth || side)));
     if (this.hasTint) {
-      if (this.target.cells === CELLS) pen.drawImage(this.tint, 0, 0, side, side);
+      if (this.target.cells === CELLS) this.paintTint(pen, side);
       this.paintContour(pen, side);
     }
     if (!this.fields) return;

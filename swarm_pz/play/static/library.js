@@ -4,9 +4,8 @@ import { button, byId, make, on } from "./elements.js";
 import { look, onLook } from "./ground.js";
 import { keep, recall } from "./store.js";
 
-const STORE = "drawings", FORMAT = "swarm-pz.drawings.v1";
+const STORE = "drawings";
 const MOST = 9; // of a kind: as many as there are digits
-const MOST_BYTES = 2e6; // of a file
 const BRUSHES = { attract: "asked", repel: "away", erase: "ground" }; // and the colour of each
 const SIZE = 72; // pixels a side of a picture
 
@@ -18,13 +17,7 @@ export class Library {
     this.tell = tell;
     this.changed = changed;
     this.all = checked(recall(STORE));
-    on("click", {
-      save: () => this.save(),
-      export: () => this.export(),
-      shelf: () => this.open(byId("library").hidden),
-      import: () => byId("file").click(),
-    });
-    on("change", { file: () => this.import() });
+    on("click", { save: () => this.save(), shelf: () => this.open(byId("library").hidden) });
     onLook(() => this.show());
     addEventListener("storage", ({ key }) => { if (key === `swarm-pz.${STORE}`) this.show(checked(recall(STORE))); }); // by another window
   }
@@ -77,30 +70,6 @@ export class Library {
       make("input", { value: name, maxLength: 40, "aria-label": "Name", onchange: ({ target }) => change({ ...drawing, name: plain(target.value) }) }),
       button("Delete", () => { change(); byId("close-tools").focus(); }, { "aria-label": `Delete ${name}` }),
     );
-  }
-
-  export() {
-    const file = new Blob([JSON.stringify({ format: FORMAT, drawings: this.all })], { type: "application/json" });
-    const href = URL.createObjectURL(file);
-    make("a", { href, download: "drawings.json" }).click();
-    setTimeout(() => URL.revokeObjectURL(href), 1000);
-  }
-
-  // Add the drawings of a file, as far as they are some, and there is room.
-  async import() {
-    const [file] = byId("file").files, all = [...this.all];
-    let found = [];
-    try {
-      const written = file.size < MOST_BYTES ? JSON.parse(await file.text()) : {};
-      if (written.format === FORMAT) found = written.drawings;
-    } catch { /* then there are none */ }
-    byId("file").value = ""; // the same file once more is another change
-    for (const drawing of checked(found)) {
-      const isHere = all.some((other) => JSON.stringify(other) === JSON.stringify(drawing));
-      if (!isHere && all.filter(({ kind }) => kind === drawing.kind).length < MOST) all.push(drawing);
-    }
-    const count = all.length - this.all.length, isKept = this.take(all);
-    byId("imported").textContent = `${count} of ${found?.length ?? 0} drawings added${isKept ? "" : "; the browser does not keep them"}.`;
   }
 }
 

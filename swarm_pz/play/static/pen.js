@@ -33,11 +33,8 @@ export class Pen {
     this.keep = false;
     this.down = new Map(); // strokes being drawn, by pointer
     this.cursor = { x: 0.5, y: 0.5, shown: false };
-    this.patterns = {};
-    onLook(() => {
-      this.patterns = {};
-      this.dirty = true;
-    });
+    this.patterns = {}; // by their colours
+    onLook(() => { this.dirty = true; });
   }
 
   // What its drawings are kept as.
@@ -257,7 +254,7 @@ export class Pen {
       if (brush === "erase") continue;
       pen.globalCompositeOperation = "source-over";
       pen.globalAlpha = strength;
-      line(pen, points, width * side, side, this.patterns[brush] ??= hatched(pen, brush));
+      line(pen, points, width * side, side, this.patterns[inkOf(brush)] ??= hatched(pen, brush));
     }
     pen.globalCompositeOperation = "source-over";
     pen.globalAlpha = 1;

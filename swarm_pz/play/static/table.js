@@ -283,7 +283,7 @@ export class Table {
     const side = Math.min(Math.round(byId("arena").clientWidth * Math.min(devicePixelRatio, 2)), MOST_PIXELS);
     if (side === 0 || side === byId("ground").width) return;
     for (const id of ["ground", "ink", "drones"]) byId(id).width = byId(id).height = side;
-    this.arena.ground.resize();
+    this.arena.ground.dirty = true;
     this.controls.pen.dirty = true;
   }
 }
