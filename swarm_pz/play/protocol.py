@@ -305,13 +305,6 @@ class PolicyInfo(Message):
     """The kind of its commands: it flies what takes them; "any" is for policies that suit themselves to the system."""
 
 
-class Rung(Message):
-    """An opponent on the ladder."""
-
-    name: str
-    rating: float
-
-
 class SystemInfo(Message):
     """A control system that may fly a seat."""
 
@@ -361,7 +354,7 @@ class Welcome(Message, tag="welcome"):
     """Names of those that fly red and blue where a room's settings say nothing else."""
     ladder: bool = False
     """Whether people can climb here."""
-    rungs: list[Rung] = msgspec.field(default_factory=list)
+    rungs: list[str] = msgspec.field(default_factory=list)
     """Opponents in their order, the weakest first: those of the ladder, which pages unlock one by one."""
     embedders: list[str] = msgspec.field(default_factory=list)
     """Origins of the pages that may hold this one in a frame."""
@@ -495,8 +488,6 @@ class Level(Message, tag="level"):
     low: float
     high: float
     games: int
-    seconds: float
-    """Of game, in all."""
     last: Literal["win", "draw", "loss"] | None
     """How the latest game ended."""
     opponent: str

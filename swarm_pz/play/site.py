@@ -67,7 +67,7 @@ def _told(policies: Mapping[str, str], cards: Mapping[str, protocol.Card]) -> di
         server_ms=0.0,
         systems=[one for one in installed_systems(table.game) if one.name == system.name],
         default_systems=list(table.game.team_controllers),
-        rungs=[protocol.Rung(*rung) for rung in RUNGS if rung.name in policies],
+        rungs=[rung.name for rung in RUNGS if rung.name in policies],
         guests=False,
     )
     return {"welcome": welcome, "rules": canonical(table), "commands": commands_of(system, table.game)}

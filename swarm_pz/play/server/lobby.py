@@ -84,7 +84,6 @@ class Lobby:
             protocol.PolicyInfo(name=name, about=text, card=known.get(name), answers=kind_of(name))
             for name, text in policies.items()
         ]
-        self._rungs = [protocol.Rung(*rung) for rung in RUNGS if rung.name in policies]
 
     def welcome(self) -> protocol.Welcome:
         """Return what every client is told first."""
@@ -100,7 +99,7 @@ class Lobby:
             systems=self._systems,
             default_systems=list(table.game.team_controllers),
             ladder=self.climbing is not None,
-            rungs=self._rungs,
+            rungs=[rung.name for rung in RUNGS if rung.name in {policy.name for policy in self._policies}],
             embedders=self.embedders,
         )
 

@@ -8,7 +8,8 @@ const OLDEST_MS = 250; // frames that took this much longer than the link does a
 const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
 const FLASH_MS = 700, PULSE_MS = 400;
 const JUMP_TICKS = 30; // frames farther apart are not of one motion
-const WARNING_S = 0.4; // how long before it flies into ground that captures it a drone is marked
+const WARNING_S = 0.4; // how long before it flies onto ground where it is nearly captured a drone is marked
+const REACH = 0.1, CROWD = 0.4; // map widths around a drone, and the part of a team within, that make a crowd
 const MANY = 60; // drones that are painted smaller
 
 export class Arena {
@@ -128,11 +129,21 @@ export class Arena {
     });
   }
 
-  // Whether a drone is, or will be at once, where the other team captures it.
+  // Whether many of a team's drones stand close together where the other team nearly captures. Crowds elsewhere are in no more
+  // danger than others; these lose three drones in ten within five seconds nearly twice as often.
+  isClosedIn(team) {
+    const { positions, teams } = this.frame, own = [...teams.keys()].filter((i) => teams[i] === team);
+    const near = (i, j) => Math.hypot(positions[2 * i] - positions[2 * j], positions[2 * i + 1] - positions[2 * j + 1]) <= REACH;
+    const crowd = own.map((i) => own.filter((j) => near(i, j))).reduce((a, b) => (b.length > a.length ? b : a), []);
+    return crowd.length >= Math.max(CROWD * own.length, 3)
+      && crowd.some((i) => this.ground.nears(1 - team, positions[2 * i], positions[2 * i + 1]));
+  }
+
+  // Whether a drone is, or will be at once, where the other team captures it or nearly does.
   isInDanger({ teams, velocities }, places, i) {
     const x = places[2 * i], y = places[2 * i + 1];
     return [0, WARNING_S].some((ahead) => (
-      this.ground.captures(1 - teams[i], x + ahead * velocities[2 * i], y + ahead * velocities[2 * i + 1])));
+      this.ground.nears(1 - teams[i], x + ahead * velocities[2 * i], y + ahead * velocities[2 * i + 1])));
   }
 
   paintDanger(pen, frame, places, side, size) {

@@ -6,11 +6,11 @@ import { called } from "./words.js";
 
 // The opponents that unlock one by one, as items of a list; play(name) is called for the one that is chosen.
 export function opponentCards(policies, rungs, { beaten, next }, play) {
-  return rungs.map(({ name }, i) => {
+  return rungs.map((name, i) => {
     const isBeaten = beaten.includes(name), isOpen = isBeaten || name === next, { about, card } = policies.find((policy) => policy.name === name);
     const canvas = make("canvas", { width: 144, height: 144, "aria-hidden": "true" });
     paintCard(canvas, card);
-    const how = isBeaten ? "✓ beaten" : isOpen ? "next" : `after ${called(rungs[i - 1].name)}`;
+    const how = isBeaten ? "✓ beaten" : isOpen ? "next" : `after ${called(rungs[i - 1])}`;
     const text = make("span", {}, make("strong", {}, called(name)), make("span", {}, about), make("small", {}, how));
     return make("li", {}, button([canvas, text], () => play(name), { className: "card", "data-opponent": name, disabled: !isOpen }));
   });
@@ -53,9 +53,9 @@ export function paintPoster(canvas, card) {
   paintDrawing(canvas, arc(0.31, -0.4, 4.9), 10);
 }
 
-export const TIGHT = arc(0.16), CIRCLE = arc(0.27), CORNER = [[0.78, 0.8], [0.84, 0.86], [0.9, 0.9]];
+export const TIGHT = arc(0.1), CIRCLE = arc(0.25), CORNER = [[0.78, 0.8], [0.84, 0.86], [0.9, 0.9]];
 
-function arc(radius, from = 0, to = 2 * Math.PI) {
+export function arc(radius, from = 0, to = 2 * Math.PI) {
   return Array.from({ length: 60 }, (_, k) => {
     const angle = from + (to - from) * k / 59;
     return [0.5 + radius * Math.cos(angle), 0.5 - radius * Math.sin(angle)];

@@ -2,7 +2,7 @@
 
 import { button, byId, hear, on } from "./elements.js";
 import { Library } from "./library.js";
-import { Pen } from "./pen.js";
+import { isFilled, Pen } from "./pen.js";
 import { isStudy, SIDES } from "./words.js";
 
 const BRUSHES = ["attract", "repel", "erase"];
@@ -52,7 +52,7 @@ export class Controls {
       },
     });
     hear(this.link, {
-      target: ({ team, number }) => { if (team === this.seat) this.number = Math.max(this.number, number); }, // after a reload
+      target: (target) => this.check(target),
       in_force: (command) => this.setInForce(command),
       acting: (what) => this.respond().then((responses) => responses.act(what)),
     });
@@ -210,6 +210,15 @@ export class Controls {
   undo() {
     if (!this.mayPlay() || !this.pen.undo() || !this.send()) return;
     this.answer(this.pen.strokes.length ? "Undone: the drawing before was sent" : "Undone: spread out was sent");
+  }
+
+  // What is asked for now; after a reload it tells how many commands there were.
+  check(target) {
+    if (target.team !== this.seat) return;
+    const isNew = target.number === this.number && this.pen.sent && this.pen === this.brush;
+    this.number = Math.max(this.number, target.number);
+    const isRound = isNew && this.pen.strokes.some(({ brush, points }) => brush === "attract" && isFilled(points, target));
+    if (isRound) this.answer("Too small a ring: it has no free middle, and your drones crowd there.");
   }
 
   setInForce(command) {

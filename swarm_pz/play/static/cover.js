@@ -10,18 +10,17 @@ import { called, clock, isStudy, NAMES, SIDES, SIGNS } from "./words.js";
 export class Cover {
   // begin: opens a room by a message and begins in it at once; story: tells why a game went as it did.
   constructor(link, begin, story) {
-    this.begin = begin;
     this.story = story;
     this.rungs = [];
     this.waiting = new Waiting(link);
     this.chart = new Chart(byId("result-chart"));
-    on("click", { swap: () => this.swap(), "next-game": () => begin({ seat: "red", opponent: this.next, settings: ROUND }) });
+    on("click", { "next-game": () => begin({ seat: "red", opponent: this.next, settings: ROUND }) });
     hear(link, { welcome: ({ rungs }) => { this.rungs = rungs; } });
   }
 
   // Something is on its way.
   wait(text) {
-    for (const id of ["waiting", "invitation", "next-game", "ready", "sit", "swap", "see", "recording", "turning", "result-chart"]) byId(id).hidden = true;
+    for (const id of ["waiting", "invitation", "next-game", "ready", "sit", "see", "recording", "turning", "result-chart"]) byId(id).hidden = true;
     byId("cover").hidden = false;
     byId("table").dataset.phase = "opening";
     byId("cover-text").textContent = text;
@@ -40,7 +39,6 @@ export class Cover {
     this.offerNext(isOver && !isDone && own !== null);
     byId("ready").textContent = isOver ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
     byId("sit").hidden = isDone || own !== null || freeSides(room).length === 0;
-    byId("swap").hidden = isDone || !isOver || own === null || room[this.other].kind !== "policy";
     byId("recording").hidden = !isOver;
     byId("recording").href = `#replay=${room.recording}`;
     byId("go-home").textContent = isDone ? "Go on" : "Back to the start";
@@ -107,13 +105,6 @@ export class Cover {
     const why = this.story.why(SIDES.indexOf(this.room.outcome), turn.second, this.seat);
     const what = turn.kind === "lead" ? `from then on ${red > blue ? "red" : "blue"} was ahead.` : `red ${red}, blue ${blue}.`;
     byId("turning").textContent = `The turn, at ${when}: ${why || what}`;
-  }
-
-  // The same game from the other side, in a room of its own; a room knows no other way.
-  swap() {
-    const { room, other } = this, { red, blue, red_system, blue_system } = room.settings;
-    const settings = { ...room.settings, red: blue, blue: red, red_system: blue_system, blue_system: red_system };
-    this.begin({ settings, seat: other, opponent: room[other].name });
   }
 
   // The seconds until a game begins.

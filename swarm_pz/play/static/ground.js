@@ -1,6 +1,6 @@
 // The ground: where each team captures, cell by cell with a hard edge, and what one's own swarm is asked to cover.
 
-import { CAPTURES_FROM, CELLS } from "./frames.js";
+import { CAPTURES_FROM, CELLS, NEARLY_FROM } from "./frames.js";
 
 // Colours, as the style sheet has them by day and by night: of teams, of their ground, of where one asks to go and to keep
 // away, and the page's own.
@@ -8,6 +8,7 @@ import { CAPTURES_FROM, CELLS } from "./frames.js";
 export const look = {};
 const night = matchMedia("(prefers-color-scheme: dark)");
 const TINT = 34; // how strong what is asked for is, of 255
+const FAINT = 0.3; // how strong ground is where a team nearly captures
 const HALF = 127.5; // of a target's largest value: inside is where most of the swarm is wanted
 
 /** @returns {HTMLCanvasElement} */
@@ -104,11 +105,11 @@ export class Ground {
     pen.drawImage(this.tint, 0, 0, side, side);
   }
 
-  // Whether a team captures at a place, in map widths.
-  captures(team, x, y) {
+  // Whether a team captures at a place, in map widths, or nearly does.
+  nears(team, x, y) {
     if (!this.fields) return false;
     const cell = (value) => Math.min(Math.max(Math.floor(value * CELLS), 0), CELLS - 1);
-    return this.fields[team][cell(y) * CELLS + cell(x)] >= CAPTURES_FROM;
+    return this.fields[team][cell(y) * CELLS + cell(x)] >= NEARLY_FROM;
   }
 
   paint() {
@@ -142,15 +143,18 @@ export class Ground {
     const field = this.fields[team], size = side / CELLS;
     const holds = (row, column) => row >= 0 && column >= 0 && row < CELLS && column < CELLS
       && field[row * CELLS + column] >= CAPTURES_FROM;
-    const edges = new Path2D(), cells = new Path2D();
+    const edges = new Path2D(), cells = new Path2D(), nearly = new Path2D();
     const edge = (x0, y0, x1, y1) => {
       edges.moveTo(x0, y0);
       edges.lineTo(x1, y1);
     };
     for (let row = 0; row < CELLS; row++) {
       for (let column = 0; column < CELLS; column++) {
-        if (!holds(row, column)) continue;
         const x = column * size, y = (CELLS - 1 - row) * size;
+        if (!holds(row, column)) {
+          if (field[row * CELLS + column] >= NEARLY_FROM) nearly.rect(x, y, size, size);
+          continue;
+        }
         cells.rect(x, y, size, size);
         if (!holds(row + 1, column)) edge(x, y, x + size, y);
         if (!holds(row - 1, column)) edge(x, y + size, x + size, y + size);
@@ -161,6 +165,9 @@ export class Ground {
     pen.fillStyle = this.hatches[team];
     pen.strokeStyle = look.teams[team];
     pen.lineWidth = Math.max(side * 0.003, 1.5);
+    pen.globalAlpha = FAINT;
+    pen.fill(nearly);
+    pen.globalAlpha = 1;
     pen.fill(cells);
     pen.stroke(edges);
   }

@@ -1,79 +1,61 @@
 // The first lesson: three steps. Each waits, with the board held, until one goes on; and again until it is done.
 
-import { CIRCLE, CORNER, paintCard, paintDrawing, paintDrones, TIGHT } from "./cards.js";
+import { arc, CIRCLE, CORNER, paintCard, paintDrawing, paintDrones, TIGHT } from "./cards.js";
 import { byId, hear, on, say } from "./elements.js";
-import { CELLS } from "./frames.js";
-import { hatch } from "./ground.js";
+import { ROUND } from "./progress.js";
 
 const IN_CORNER = 0.35; // map widths from the corner that count as there
-const SPREAD = 0.18; // mean distance of drones from their mean place that is no bunch
-const NEAR = 0.2; // map widths from what was drawn within which a capture is the drawing's
 const EFFECT_TICKS = 30; // after which a drawing can have had an effect
-const STUCK_MS = 15_000, STUCK_SENDS = 3; // after which one is told what is wrong
-const DRAWN = { time_limit: null, red_system: "ergodic", blue_system: "ergodic" }; // whatever else the table flies
-const ALONE = { settings: { red: 12, blue: 0, ...DRAWN } };
-const AGAINST = { opponent: "uniform", settings: { red: 12, blue: 5, speed: 0.5, ...DRAWN } };
+const FEW = 0.35; // of all drones: a small ring has lost
+const DRAWN = { red_system: "ergodic", blue_system: "ergodic" }; // whatever else the table flies
+const ALONE = { settings: { red: 10, blue: 0, time_limit: null, ...DRAWN } };
+const against = (opponent) => ({ opponent, settings: { time_limit: 60, majority: true, ...DRAWN } });
 
-const LEAVE_IT = "That is the place: now leave it so, your drones are on their way.";
-
+// A circle as wide as the dashed one beats `centre`, and `halo` beats a small one: in most games.
 const STEPS = [
   {
     title: "Draw where they should be",
     text: "You are red, the discs. Drag a short stroke in the top right corner: your drones fly there by themselves.",
-    shows: CORNER,
-    task: "Draw a short stroke in the top right corner.",
-    goal: () => [1, 1, IN_CORNER],
-    hint: (points) => (part(points, (x, y) => Math.hypot(1 - x, 1 - y) < IN_CORNER) < 0.7
-      ? "Draw inside the dashed corner, and nowhere else: drones go to all that is drawn." : LEAVE_IT),
+    shows: CORNER, drones: 3,
+    task: "Draw a short stroke in the dashed corner, and nowhere else.",
+    goal: [1, 1, IN_CORNER],
     room: ALONE,
-    done: (frame) => share(frame, 0, (x, y) => Math.hypot(1 - x, 1 - y) < IN_CORNER) >= 0.6,
+    done: (frame) => share(frame, (x, y) => Math.hypot(1 - x, 1 - y) < IN_CORNER) >= 0.6,
   },
   {
     title: "Go all around",
-    text: "A bunch holds no more than the ground around itself. Draw a big circle around the middle: your drones spread along it.",
-    shows: CIRCLE,
-    task: "Draw a big circle around the middle.",
-    goal: () => [0.5, 0.5, 0.27],
-    hint: (points) => (part(points, (x, y) => Math.abs(Math.hypot(x - 0.5, y - 0.5) - 0.27) < 0.12) < 0.7 || !surrounds(points)
-      ? "Follow the dashed circle all the way around, in one stroke." : LEAVE_IT),
-    room: ALONE,
-    done: (frame) => share(frame, 0, (x, y) => Math.abs(Math.hypot(x - 0.5, y - 0.5) - 0.25) < 0.2) >= 0.6
-      && spread(frame, 0) > SPREAD,
+    text: "A game of a minute. Blue crowds in the middle. Draw a big circle around it, and leave it so: ground that your drones fly "
+      + "around becomes yours, and blue drones there turn red.",
+    shows: CIRCLE, drones: 9, blue: 0.05,
+    task: "Draw the dashed circle around blue, all the way, and leave it so.",
+    goal: [0.5, 0.5, 0.25],
+    room: against("centre"),
+    isWon: true,
+    done: () => false,
   },
   {
-    title: "Make one change sides",
-    text: "Filled ground is yours: around it your drones flew most in the last five seconds. A blue drone on it turns red. "
-      + "Blue has such ground, too, and yours turn blue there. Draw a ring around blue drones.",
-    shows: TIGHT,
-    flown: [[52, 65], [34, 53], [48, 34], [66, 48]], // red drones, in hundredths
-    meets: [[61, 63], [49, 51], [71, 31]], // blue ones: caught, safe in the middle, and on its way
-    holds: { // cells by row that such a ring held in a game after twelve seconds
-      17: [20, 27, 31], 18: [20, 27, 31], 19: [20, 21, 27, 29, 31], 20: [21, 23, 24, 27, 29], 21: [17, 19, 20, 21, 23,
-      27, 28, 29], 22: [17, 19, 21, 28], 23: [21, 28, 30, 31, 32], 24: [21], 25: [17, 21, 28], 26: [31], 27: [21, 30,
-      31, 32], 30: [19, 20, 21, 30], 31: [21, 22, 30], 32: [29, 30], 33: [30], 34: [18, 26],
-    },
-    task: "Draw a ring around blue drones, and again as they move, until one turns red there.",
-    goal: nearestBlue,
-    hint: (points, frame) => {
-      const [x, y] = nearestBlue(frame) ?? [0.5, 0.5];
-      return part(points, (px, py) => Math.hypot(px - x, py - y) < NEAR) < 0.3
-        ? "Draw around the blue drone in the dashed circle: your drones must fly where it is."
-        : "Right there. Your ground needs some seconds; if the blue drone has gone, draw around it anew.";
-    },
-    room: AGAINST,
-    done: (frame, captured) => captured.some((drone) => frame.teams[drone] === 0),
+    title: "Why a small ring loses",
+    text: "Now blue flies the big ring. Draw a small one in the middle, and look: it leaves no middle free, so your drones crowd. "
+      + "A crowd holds one small place, and blue flies around it.",
+    shows: TIGHT, drones: 9, blue: 0.27,
+    task: "Draw the small dashed ring, and see what becomes of your drones.",
+    goal: [0.5, 0.5, 0.1],
+    room: against("halo"),
+    done: (frame) => share(frame) <= FEW,
   },
 ];
 
 export class Lesson {
-  // begin: opens a room by a message and begins in it at once; home: leads back to the start.
-  constructor(link, { begin, home }) {
+  // begin: opens a room by a message and begins in it at once; home: leads back to the start; next: names who is met after it.
+  constructor(link, { begin, home, next }) {
     this.link = link;
     this.begin = begin;
+    this.next = next;
     this.step = -1;
     this.room = this.setting = null; // where it goes on, and what its step needs
     this.held = this.isOver = false;
-    this.try();
+    this.drawnTick = null; // when something had been drawn, and could begin to have an effect
+    this.isDrawn = false;
     hear(link, {
       seated: ({ room }) => { this.room ??= this.running ? room : null; },
       refused: ({ about }) => {
@@ -97,13 +79,6 @@ export class Lesson {
     this.go(0);
   }
 
-  // Begin anew with what is drawn, and with help.
-  try() {
-    this.drawn = this.sinceMs = null;
-    this.hinted = undefined;
-    this.sends = 0;
-  }
-
   stop() {
     this.step = -1;
     this.held = false;
@@ -117,9 +92,9 @@ export class Lesson {
     this.step = step;
     const { title, text } = STEPS[step] ?? {
       title: "That is the game",
-      text: "Draw, send, look, and draw anew. Own every drone to win; after five minutes it is a draw.",
+      text: "Begin with a big ring, and look. If you lose drones, draw another ring around blue; never crowd. Own every drone to win, or most of them after two minutes.",
     };
-    this.hold(this.isLast ? title : `${step + 1} of ${STEPS.length}: ${title}`, text, this.isLast ? "Play a game" : "Try it");
+    this.hold(this.isLast ? title : `${step + 1} of ${STEPS.length}: ${title}`, text, this.isLast ? "Play" : "Try it");
   }
 
   hold(title, text, button) {
@@ -138,21 +113,17 @@ export class Lesson {
   paint(step) {
     byId("step-picture").hidden = !step;
     if (!step) return;
-    const canvas = byId("step-picture"), pen = canvas.getContext("2d"), zoom = step.holds ? 2 : 1, shift = (1 - zoom) / 2 * canvas.width;
-    pen.setTransform(zoom, 0, 0, zoom, shift, shift);
+    const canvas = byId("step-picture");
     paintCard(canvas, { target: ["0"], drones: [] });
-    paintDrawing(canvas, step.shows, step.holds ? 0 : step.shows === CORNER ? 3 : 9);
-    if (!step.holds) return;
-    paintHolds(canvas, step.holds);
-    paintDrones(canvas, 0, step.flown);
-    paintDrones(canvas, 1, step.meets);
+    paintDrawing(canvas, step.shows, step.drones);
+    if (step.blue) paintDrones(canvas, 1, arc(step.blue).filter((_, k) => k % 8 === 3).map((place) => place.map((value) => 100 * value)));
   }
 
   // Let the board go on, in the room that the step needs.
   act() {
     if (this.isLast) {
       this.stop();
-      this.begin({ seat: "red", opponent: "uniform" });
+      this.begin({ seat: "red", opponent: this.next(), settings: ROUND });
       return;
     }
     const { room } = STEPS[this.step];
@@ -165,15 +136,16 @@ export class Lesson {
     byId("step").hidden = true;
     byId("lesson").hidden = false;
     byId("chart").hidden = true;
-    this.try();
+    this.drawnTick = null;
+    this.isDrawn = false;
     this.ask();
     byId("arena").focus({ preventScroll: true });
   }
 
-  // What is to be done, and what is wrong with what was done so far.
-  ask(hint = "") {
-    const { task } = STEPS[this.step], send = byId("on-lift").checked ? "" : " Then press Send.";
-    say("lesson-task", `${this.step + 1} of ${STEPS.length}: ${hint || task}${hint ? "" : send}`);
+  // What is to be done.
+  ask() {
+    const send = byId("on-lift").checked ? "" : " Then press Send.";
+    say("lesson-task", `${this.step + 1} of ${STEPS.length}: ${STEPS[this.step].task}${send}`);
   }
 
   // Where it is to be done, as a circle in map widths; null nowhere.
@@ -184,84 +156,28 @@ export class Lesson {
     for (const [name, value] of Object.entries({ cx: x, cy: 1 - y, r })) byId("goal-circle").setAttribute(name, 100 * value);
   }
 
-  // Tell who does not get on what is wrong: once for each drawing, when it can have had an effect.
-  help(frame) {
-    const { drawn } = this;
-    this.sinceMs ??= performance.now();
-    const isStuck = this.sends >= STUCK_SENDS || performance.now() - this.sinceMs > STUCK_MS;
-    if (!isStuck || this.hinted === drawn) return;
-    this.hinted = drawn;
-    this.ask(STEPS[this.step].hint(drawn?.points ?? [], frame));
-  }
-
-  // The game ended before the step was done: another one goes on with it.
-  over() {
+  // The game of a step is over: won, it leads on; else another one follows, unless winning was not asked for.
+  over(isWon) {
     if (!this.running || this.isLast) return;
+    const { isWon: hasToWin } = STEPS[this.step];
+    if (this.isDrawn && (isWon || !hasToWin)) return this.go(this.step + 1);
     this.isOver = true;
-    this.hold("Once more", "All drones are on one side, and not by a drawing of yours. Try it again.", "Try it");
+    this.hold("Once more", "Draw the dashed circle at once, when the game begins, and leave it so.", "Try it");
   }
 
-  sent(strokes) {
-    if (!this.running || !strokes.length) return;
-    this.drawn = { points: strokes.flatMap(({ points }) => points), tick: null };
-    this.sends++;
-  }
+  sent(strokes) { this.isDrawn ||= this.running && strokes.length > 0; }
 
   // Look whether the step is done, by what was drawn and not by chance.
-  watch(frame, captured, seat) {
+  watch(frame, seat) {
     if (!this.running || this.held || seat === null) return;
-    this.mark(STEPS[this.step].goal(frame));
-    if (this.drawn) this.drawn.tick ??= frame.tick;
-    const mayTell = !this.drawn || frame.tick - this.drawn.tick >= EFFECT_TICKS;
-    if (mayTell && this.drawn && this.isDone(frame, captured)) this.go(this.step + 1);
-    else if (mayTell) this.help(frame);
-  }
-
-  isDone(frame, captured) {
-    const there = captured.filter((drone) => this.drawn.points.some(
-      ([x, y]) => Math.hypot(frame.positions[2 * drone] - x, frame.positions[2 * drone + 1] - y) < NEAR,
-    ));
-    return STEPS[this.step].done(frame, there);
+    this.mark(STEPS[this.step].goal);
+    if (this.isDrawn) this.drawnTick ??= frame.tick;
+    if (this.isDrawn && frame.tick - this.drawnTick >= EFFECT_TICKS && STEPS[this.step].done(frame)) this.go(this.step + 1);
   }
 }
 
-function own(frame, team) {
-  const places = [];
-  frame.teams.forEach((of, i) => { if (of === team) places.push([frame.positions[2 * i], frame.positions[2 * i + 1]]); });
-  return places;
-}
-
-function share(frame, team, isThere) {
-  const places = own(frame, team);
-  return places.filter(([x, y]) => isThere(x, y)).length / Math.max(places.length, 1);
-}
-
-// The part of a drawing's points that is somewhere.
-function part(points, isThere) { return points.filter(([x, y]) => isThere(x, y)).length / Math.max(points.length, 1); }
-
-// Whether a drawing leads most of the way around the middle.
-function surrounds(points) {
-  return new Set(points.map(([x, y]) => Math.floor(Math.atan2(y - 0.5, x - 0.5) / (Math.PI / 4)))).size >= 6;
-}
-
-// A circle around the blue drone that is nearest to the red ones.
-function nearestBlue(frame) {
-  const reds = own(frame, 0), far = ([x, y]) => Math.min(...reds.map(([a, b]) => Math.hypot(a - x, b - y)));
-  const [nearest] = own(frame, 1).sort((one, other) => far(one) - far(other));
-  return nearest ? [...nearest, 0.1] : null;
-}
-
-function spread(frame, team) {
-  const places = own(frame, team), count = Math.max(places.length, 1);
-  const [x, y] = [0, 1].map((axis) => places.reduce((sum, place) => sum + place[axis], 0) / count);
-  return places.reduce((sum, place) => sum + Math.hypot(place[0] - x, place[1] - y), 0) / count;
-}
-
-// Ground where red captures: columns of the board's cells, by row.
-function paintHolds(canvas, rows) {
-  const pen = canvas.getContext("2d"), size = canvas.width / CELLS;
-  pen.fillStyle = hatch(pen, 0, 1);
-  for (const [row, columns] of Object.entries(rows)) {
-    for (const column of columns) pen.fillRect(column * size, (CELLS - 1 - Number(row)) * size, size, size);
-  }
+// The part of all drones that is red, somewhere.
+function share({ teams, positions }, isThere = (_x, _y) => true) {
+  const found = [...teams.keys()].filter((i) => teams[i] === 0 && isThere(positions[2 * i], positions[2 * i + 1]));
+  return found.length / teams.length;
 }

@@ -5,6 +5,7 @@ import { clock, NAMES, SIDES } from "./words.js";
 
 const TOGETHER_TICKS = 30; // captures of a second are one piece of news
 const MOST = 12; // pieces in the list
+const MIXED_TICKS = 60; // in which captures are the start’s, not the players’
 const TOAST_MS = 1400;
 const ANSWER_MS = 2000; // for so long what one did oneself is answered, whatever is captured meanwhile
 const TOLD_EVERY_MS = 4000;
@@ -18,6 +19,7 @@ export class News {
   // Begin with another game; seat: whose drones are "yours".
   forget(seat = null) {
     this.seat = seat;
+    this.isExplained = false;
     this.pieces = []; // newest first
     this.untold = [0, 0]; // captures of red and blue that were not told yet
     byId("log").replaceChildren();
@@ -52,7 +54,10 @@ export class News {
     this.untold[team] += count;
     byId("log").replaceChildren(...this.pieces.map((piece) => (
       make("li", { className: SIDES[piece.team] }, make("span", { className: "shape" }), `${clock(piece.tick)} ${this.words(piece)}`))));
-    if (performance.now() - this.answered >= ANSWER_MS) this.show(this.words(same ?? this.pieces[0]), SIDES[team], TOAST_MS);
+    const mayShow = performance.now() - this.answered >= ANSWER_MS;
+    if (mayShow && tick < MIXED_TICKS && !this.isExplained) this.answer("The swarms start mixed: some drones change sides at once.");
+    else if (mayShow) this.show(this.words(same ?? this.pieces[0]), SIDES[team], TOAST_MS);
+    this.isExplained = true;
     this.sound.play(this.seat === null || this.seat === team ? "took" : "lost");
   }
 

@@ -30,14 +30,15 @@ export class Story {
 
   // What a team's captures in the seconds before a turn had in common, to who sits in a seat; nothing if not all was seen.
   why(team, second, seat) {
-    const from = 30 * (second - DECISIVE_S), own = this.captures.filter((one) => one.team === team && one.tick > from && one.tick <= 30 * second);
-    if (!own.length || this.since > Math.max(from, 30)) return "";
-    const most = own.reduce((a, b) => (b.crowd / b.of > a.crowd / a.of ? b : a)), taken = own.reduce((sum, one) => sum + one.taken, 0);
+    const from = 30 * (second - DECISIVE_S), all = this.captures.filter(({ tick }) => tick > from && tick <= 30 * second);
+    const own = all.filter((one) => one.team === team), gain = all.reduce((sum, one) => sum + (one.team === team ? one.taken : -one.taken), 0);
+    if (gain <= 0 || this.since > Math.max(from, 30)) return "";
+    const most = own.reduce((a, b) => (b.crowd / b.of > a.crowd / a.of ? b : a)), drones = gain === 1 ? "1 drone" : `${gain} drones`;
     const who = seat === team ? "you" : SIDES[team], whose = seat === 1 - team ? "your" : `${SIDES[1 - team]}’s`;
     if (most.crowd >= 3 && 2 * most.crowd >= most.of) {
-      return `${most.crowd} of ${whose} ${most.of} drones stood within a fifth of the board; ${who} had flown around them, and took ${taken} in ${DECISIVE_S} seconds.`;
+      return `${most.crowd} of ${whose} ${most.of} drones stood within a fifth of the board; ${who} had flown around them, and gained ${drones} in ${DECISIVE_S} seconds.`;
     }
     const Who = seat === team ? "You" : NAMES[team];
-    return `${Who} took ${taken} of ${whose} drones in ${DECISIVE_S} seconds, on ground that ${who} had flown around: they came few at a time.`;
+    return `${Who} gained ${drones} in ${DECISIVE_S} seconds, on ground that ${who} had flown around: ${whose} drones came few at a time.`;
   }
 }

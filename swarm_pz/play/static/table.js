@@ -7,16 +7,18 @@ import { Cover } from "./cover.js";
 import { byId, hear, on, say } from "./elements.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
-import { count, counts } from "./progress.js";
+import { count, counts, progress } from "./progress.js";
 import { recall } from "./store.js";
 import { Story } from "./story.js";
 import { freeSides } from "./waiting.js";
-import { called, clock, SIDES } from "./words.js";
+import { called, clock, NAMES, SIDES } from "./words.js";
 
 const NO_LESSON = { stop() {}, over() {}, sent() {}, watch() {}, held: false, running: false, room: null };
 const HIDDEN = { opponents: "your opponents", ground: "ground that captures", trails: "trails", target: "your target" };
 const UNVARIED = { hide: [], frame_rate: 30, share: 0 };
 const MOST_PIXELS = 900;
+const TRAILS_TICKS = 150; // until when ground says little
+const WARNING_MS = 1500; // for which a warning stands at least
 const SILENCE_MS = 2000; // without a frame, after which one is told
 
 export class Table {
@@ -30,6 +32,7 @@ export class Table {
     this.place = this.leftPlace = null; // where one is, and was last
     this.policies = [];
     this.heardMs = 0; // when the latest frame came
+    this.closedInMs = -Infinity; // when one's drones were last in danger together
     /** @type {any} */
     this.lesson = NO_LESSON;
     this.replay = null; // fetched with the first recorded game
@@ -140,6 +143,7 @@ export class Table {
     const starts = phase === "playing" && this.room?.phase !== "playing", ended = phase === "over" && this.room?.phase === "playing";
     if (phase === "replay") this.giveUpSeat(); // the server has done so
     const entered = this.place !== place;
+    const opened = phase === "replay" && this.room?.phase !== phase;
     this.place = place;
     if (entered && this.lesson.room !== room.code) this.lesson.stop();
     if (began || entered) this.forget();
@@ -162,7 +166,7 @@ export class Table {
     this.controls.pen.dirty = true; // what is placed is shown while one may place it
     if (began && this.seat !== null && this.controls.pen.hint) this.news.answer(this.controls.pen.hint);
     if (ended) this.end();
-    if (began || entered) requestAnimationFrame(() => this.focus()); // once it is shown
+    if (began || entered || opened) requestAnimationFrame(() => this.focus()); // once it is shown
   }
 
   focus() { (byId("ready").checkVisibility() ? byId("ready") : byId("arena")).focus({ preventScroll: true }); }
@@ -181,7 +185,7 @@ export class Table {
     const { outcome } = this.room, isWon = SIDES.includes(outcome) && (this.seat === null || outcome === SIDES[this.seat]);
     this.news.hush();
     this.sound.play(isWon ? "won" : "over");
-    this.lesson.over();
+    this.lesson.over(isWon);
   }
 
   showScores() {
@@ -214,7 +218,7 @@ export class Table {
   // The lesson: its code is fetched when somebody wants it.
   async learn() {
     const { Lesson } = await import("./lesson.js");
-    if (this.lesson === NO_LESSON) this.lesson = new Lesson(this.link, { begin: this.begin, home: this.left });
+    if (this.lesson === NO_LESSON) this.lesson = new Lesson(this.link, { begin: this.begin, home: this.left, next: () => progress(this.cover.rungs).next });
     if (location.hash === "#lesson") this.lesson.start();
   }
 
@@ -256,15 +260,18 @@ export class Table {
       this.story.take(captured, frame);
       this.news.captures(captured, frame);
     }
+    if (frame.fields && frame.tick >= TRAILS_TICKS && this.mayPlay && this.arena.isClosedIn(this.seat)) this.closedInMs = performance.now();
     this.replay?.follow(frame.tick);
-    this.lesson.watch(frame, captured, this.seat);
+    this.lesson.watch(frame, this.seat);
   }
 
   paint() {
     this.controls.pen.paint();
     this.cover.count(this.room, this.link.now());
     const isSilent = this.room?.phase === "playing" && performance.now() - this.heardMs > SILENCE_MS;
-    say("silence", isSilent ? "The server is silent. You see the last moment that it sent." : "");
+    const isClosedIn = this.mayPlay && performance.now() - this.closedInMs < WARNING_MS;
+    const warning = isClosedIn ? `${NAMES[1 - this.seat]} closes in on your crowd: draw wider.` : "";
+    say("silence", isSilent ? "The server is silent. You see the last moment that it sent." : warning);
     const shown = this.arena.paint(), told = byId("arena").dataset;
     if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
     if (!shown || shown === this.shown || !this.room) return;

@@ -105,7 +105,7 @@ test("altitudes come once and stay, and the higher a drone the farther its shado
   assert.equal(away(null), null);
 });
 
-test("drones in danger are ringed: those that are guarded, on ground that captures them or about to be", () => {
+test("drones in danger are ringed: those that are guarded, on ground that nearly captures them or about to be", () => {
   const endangered = (guarded, cell, velocities = [0, 0, 0, 0]) => {
     arena.forget();
     arena.guarded = guarded;
@@ -113,12 +113,23 @@ test("drones in danger are ringed: those that are guarded, on ground that captur
     arena.paint();
     return painted(arena.drones, "stroke", "#111").filter(([part]) => part === "arc").length;
   };
-  const under = [12, 5, captures], ahead = [22, 5, captures];
+  const under = [12, 5, captures], ahead = [22, 5, 128];
   const ringed = [
-    endangered([0], under), endangered([0, 1], under), endangered([1], under), endangered([0], [12, 5, captures - 1]),
+    endangered([0], under), endangered([0, 1], under), endangered([1], under), endangered([0], [12, 5, 127]),
     endangered([0], ahead), endangered([0], ahead, [0.5, 0, 0, 0]),
   ];
   assert.deepEqual(ringed, [1, 1, 0, 0, 0, 1]);
+});
+
+test("a crowd is warned of where the other team nearly captures, and nowhere else", () => {
+  const crowd = [0.5, 0.5, 0.55, 0.5, 0.5, 0.42, 0.1, 0.1, 0.9, 0.9], teams = [0, 0, 0, 0, 1];
+  const warned = (cell, team = 0, positions = crowd) => {
+    arena.take(frame(3, teams, { positions: Float32Array.from(positions), velocities: new Float32Array(10), fields: [field(cell), field(cell)] }));
+    return arena.isClosedIn(team);
+  };
+  const under = [25, 25, 128];
+  assert.deepEqual([warned(under), warned([25, 25, 127]), warned([5, 5, 255]), warned(under, 1), warned(under, 0, crowd.map((x, i) => (i === 2 ? 0.7 : x)))],
+    [true, false, false, false, false]);
 });
 
 test("hidden drones are painted nowhere", () => {
@@ -164,14 +175,15 @@ test("trails lead without a gap from where drones were to where they are shown, 
 
 test("ground captures from the value on that Python paints it with, and row 0 is at the bottom", () => {
   const ground = new Ground(canvas());
-  assert.equal(ground.captures(0, 0.5, 0.5), false, "before the first fields");
-  ground.fields = [field([10, 20, captures], [30, 20, captures - 1], [0, 0, 255], [49, 49, 255]), field([10, 40, 255])];
-  const asked = [[0, 0.2, 0.4], [0, 0.2199, 0.4199], [0, 0.2201, 0.4], [0, 0.6, 0.4], [1, 0.2, 0.8], [0, 0.2, 0.8], [0, -0.1, -0.1], [0, 1.1, 1]];
-  assert.deepEqual(asked.map(([team, x, y]) => ground.captures(team, x, y)), [true, true, false, false, true, false, true, true]);
+  assert.equal(ground.nears(0, 0.5, 0.5), false, "before the first fields");
+  ground.fields = [field([10, 20, captures], [30, 20, captures - 1], [31, 20, 127], [0, 0, 255], [49, 49, 255]), field([10, 40, 255])];
+  const asked = [[0, 0.2, 0.4], [0, 0.2199, 0.4199], [0, 0.2201, 0.4], [0, 0.62, 0.4], [1, 0.2, 0.8], [0, 0.2, 0.8], [0, -0.1, -0.1], [0, 1.1, 1]];
+  assert.deepEqual(asked.map(([team, x, y]) => ground.nears(team, x, y)), [true, true, false, false, true, false, true, true]);
   ground.dirty = true;
   ground.paint();
   const filled = ground.canvas.getContext("2d").done.filter(({ did, path }) => did === "fill" && path[0]?.[1] !== undefined && path.length < 9);
-  const boxes = filled.flatMap(({ path }) => path).filter(([, , , width]) => width < 500);
+  assert.deepEqual(filled.filter(({ alpha }) => alpha < 1).flatMap(({ path }) => path), [["rect", 300, 290, 10, 10]], "faintly where it nearly does");
+  const boxes = filled.filter(({ alpha }) => alpha === 1).flatMap(({ path }) => path).filter(([, , , width]) => width < 500);
   assert.deepEqual(boxes.sort((a, b) => a[1] - b[1] || a[2] - b[2]), [
     ["rect", 0, 490, 10, 10], ["rect", 100, 90, 10, 10], ["rect", 100, 290, 10, 10], ["rect", 490, 0, 10, 10],
   ]);
@@ -228,7 +240,7 @@ const happened = (tick, ...teams) => ({ tick, teams: Uint8Array.from(teams) });
 test("captures of a second are one piece of news, and all are told together with the sizes, not too often", () => {
   const played = [], news = new News({ play: (kind) => played.push(kind) });
   news.forget(0);
-  news.captures([1], happened(60, 0, 0, 1));
+  news.captures([1], happened(60, 0, 0, 1)); // not of the start
   news.captures([], happened(63, 0, 0, 1));
   news.captures([2], happened(66, 0, 0, 0));
   news.captures([0], happened(120, 1, 0, 0));

@@ -15,7 +15,7 @@ const WELCOME = {
   type: "welcome", server_ms: 0, addresses: [], ladder: false, guests: true, records_labels: false, embedders: ["https://lab"],
   policies: [{ name: "ring", about: "", card: null, answers: "density" }, { name: "uniform", about: "", card: null, answers: "density" }],
   systems: [{ name: "ergodic", takes: "density" }, { name: "direct", takes: "accelerations" }], default_systems: ["ergodic", "ergodic"],
-  rungs: [{ name: "ring", rating: 823 }, { name: "uniform", rating: 1000 }],
+  rungs: ["ring", "uniform"],
 };
 const FREE = { ...fixtures.room.blue, kind: "free", name: "", policy_state: null, connected: false };
 const room = (has = {}) => ({ ...fixtures.room, ...has });
@@ -223,7 +223,7 @@ test("a level is asked for by its code, shown, and played on from", async () => 
   await click("climb");
   assert.deepEqual(said("climb"), { type: "climb", code: "P01", system: "ergodic" });
   await hear({ ...SEAT, type: "seated" }, room({ phase: "over", once: true, outcome: "red", recording: "a.jsonl" }));
-  assert.deepEqual(["ready", "swap", "sit"].map((id) => at(id).hidden), [true, true, true]);
+  assert.deepEqual(["ready", "next-game", "sit"].map((id) => at(id).hidden), [true, true, true]);
   await click("go-home");
   assert.equal(view(), "ladder");
 });

@@ -398,6 +398,17 @@ test("ink goes once the swarm follows what was sent last, and not for an older c
   assert.equal(table.controls.pen.strength, 0);
 });
 
+test("a ring that is too small to have a middle is told of once its target is known, and no other drawing", async () => {
+  const { line, commands } = await sit(), ring = (radius) => Array.from({ length: 40 }, (_, k) => [0.5 + radius * Math.cos(k / 6), 0.5 + radius * Math.sin(k / 6)]);
+  const told = (points, middle) => {
+    at("told").textContent = "";
+    draw(...points);
+    line.hear("target", { team: 0, number: commands().at(-1).number, cells: 50, picture: new Uint8Array(2500).fill(middle) });
+    return at("told").textContent.startsWith("Too small a ring");
+  };
+  assert.deepEqual([told(ring(0.1), 200), told(ring(0.2), 90), told(ring(0.4), 200), told([[0.4, 0.5], [0.6, 0.5]], 200)], [true, false, false, false]);
+});
+
 test("a shared command is followed once, whatever its helper asks for later", async () => {
   const { line, table } = await sit();
   draw([0.2, 0.2]);

@@ -15,9 +15,9 @@ export class Table {
 
   // told: what swarm-pz site has written of rules and policies; asked: what the page's address asks for.
   constructor({ welcome, rules, commands }, shelf, { countdown = 3, min_command_interval: interval = rules.min_command_interval, factors = {} } = {}) {
-    const areHere = (all) => all.filter(({ name }) => PLAYERS.some((player) => player.name === name));
+    const isHere = (name) => PLAYERS.some((player) => player.name === name);
     this.factors = SIDES.map((side) => ({ ...UNVARIED, ...factors[side] }));
-    this.welcome = { ...welcome, policies: areHere(welcome.policies), rungs: areHere(welcome.rungs), min_command_interval: interval };
+    this.welcome = { ...welcome, policies: welcome.policies.filter(({ name }) => isHere(name)), rungs: welcome.rungs.filter(isHere), min_command_interval: interval };
     this.software = `swarm-pz ${welcome.version}, in a page`;
     Object.assign(this, { rules, commands, shelf, countdown, interval, room: null, replay: null });
   }
