@@ -40,7 +40,7 @@ SECONDS, LIMIT = 60, 120.0
 LARGEST = 40
 SEEN = (ObservationConfig(), ObservationConfig(grid=10, channels=CHANNELS + MOTION_CHANNELS))
 PLAYERS = (*(script.__name__ for script in SCRIPTS), "hunter", "champion", "veteran", "finisher")
-ASKED_EVERY = 10
+ASKED_EVERY = 5
 """Seconds between two answers of the players."""
 ROW = np.zeros(1, np.int64)
 

@@ -8,7 +8,7 @@ import { densityOf, targetOf } from "../../../swarm_pz/play/static/engine/stroke
 
 const TYPES = { F32: Float32Array, F64: Float64Array, U8: Uint8Array, U32: Uint32Array };
 const SQUARE = GRID * GRID, WEIGHTS = Int32Array.from({ length: SQUARE }, (_, i) => Math.imul(2 * i + 1, 2654435761));
-const BOUNDS = { acceleration: 1e-4, position: 2.5e-7, answer: 1e-5, density: 1e-6, picture: 1 };
+const BOUNDS = { acceleration: 1e-4, position: 2.5e-7, velocity: 5e-6, memory: 1e-5, answer: 1e-5, density: 1e-6, picture: 1 };
 
 // Arrays of safetensors by name, each as a function from the first index to what stands there.
 function read(buffer) {
@@ -49,7 +49,8 @@ export async function compare(buffer, { seen, players: names }, fetchBytes) {
   const given = read(buffer), [red, blue, seed, ticks, every] = given.start(0);
   /** @type {any} */
   const game = new Game({ red, blue, timeLimit: 120 }, seed);
-  const { ground, teams, positions } = game, found = new Found({ seed, red, blue, ticks, captures: 0, images: 0, halves: 0, ties: [] });
+  const { ground, teams, positions, controller: { memory, weights } } = game;
+  const found = new Found({ seed, red, blue, ticks, captures: 0, images: 0, halves: 0, ties: [] });
   const players = await Promise.all(PLAYERS.map(({ name }) => loadPlayer(name, seed, fetchBytes)));
   found.check("the names of players", same(PLAYERS.map(({ name }) => name), names));
   found.check("the start", same(positions, given.positions(0)) && same(game.altitudes, given.altitudes(0)));
@@ -64,23 +65,26 @@ export async function compare(buffer, { seen, players: names }, fetchBytes) {
       found.images += images.length;
       found.halves += given.halves(tick / every)[0];
     }
-    if (tick % 300 === 0) {
+    if (tick % 150 === 0) {
       const answers = players.flatMap((player) => [0, 1].map((team) => player.act(game, team)));
-      answers.forEach((answer, i) => found.take("answer", farthest(answer, given.answers(tick / 300).subarray(100 * i, 100 * i + 100))));
+      answers.forEach((answer, i) => found.take("answer", farthest(answer, given.answers(tick / 150).subarray(100 * i, 100 * i + 100))));
     }
     if (tick === ticks || found.faults.length) break;
     if (tick % 30 === 0) parts(given.commands(tick / 30), 100).forEach((density, team) => game.command(team, density));
     if (tick % 3 === 0) {
-      game.controller.memory.set(given.memory(tick / 3));
-      game.controller.weights.set(given.weights(tick / 3));
+      for (const [own, wanted] of [[memory, given.memory(tick / 3)], [weights, given.weights(tick / 3)]]) {
+        found.take("memory", farthest(own, wanted));
+        own.set(wanted);
+      }
     }
     found.captures += game.advance().length;
     const accelerations = given.accelerations(tick), next = given.positions(tick + 1), slot = tick % TRAIL * teams.length;
-    found.take("acceleration", farthest(game.accelerations, accelerations) / accelerations.reduce((most, value) => Math.max(most, Math.abs(value)), 1e-9));
+    found.take("acceleration", farthest(game.accelerations, accelerations) / (farthest(accelerations, accelerations.map(() => 0)) || 1));
     found.take("position", farthest(positions, next));
-    const cells = Array.from(teams, (_, i) => cellOf(next[2 * i], next[2 * i + 1]));
-    const ties = cells.flatMap((cell, drone) => (ground.trails[slot + drone] === cell ? [] : [{ tick, drone, cell }]));
-    if (ties.length) correct(game, cells, slot, given.teams(tick + 1));
+    found.take("velocity", farthest(game.velocities, given.velocities(tick + 1)));
+    const cells = (at) => Array.from(teams, (_, i) => cellOf(at[2 * i], at[2 * i + 1])), wanted = cells(next);
+    const ties = cells(positions).flatMap((cell, drone) => (cell === wanted[drone] ? [] : [{ tick, drone, cell }]));
+    if (ties.length) correct(game, wanted, slot, given.teams(tick + 1));
     else found.check(`captured drones ${now}`, same(teams, given.teams(tick + 1)));
     found.ties.push(...ties);
     positions.set(next);
