@@ -1,4 +1,4 @@
-// The ergodic controller, as docs/controller.md explains it. Sums have 64 bits; what lasts has 32, as in swarm_pz.
+// The ergodic controller, as docs/controller.md explains it. Sums have 64 bits; what lasts, points and tables have 32, as in swarm_pz.
 
 export const CELLS = 10, MODES = 10; // of a command and of the controller, a side
 const SQUARE = MODES * MODES, HORIZON = 10, PERIOD = 0.1;
@@ -56,19 +56,19 @@ function beyond(place) { return 2 * WALL * (Math.max(place - (1 - MARGIN), 0) + 
 
 export class Controller {
   constructor(drones) {
-    const points = drones * HORIZON, numbers = (count) => new Float64Array(count);
-    this.memory = new Float32Array(drones * SQUARE); // of each drone's past, and its weight
-    this.weights = new Float32Array(drones);
-    this.x = numbers(points);
+    const points = drones * HORIZON, numbers = (count) => new Float32Array(count), sums = () => new Float64Array(SQUARE);
+    this.memory = numbers(drones * SQUARE); // of each drone's past, and its weight
+    this.weights = numbers(drones);
+    this.x = numbers(points); // where drones come to: the last bit of it can be a ten-thousandth of an acceleration
     this.y = numbers(points);
     this.cosX = numbers(points * MODES);
     this.sinX = numbers(points * MODES);
     this.cosY = numbers(points * MODES);
     this.sinY = numbers(points * MODES);
-    this.seen = numbers(SQUARE); // by one drone
-    this.means = [numbers(SQUARE), numbers(SQUARE)]; // of red and blue
-    this.errors = numbers(SQUARE);
-    this.slopes = numbers(SQUARE);
+    this.seen = sums(); // by one drone
+    this.means = [sums(), sums()]; // of red and blue
+    this.errors = sums();
+    this.slopes = sums();
   }
 
   forget(drone) {
