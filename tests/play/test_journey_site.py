@@ -23,21 +23,31 @@ def site(lab):
     return f"{address}/swarm-pz/", folder / "swarm-pz"
 
 
+def tick_of(page):
+    """Return the tick that is shown."""
+    return int(page.locator("#arena").get_attribute("data-tick"))
+
+
 def test_a_game_is_played_saved_and_verified_goes_on_after_a_reload_and_needs_no_network(site, visit, tmp_path, capsys):
     address, folder = site
     page = visit(address + AT_ONCE, width=1000, height=700)
     expect(text_of(page, "quick")).to_be_enabled()
     for name in ("invite-somebody", "join", "start-ladder"):
         expect(text_of(page, name)).to_be_hidden()  # for these, others must come
-    begin(page, "uniform", time_limit="8")
+    begin(page, "uniform")
     room = room_of(page)
     Hand(page).draw((0.2, 0.3), (0.4, 0.3))
     eventually(page, lambda: page.locator("#arena").get_attribute("data-target") == "1")
+    drawn = tick_of(page)
+    eventually(page, lambda: tick_of(page) > drawn + 6)  # by then it is in the file
     page.reload()
     wait_for_play(page)
     assert room_of(page) == room
     expect(text_of(page, "red-who")).to_have_text("(you)")
-    page.click("#recording")
+    page.click("#leave")
+    page.click("#leave-now")
+    page.click("#recorded summary")
+    page.click("#games a")
     expect(text_of(page, "scrubber")).to_be_visible()
     check_places(page, "replay")
     check_axe(page, "replay")
@@ -48,7 +58,7 @@ def test_a_game_is_played_saved_and_verified_goes_on_after_a_reload_and_needs_no
     main(["replay", str(path), "--verify"])
     assert "played in a page" in capsys.readouterr().out
     recording = Recording.read(path)
-    assert recording.end.tick == 240 and any(line.strokes for line in recording.of(CommandLine))
+    assert recording.end.ended_by == "left" and any(line.strokes for line in recording.of(CommandLine))
     page.evaluate("navigator.serviceWorker.ready.then(() => {})")
     shutil.rmtree(folder)
     page.goto(address)
