@@ -15,15 +15,22 @@ const DOT = [{ brush: "attract", width: 0.1, points: [[0.2, 0.7]] }];
 class Folder {
   files = new Map();
 
+  open = new Set(); // to be written, each by one page
+
   async getFileHandle(name, { create = false } = {}) {
     if (!this.files.has(name) && !create) throw new Error("there is none");
-    const { files } = this, bytes = () => files.get(name) ?? Buffer.alloc(0);
+    const { files, open } = this, bytes = () => files.get(name) ?? Buffer.alloc(0);
     files.set(name, bytes());
     const handle = {
-      getSize: () => bytes().length, truncate: (size) => files.set(name, bytes().subarray(0, size)), close() {},
+      getSize: () => bytes().length, truncate: (size) => files.set(name, bytes().subarray(0, size)), close: () => open.delete(name),
       write: (data, { at }) => files.set(name, Buffer.concat([bytes().subarray(0, at), data])),
     };
-    return { getFile: async () => new Blob([bytes()]), createSyncAccessHandle: async () => handle };
+    const lock = async () => {
+      if (open.has(name)) throw new Error("it is open");
+      open.add(name);
+      return handle;
+    };
+    return { getFile: async () => new Blob([bytes()]), createSyncAccessHandle: lock };
   }
 
   async removeEntry(name) { this.files.delete(name); }
@@ -128,6 +135,11 @@ test("a page that is loaded anew goes on with its game, which is recorded as one
     await visitor.pass(200);
   }
   time.timers.clear();
+  const other = new Visitor(visitor.folder), greeting = other.greet(token);
+  await other.pass(6000);
+  await greeting;
+  assert.ok(other.last("displaced"), "another window plays it");
+  visitor.folder.open.clear(); // it is closed
   const again = new Visitor(visitor.folder);
   await again.greet(token);
   assert.deepEqual([again.last("seated").room, again.last("room").phase, again.frames[0].tick], [visitor.last("room").code, "playing", 42]);

@@ -1,5 +1,6 @@
 // Recorded games in a page: written as docs/protocol.md#recordings has them, kept in the browser, and played again.
 
+import { Refused } from "./checks.js";
 import { Game } from "./game.js";
 import { momentOf } from "./wire.js";
 
@@ -63,7 +64,7 @@ export class Shelf {
       try {
         return await file.createSyncAccessHandle();
       } catch {
-        if (tries === TRIES) throw new Error("another window plays this game");
+        if (tries === TRIES) throw new Refused("taken", "another window plays this game");
         await new Promise((resolve) => { setTimeout(resolve, PAUSE_MS); });
       }
     }

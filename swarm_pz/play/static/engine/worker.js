@@ -47,8 +47,14 @@ export class Table {
   async greet({ kind, client, token = null }) {
     Object.assign(this, { kind, client });
     this.say({ ...this.welcome, server_ms: now() });
-    if (token !== null && this.room?.token !== token) await this.resume(token);
-    if (token !== null) this.room.enter();
+    if (token === null) return;
+    try {
+      if (this.room?.token !== token) await this.resume(token);
+      this.room.enter();
+    } catch (error) {
+      if (error.code !== "taken") throw error;
+      this.say({ type: "displaced" }); // another window has it
+    }
   }
 
   // Take up a game again whose page was closed.
