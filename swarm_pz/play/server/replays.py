@@ -34,8 +34,6 @@ from swarm_pz.play.server.worker import Worker
 
 MOST_BYTES = 64 * 2**20
 """Of a recording that can be watched."""
-_TRAIL_FRAMES = 5 * TICKS_PER_SECOND // FRAME_TICKS
-"""Recorded frames of the longest trail."""
 log = logging.getLogger("swarm_pz.play")
 
 
@@ -103,7 +101,7 @@ class LoadedRecording:
         That is targets, all or those that came into force on the way, and the frames of trails where one has jumped.
         """
         playback, last = self.playback, bisect.bisect_right(self.frames, tick, key=lambda frame: frame.tick)
-        past = self.frames[max(last - _TRAIL_FRAMES, 0) : last : 3] if is_sought else []
+        past = self.frames[max(last - 5 * TICKS_PER_SECOND // FRAME_TICKS, 0) : last : 3] if is_sought else []
         trails = [encode_frame(replace(frame, sequence=0, server_ms=0.0)) for frame in past]
         if not self.is_verified:
             altitudes = playback.game.simulator.altitudes[0]  # of the start, which every processor draws alike

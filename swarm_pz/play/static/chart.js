@@ -108,9 +108,9 @@ export function untilTheEnd(room) {
 export function turningPoint(sizes) {
   const leads = sizes.map(([red, blue]) => red - blue), sign = Math.sign(leads.at(-1) ?? 0);
   const behind = sign === 0 ? -1 : leads.findLastIndex((lead) => lead * sign <= 0);
-  if (behind > 0) return { second: Math.min(behind + 1, leads.length - 1), kind: "lead" };
+  if (behind > 0) return Math.min(behind + 1, leads.length - 1);
   const swings = leads.map((lead, i) => lead - leads[Math.max(i - SWING_S, 0)]);
   const gains = swings.map((swing) => (sign === 0 ? Math.abs(swing) : sign * swing));
   const best = Math.max(0, ...gains);
-  return best > 0 ? { second: gains.indexOf(best), kind: "swing" } : null;
+  return best > 0 ? gains.indexOf(best) : null;
 }

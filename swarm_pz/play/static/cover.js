@@ -97,14 +97,13 @@ export class Cover {
     const ended = untilTheEnd(this.room), hasChart = isShown && ended.length > 1;
     const turn = hasChart ? turningPoint(ended) : null;
     byId("result-chart").hidden = !hasChart;
-    byId("turning").hidden = byId("see").hidden = !turn;
-    if (hasChart) this.chart.set(ended, turn?.second ?? null);
-    if (!turn) return;
-    const [red, blue] = ended[turn.second], when = clock(Math.min(30 * turn.second, lastTick ?? Infinity));
-    byId("see").href = `#replay=${this.room.recording}@${30 * Math.max(turn.second - DECISIVE_S, 0)}`;
-    const why = this.story.why(SIDES.indexOf(this.room.outcome), turn.second, this.seat);
-    const what = turn.kind === "lead" ? `from then on ${red > blue ? "red" : "blue"} was ahead.` : `red ${red}, blue ${blue}.`;
-    byId("turning").textContent = `The turn, at ${when}: ${why || what}`;
+    byId("turning").hidden = byId("see").hidden = turn === null;
+    if (hasChart) this.chart.set(ended, turn);
+    if (turn === null) return;
+    const [red, blue] = ended[turn], when = clock(Math.min(30 * turn, lastTick ?? Infinity));
+    byId("see").href = `#replay=${this.room.recording}@${30 * Math.max(turn - DECISIVE_S, 0)}`;
+    const why = this.story.why(SIDES.indexOf(this.room.outcome), turn, this.seat);
+    byId("turning").textContent = `The turn, at ${when}: ${why || `red ${red}, blue ${blue}.`}`;
   }
 
   // The seconds until a game begins.

@@ -48,21 +48,16 @@ const STEPS = [
 export class Lesson {
   // begin: opens a room by a message and begins in it at once; home: leads back to the start; next: names who is met after it.
   constructor(link, { begin, home, next }) {
-    this.link = link;
     this.begin = begin;
     this.next = next;
     this.step = -1;
-    this.room = this.setting = null; // where it goes on, and what its step needs
-    this.held = this.isOver = false;
+    this.room = null; // where it goes on
+    this.held = false;
     this.drawnTick = null; // when something had been drawn, and could begin to have an effect
     this.isDrawn = false;
     hear(link, {
       seated: ({ room }) => { this.room ??= this.running ? room : null; },
-      refused: ({ about }) => {
-        if (about !== "create" || !this.running) return;
-        this.setting = null;
-        this.go(this.step);
-      },
+      refused: ({ about }) => { if (about === "create" && this.running) this.go(this.step); },
     });
     on("click", { "lesson-next": () => this.act(), "lesson-leave": home, "lesson-skip": () => this.go(this.step + 1) });
     on("change", { "on-lift": () => { if (this.running && !this.held) this.ask(); } });
@@ -72,12 +67,7 @@ export class Lesson {
 
   get isLast() { return this.step === STEPS.length; }
 
-  start() {
-    if (this.running) return;
-    this.room = this.setting = null;
-    this.isOver = false;
-    this.go(0);
-  }
+  start() { if (!this.running) this.go(0); }
 
   stop() {
     this.step = -1;
@@ -119,20 +109,16 @@ export class Lesson {
     if (step.blue) paintDrones(canvas, 1, arc(step.blue).filter((_, k) => k % 8 === 3).map((place) => place.map((value) => 100 * value)));
   }
 
-  // Let the board go on, in the room that the step needs.
+  // Begin, in the room that the step needs.
   act() {
     if (this.isLast) {
       this.stop();
       this.begin({ seat: "red", opponent: this.next(), settings: ROUND });
       return;
     }
-    const { room } = STEPS[this.step];
-    if (this.setting !== room) {
-      this.setting = this.room = null;
-      if (!this.begin({ seat: "red", ...room, lesson: true })) return;
-      this.setting = room;
-    } else if (this.isOver) this.link.send({ type: "ready" });
-    this.isOver = this.held = false;
+    this.room = null;
+    if (!this.begin({ seat: "red", ...STEPS[this.step].room, lesson: true })) return;
+    this.held = false;
     byId("step").hidden = true;
     byId("lesson").hidden = false;
     byId("chart").hidden = true;
@@ -161,7 +147,6 @@ export class Lesson {
     if (!this.running || this.isLast) return;
     const { isWon: hasToWin } = STEPS[this.step];
     if (this.isDrawn && (isWon || !hasToWin)) return this.go(this.step + 1);
-    this.isOver = true;
     this.hold("Once more", "Draw the dashed circle at once, when the game begins, and leave it so.", "Try it");
   }
 

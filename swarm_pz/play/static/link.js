@@ -28,7 +28,6 @@ export class Link extends EventTarget {
     this.frames = 0;
     this.asked = null; // the seat that the greeting asked for
     this.quiet = false; // another tab has our seat
-    this.restarted = false; // the server is another one than before
     this.open();
     setInterval(() => this.ping(), PING_EVERY_MS);
     document.addEventListener("visibilitychange", () => this.send({ type: "visibility", hidden: document.hidden }));
@@ -90,9 +89,6 @@ export class Link extends EventTarget {
         if (message.sequence && ++this.frames % ACKNOWLEDGE_EVERY === 0) this.send({ type: "acknowledge", sequence: message.sequence });
         break;
       case "pong": this.setClock(message); break;
-      case "welcome":
-        this.restarted = this.roundTripMs > 0 && performance.now() + this.offsetMs > message.server_ms + 1000;
-        break;
       case "seated": this.seat = { room: message.room, token: message.token, seat: message.seat }; break;
       case "displaced":
         this.quiet = true;

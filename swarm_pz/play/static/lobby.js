@@ -94,7 +94,7 @@ export class Lobby {
   }
 
   // Say that a room is no more, and lead to what was played in it.
-  async gone(room, restarted) {
+  async gone(room) {
     const games = listGames(this.link.table, byId("gone-games"), room);
     if (this.typed === room && !await games) { // most likely a slip, and corrected where it was made
       byId("code-fault").textContent = `There is no room ${room}. Check the code. If it is right, the room is closed.`;
@@ -103,9 +103,7 @@ export class Lobby {
       return;
     }
     byId("gone").hidden = false;
-    const what = restarted ? `The server was restarted, so room ${room} is gone.` : `There is no room ${room} any more.`;
-    byId("gone-text").textContent = what;
-    if (await games) byId("gone-text").textContent = `${what} Its games are recorded:`;
+    byId("gone-text").textContent = `There is no room ${room} any more.${await games ? " Its games are recorded:" : ""}`;
   }
 
   forgive() {

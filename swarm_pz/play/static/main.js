@@ -194,7 +194,7 @@ function refused({ about, code, reason, recording }) {
     wantsSeat = "";
     table.lesson.stop();
     giveUp();
-    if (ROOMS.includes(name)) return lobby.gone(value, link.restarted);
+    if (ROOMS.includes(name)) return lobby.gone(value);
   }
   say(reason);
 }

@@ -73,7 +73,7 @@ export class Replay {
 
   // What each side gained in each second, as places to go to; and the turn, in the chart, too.
   list(sizes) {
-    const turn = turningPoint(sizes)?.second ?? null;
+    const turn = turningPoint(sizes);
     this.chart.set(sizes, turn);
     this.captures = [];
     for (let second = 1; second < sizes.length; second++) {

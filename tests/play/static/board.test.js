@@ -217,10 +217,10 @@ test("the moment of a recorded game is told in the chart", () => {
 
 test("the turn is where the lead was won for good, or the greatest gain of who led all along", () => {
   const turn = (...leads) => turningPoint(leads.map((lead) => [10 + lead / 2, 10 - lead / 2]));
-  assert.deepEqual(turn(0, 2, -4, -2, 0, 2, 6), { second: 5, kind: "lead" });
-  assert.deepEqual(turn(0, 2, -2, -6), { second: 2, kind: "lead" });
-  assert.deepEqual(turn(0, 1, 1, 1, 6, 6), { second: 4, kind: "swing" });
-  assert.deepEqual(turn(0, 8, 0), { second: 1, kind: "swing" });
+  assert.deepEqual(turn(0, 2, -4, -2, 0, 2, 6), 5);
+  assert.deepEqual(turn(0, 2, -2, -6), 2);
+  assert.deepEqual(turn(0, 1, 1, 1, 6, 6), 4);
+  assert.deepEqual(turn(0, 8, 0), 1);
   assert.deepEqual([turn(0, 0, 0), turn()], [null, null]);
 });
 

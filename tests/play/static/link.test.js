@@ -101,12 +101,3 @@ test("who was displaced does not come back", async () => {
   time.pass(60_000);
   assert.equal(Socket.all.length, 1);
 });
-
-test("a server that began anew is told from the one before", async () => {
-  const { link, socket } = await connect();
-  socket.hear({ type: "pong", sent_ms: time.ms - 10, server_ms: 100_000 });
-  socket.hear({ type: "welcome", server_ms: 100_000 });
-  assert.equal(link.restarted, false);
-  socket.hear({ type: "welcome", server_ms: 50 });
-  assert.equal(link.restarted, true);
-});

@@ -101,7 +101,7 @@ test("a result tells who won and why, leads to the turn and to who comes next", 
     time.frame();
     return [at("cover-text").textContent, at("turning").textContent];
   };
-  assert.deepEqual(over(), ["You won after 0:02.", "The turn, at 0:02: from then on red was ahead."]);
+  assert.deepEqual(over(), ["You won after 0:02.", "The turn, at 0:02: red 15, blue 5."]);
   const told = over({ settings: { ...fixtures.room.settings, time_limit: 2, majority: true } });
   assert.equal(told[0], "You won: red 15, blue 5 when time was up.");
   story.take([], scene(3, [1, 0.2, 0.2]));
@@ -161,10 +161,10 @@ test("the second step is a game that one wins, the third goes on however its gam
     Object.assign(lesson, { step, held: false, isDrawn: false, drawnTick: null });
     if (draws) lesson.sent([{ points: [[0.5, 0.5]] }]);
     lesson.over(isWon);
-    return [lesson.step, lesson.isOver];
+    return lesson.step;
   };
-  assert.deepEqual([ended(1, true, true), ended(2, true, false)], [[2, false], [3, false]]);
-  assert.deepEqual([ended(1, true, false), ended(1, false, true), ended(2, false, false)], [[1, true], [1, true], [2, true]]);
+  assert.deepEqual([ended(1, true, true), ended(2, true, false)], [2, 3]);
+  assert.deepEqual([ended(1, true, false), ended(1, false, true), ended(2, false, false)], [1, 1, 2]);
 });
 
 test("one sees where to draw and what to do, and may skip the step", () => {
@@ -180,37 +180,24 @@ test("one sees where to draw and what to do, and may skip the step", () => {
   assert.equal(task(), "2 of 3: Draw the dashed circle around blue, all the way, and leave it so. Then press Send.");
 });
 
-test("a step for which there is no room waits on, and a game that is over leads to another one", () => {
-  const asked = [];
+test("each step has a room of its own, such as the server opens, and waits on where it gets none", () => {
   let answers = false;
-  const { lesson, line } = learn((message) => asked.push(message) && answers), seen = [];
-  const look = () => seen.push([lesson.held, asked.length]);
-  lesson.start();
-  lesson.act(); // the server does not answer
-  look();
-  answers = true;
-  lesson.act();
-  look();
-  line.hear("refused", { about: "create" });
-  look();
-  lesson.act();
-  look();
-  assert.deepEqual(seen, [[true, 1], [false, 2], [true, 2], [false, 3]]);
-  assert.ok(asked.every(({ lesson: isLesson }) => isLesson));
-  lesson.over(false);
-  assert.deepEqual([lesson.held, at("step-title").textContent], [true, "Once more"]);
-  lesson.act();
-  assert.equal(line.count("ready"), 1, "in the same room");
-});
-
-test("rooms of the lesson, and that of the game after it, are such as the server opens", () => {
-  const { lesson, line } = learn((message) => line.send({ type: "create", ...message }));
-  lesson.start();
-  for (let i = 0; i < 3; i++) {
+  const { lesson, line } = learn((message) => line.send({ type: "create", ...message }) && answers), seen = [];
+  const act = () => {
     lesson.act();
-    lesson.go(lesson.step + 1);
-  }
-  assert.ok(lesson.isLast);
-  lesson.act();
-  assert.deepEqual([line.count("create"), line.last("create").lesson, lesson.running], [4, undefined, false]);
+    seen.push([lesson.held, line.count("create")]);
+  };
+  lesson.start();
+  act();
+  answers = true;
+  act();
+  line.hear("refused", { about: "create" });
+  seen.push([lesson.held, line.count("create")]);
+  act();
+  assert.deepEqual(seen, [[true, 1], [false, 2], [true, 2], [false, 3]]);
+  lesson.over(false);
+  assert.deepEqual([lesson.held, at("step-title").textContent, line.last("create").lesson], [true, "Once more", true]);
+  lesson.go(3);
+  act();
+  assert.deepEqual([line.last("create").opponent, line.last("create").lesson, lesson.running], ["halo", undefined, false]);
 });
