@@ -28,8 +28,10 @@ function canonical(value) {
 export async function headerOf(table, { red, blue, time_limit: limit, mapping, speed, majority = false }, has) {
   const capture = { ...table.game.capture, enabled: red > 0 && blue > 0 };
   const game = { ...table.game, drones_per_team: red === blue ? red : [red, blue], time_limit: limit ?? UNTIMED, capture };
-  const rules = Object.fromEntries(Object.entries(game).filter(([name]) => !NOT_RULES.includes(name))), own = { ...table, game, mapping, speed, ...(majority ? { majority } : {}) };
-  return { type: "game", version: 2, started: new Date().toISOString(), table: own, config_hash: await digest(canonical(own)), rules_hash: await digest(canonical(rules)), ...has };
+  const rules = Object.fromEntries(Object.entries(game).filter(([name]) => !NOT_RULES.includes(name)));
+  const own = { ...table, game, mapping, speed, ...(majority ? { majority } : {}) };
+  const [config_hash, rules_hash] = [await digest(canonical(own)), await digest(canonical(rules))];
+  return { type: "game", version: 2, started: new Date().toISOString(), table: own, config_hash, rules_hash, ...has };
 }
 
 // The files of this browser; without a folder, they last as long as the page.

@@ -201,7 +201,8 @@ export class Room {
     const has = { software: table.software, seed, red, blue, lesson, ...(moment ? { origin: moment.origin } : {}) };
     const name = `${new Date().toISOString().replace(/[-:]|\.\d+/g, "")}-${this.code}-${++this.games}.jsonl`;
     this.recorder = new Recorder(table.shelf, name);
-    for (const line of [headerOf({ ...table.rules, min_command_interval: table.interval, factors: table.factors }, settings, has), ...this.early]) this.recorder.write(line);
+    this.recorder.write(headerOf({ ...table.rules, min_command_interval: table.interval, factors: table.factors }, settings, has));
+    for (const line of this.early) this.recorder.write(line);
     table.shelf.keepSeat(this.token, { name, code: this.code, once: this.once });
     Object.assign(this, { players, seed: null, moment: null, isCalledFor: false, phase: "playing" });
     for (const seat of this.seats) seat.ready = seat.kind === "policy";

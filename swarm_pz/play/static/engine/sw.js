@@ -7,7 +7,8 @@ addEventListener("install", (event) => event.waitUntil(
   caches.open(NAME).then((cache) => cache.addAll(FILES.map((file) => new Request(file, { cache: "no-cache" })))),
 ));
 addEventListener("activate", (event) => event.waitUntil(
-  caches.keys().then((names) => Promise.all(names.filter((name) => name.startsWith(`${registration.scope} `) && name !== NAME).map((name) => caches.delete(name)))),
+  caches.keys().then((names) => names.filter((name) => name.startsWith(`${registration.scope} `) && name !== NAME))
+    .then((old) => Promise.all(old.map((name) => caches.delete(name)))),
 ));
 addEventListener("fetch", (event) => {
   const { request } = event, wanted = request.mode === "navigate" ? registration.scope : request;

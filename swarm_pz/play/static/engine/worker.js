@@ -14,7 +14,8 @@ export class Table {
   rules; commands; shelf; countdown; interval; room; replay; send; kind; client; pace; sought; shown; owed;
 
   // told: what swarm-pz site has written of rules and policies; asked: what the page's address asks for.
-  constructor({ welcome, rules, commands }, shelf, { countdown = 3, min_command_interval: interval = rules.min_command_interval, factors = {} } = {}) {
+  constructor({ welcome, rules, commands }, shelf, asked = {}) {
+    const { countdown = 3, min_command_interval: interval = rules.min_command_interval, factors = {} } = /** @type {any} */ (asked);
     const isHere = (name) => PLAYERS.some((player) => player.name === name);
     this.factors = SIDES.map((side) => ({ ...UNVARIED, ...factors[side] }));
     this.welcome = { ...welcome, policies: welcome.policies.filter(({ name }) => isHere(name)), rungs: welcome.rungs.filter(isHere), min_command_interval: interval };
@@ -61,9 +62,10 @@ export class Table {
   async resume(token) {
     const seat = await this.shelf.seat(token);
     if (!seat) throw new Refused("unknown", "that seat is gone: its game is over, or the page was closed before it began");
-    const replay = new Playback(seat.name, await this.shelf.untilFrame(seat.name)), { header, settings } = replay, side = header.red.kind === "person" ? "red" : "blue";
+    const replay = new Playback(seat.name, await this.shelf.untilFrame(seat.name)), { header, settings } = replay;
+    const [own, other] = header.red.kind === "person" ? SIDES : SIDES.toReversed(), { once } = seat;
+    const asked = { settings, seat: own, opponent: header[other].policy || null, lesson: header.lesson, once };
     replay.seek(replay.lastTick);
-    const other = side === "red" ? "blue" : "red", asked = { settings, seat: side, opponent: header[other].policy || null, lesson: header.lesson, once: seat.once };
     const room = new Room(this, seat.code, asked, replay.moment());
     await room.resume(token, replay);
     this.room = room;
