@@ -28,17 +28,20 @@ export class Story {
     }
   }
 
-  // What a team's captures in the seconds before a turn had in common, to who sits in a seat; nothing if not all was seen.
+  // What a team's captures before a turn had in common, to who sits in a seat; nothing if not all was seen.
   why(team, second, seat) {
-    const from = 30 * (second - DECISIVE_S), all = this.captures.filter(({ tick }) => tick > from && tick <= 30 * second);
-    const own = all.filter((one) => one.team === team), gain = all.reduce((sum, one) => sum + (one.team === team ? one.taken : -one.taken), 0);
-    if (gain <= 0 || this.since > Math.max(from, 30)) return "";
-    const most = own.reduce((a, b) => (b.crowd / b.of > a.crowd / a.of ? b : a)), drones = gain === 1 ? "1 drone" : `${gain} drones`;
+    const within = (span) => this.captures.filter(({ tick }) => tick > 30 * (second - span) && tick <= 30 * second);
+    const gained = (span) => within(span).reduce((sum, one) => sum + (one.team === team ? one.taken : -one.taken), 0);
+    let span = DECISIVE_S; // or as many of them as ended with a gain
+    while (span > 0 && gained(span) <= 0) span--;
+    if (!span || this.since > Math.max(30 * (second - span), 30)) return "";
+    const gain = gained(span), drones = gain === 1 ? "1 drone" : `${gain} drones`, time = span === 1 ? "a second" : `${span} seconds`;
+    const own = within(span).filter((one) => one.team === team), most = own.reduce((a, b) => (b.crowd / b.of > a.crowd / a.of ? b : a));
     const who = seat === team ? "you" : SIDES[team], whose = seat === 1 - team ? "your" : `${SIDES[1 - team]}’s`;
     if (most.crowd >= 3 && 2 * most.crowd >= most.of) {
-      return `${most.crowd} of ${whose} ${most.of} drones stood within a fifth of the board; ${who} had flown around them, and gained ${drones} in ${DECISIVE_S} seconds.`;
+      return `${most.crowd} of ${whose} ${most.of} drones stood within a fifth of the board; ${who} had flown around them, and gained ${drones} in ${time}.`;
     }
     const Who = seat === team ? "You" : NAMES[team];
-    return `${Who} gained ${drones} in ${DECISIVE_S} seconds, on ground that ${who} had flown around: ${whose} drones came few at a time.`;
+    return `${Who} gained ${drones} in ${time}, on ground that ${who} had flown around: ${whose} drones came few at a time.`;
   }
 }

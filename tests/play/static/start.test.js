@@ -125,6 +125,11 @@ test("why drones were lost is told of what was seen, and of nothing else", () =>
   assert.deepEqual([story.why(0, 1, 0), story.why(1, 9, 0), story.why(-1, 1, 0)], ["", "", ""]);
   lost(45, [0.5, 0.55], [0.45, 0.5], ...far.slice(2));
   assert.match(story.why(1, 2, 1), /^3 of red’s 5 drones stood within a fifth of the board; you had flown around them, and gained 2 drones in/);
+  story.take([0], scene(58, [1, 0.5, 0.5], [0, 0.9, 0.9]));
+  assert.match(story.why(1, 2, 0), /gained 3 drones in 5 seconds/);
+  story.take([1, 2, 3, 4], scene(59, [1, 0.5, 0.5], ...far.map((place) => [0, ...place])));
+  story.take([0], scene(62, [1, 0.5, 0.5], ...far.map((place) => [0, ...place])));
+  assert.match(story.why(1, 3, 0), /^Blue gained 1 drone in a second/, "of the five the one that was a gain");
   story.take([], scene(300));
   assert.equal(story.why(1, 10, 0), "", "what came between was not seen");
 });
