@@ -153,7 +153,7 @@ export class Arena {
       if (!this.guarded.includes(frame.teams[i]) || !this.isInDanger(frame, places, i)) continue;
       addDrone(pen, 0, places[2 * i] * side, (1 - places[2 * i + 1]) * side, 2.1 * size * pulse); // a ring
     }
-    for (const [colour, width] of /** @type {[string, number][]} */ ([["#fff", 0.009], ["#111", 0.0045]])) {
+    for (const [colour, width] of /** @type {[string, number][]} */ ([[look.ground, 0.009], [look.ink, 0.0045]])) {
       pen.strokeStyle = colour;
       pen.lineWidth = side * width;
       pen.stroke();

@@ -111,7 +111,7 @@ test("drones in danger are ringed: those that are guarded, on ground that nearly
     arena.guarded = guarded;
     arena.take(frame(3, [0, 1], { fields: [field(), field(cell)], velocities: Float32Array.from(velocities) }));
     arena.paint();
-    return painted(arena.drones, "stroke", "#111").filter(([part]) => part === "arc").length;
+    return painted(arena.drones, "stroke", look.ink).filter(([part]) => part === "arc").length;
   };
   const under = [12, 5, captures], ahead = [22, 5, 128];
   const ringed = [
