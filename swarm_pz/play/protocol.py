@@ -488,8 +488,6 @@ class Level(Message, tag="level"):
     low: float
     high: float
     games: int
-    last: Literal["win", "draw", "loss"] | None
-    """How the latest game ended."""
     opponent: str
     """Whom the next game is against."""
     side: Side

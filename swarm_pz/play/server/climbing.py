@@ -79,7 +79,6 @@ class Climbing:
             low=level.low,
             high=level.high,
             games=len(games),
-            last=games[-1].outcome if games else None,
             opponent=next_rung([game.met for game in games], self._rungs).name,
             side="blue" if len(games) % 2 else "red",
         )

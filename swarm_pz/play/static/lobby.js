@@ -22,7 +22,6 @@ export class Lobby {
       "start-ladder": () => go("ladder"),
       "invite-somebody": () => link.send({ type: "create", seat: "red", settings: ROUND, label: byId("label").value }),
       return: () => go(`room=${link.lastSeat.room}`),
-      "all-games": () => { byId("recorded").open = true; byId("recorded").scrollIntoView(); },
       "look-on": () => { if (byId("code").reportValidity()) this.enter("watch"); },
     });
     on("toggle", { recorded: () => { if (byId("recorded").open) listGames(this.link.table, byId("games")); } });

@@ -172,20 +172,7 @@ test("the second step is a game that one wins, the third goes on however its gam
   assert.deepEqual([ended(1, true, false), ended(1, false, true), ended(2, false, false)], [1, 1, 2]);
 });
 
-test("one sees where to draw and what to do, and may skip the step", () => {
-  const { lesson } = learn(), task = () => at("lesson-task").textContent;
-  lesson.start();
-  lesson.act();
-  lesson.watch(scene(0, [0, 0.5, 0.5]), 0);
-  assert.deepEqual(["cx", "cy", "r"].map((name) => Math.round(at("goal-circle").getAttribute(name))), [100, 0, 35]);
-  at("lesson-skip").click();
-  assert.deepEqual([at("step-title").textContent, at("goal").hasAttribute("hidden")], ["2 of 3: Go all around", true]);
-  at("on-lift").checked = false;
-  lesson.act();
-  assert.equal(task(), "2 of 3: Draw the dashed circle around blue, all the way, and leave it so. Then press Send.");
-});
-
-test("each step has a room of its own, such as the server opens, and waits on where it gets none", () => {
+test("each step has a room of its own, such as the server opens, waits on where it gets none, shows where to draw, and may be skipped", () => {
   let answers = false;
   const { lesson, line } = learn((message) => line.send({ type: "create", ...message }) && answers), seen = [];
   const act = () => {
@@ -202,7 +189,10 @@ test("each step has a room of its own, such as the server opens, and waits on wh
   assert.deepEqual(seen, [[true, 1], [false, 2], [true, 2], [false, 3]]);
   lesson.over(false);
   assert.deepEqual([lesson.held, at("step-title").textContent, line.last("create").lesson], [true, "Once more", true]);
-  lesson.go(3);
+  lesson.act();
+  lesson.watch(scene(0, [0, 0.5, 0.5]), 0);
+  assert.deepEqual([...["cx", "cy", "r"].map((name) => Math.round(at("goal-circle").getAttribute(name))), at("lesson-task").textContent.slice(0, 13)], [100, 0, 35, "1 of 3: Draw "]);
+  for (let step = 0; step < 3; step++) at("lesson-skip").click();
   act();
   assert.deepEqual([line.last("create").opponent, line.last("create").lesson, lesson.running], ["halo", undefined, false]);
 });
