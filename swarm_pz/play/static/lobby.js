@@ -41,7 +41,7 @@ export class Lobby {
     if (!welcome) return;
     byId("quick").disabled = byId("invite-somebody").disabled = false;
     byId("start-ladder").hidden = !welcome.ladder;
-    byId("invite-somebody").hidden = byId("join").hidden = !welcome.guests;
+    byId("invite-somebody").hidden = byId("join").hidden = byId("responding").hidden = !welcome.guests;
     this.suggest(this.welcome = welcome);
     byId("label-hint").textContent = welcome.records_labels
       ? "This server records it with your games." : "This browser keeps it. The people in your room see it.";

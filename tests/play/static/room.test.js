@@ -196,18 +196,6 @@ test("a seat is shown less, later and more seldom, and commands later, as an exp
   assert.match(wrong.all("refused")[0].reason, /there is no delay; known are command_delay_ms/);
 });
 
-test("automatic responses command in one's place while their conditions hold", async () => {
-  const visitor = new Visitor(), rule = (when, what) => ({ when, do: what });
-  await visitor.begin({}, { time_limit: 6 });
-  await visitor.say("rules", { rules: [rule({ fewer: 1 }, { policy: "ring" }), rule({ silent_s: 2 }, { policy: "halo" }), rule({ nobody_within: 0.0001 }, { strokes: DOT })] });
-  await visitor.pass(3500);
-  await visitor.draw(1);
-  await visitor.pass(3500);
-  assert.deepEqual(visitor.all("acting").map(({ rule: place }) => place), [2, 1, 2, 1, null]);
-  const lines = await visitor.keep(visitor.last("room").recording), own = lines.filter(({ type, team }) => type === "command" && team === 0);
-  assert.deepEqual(own.map(({ sender = "" }) => sender), ["auto:saved", "auto:halo", "auto:halo", "", "auto:saved", "auto:halo"]);
-});
-
 test("alone, one practises until time is up", async () => {
   const visitor = new Visitor();
   await visitor.begin({ opponent: null }, { red: 3, blue: 0, time_limit: 2 });
@@ -223,7 +211,7 @@ test("what needs a server or a second person is refused, and changes nothing", a
   for (const [type, has] of [
     ["create", { opponent: "nobody" }], ["create", { opponent: null }], ["create", { opponent: "ring", seed: 0.5 }],
     ...[{ red_system: "direct" }, { red: 0 }, { time_limit: 7.25 }, { speed: 3 }, { size: 3 }].map((settings) => ["create", { opponent: "ring", settings }]),
-    ["join", { room: "ABCD" }], ["climb", { code: "P1" }], ["open_replay", { recording: "none.jsonl" }],
+    ["join", { room: "ABCD" }], ["climb", { code: "P1" }], ["rules", { rules: [] }], ["open_replay", { recording: "none.jsonl" }],
   ]) {
     await visitor.say(type, has);
     assert.equal(visitor.last("refused").about, type);

@@ -5,9 +5,9 @@ import { GRID, Ground } from "./ground.js";
 import { observe } from "./observation.js";
 import { Random } from "./random.js";
 
-const TICK = Math.fround(1 / 30), PERIOD = 3; // seconds; ticks between solves
+export const SIDES = ["red", "blue"], TICKS = 30, PERIOD = 3; // ticks a second, and between solves
 const INSET = 0.1, RADIUS = 0.08; // of the corners near which drones start
-const TEAMS = ["red", "blue"];
+const TICK = Math.fround(1 / TICKS); // seconds
 
 export class Game {
   // Sizes of the teams, and the time limit in seconds.
@@ -49,7 +49,7 @@ export class Game {
   get isOver() { return this.isDecided || this.tick >= this.lastTick; }
 
   get outcome() {
-    if (this.isDecided) return TEAMS[this.sizes[0] ? 0 : 1];
+    if (this.isDecided) return SIDES[this.sizes[0] ? 0 : 1];
     return this.isOver ? "draw" : null;
   }
 
@@ -96,7 +96,4 @@ export class Game {
     const both = observe(this, 0, ["own_capture_field", "opposing_capture_field"]);
     return [both.subarray(0, GRID * GRID), both.subarray(GRID * GRID)];
   }
-
-  // What a team sees by default: nine images, one after the other.
-  observation(team) { return observe(this, team); }
 }

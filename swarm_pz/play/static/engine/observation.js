@@ -7,7 +7,6 @@ export const ALL_CHANNELS = [
   "own_positions", "opposing_positions", "own_trail_age", "opposing_trail_age", "own_capture_field", "opposing_capture_field",
   "own_target", "own_share", "time_left", "own_now", "opposing_now", "own_soon", "opposing_soon",
 ];
-const CHANNELS = ALL_CHANNELS.slice(0, 9); // the default
 const DRONE = 64, CAPTURES_FROM = 192, SOON = 0.5; // brightness of a drone, and of ground that captures; seconds
 const PAINT = {
   positions: paintPositions, trail_age: paintTrails, capture_field: paintField, target: paintTarget,
@@ -17,7 +16,7 @@ const PAINT = {
   soon: (game, team, plane, grid) => paintShared(game, team, plane, grid, SOON),
 };
 
-export function observe(game, team, channels = CHANNELS, grid = GRID) {
+export function observe(game, team, channels, grid = GRID) {
   const images = new Uint8Array(channels.length * grid * grid);
   channels.forEach((channel, i) => {
     const [, whose, what] = /^([a-z]+)_(.+)$/.exec(channel);

@@ -1,13 +1,14 @@
 // Recorded games in a page: written as docs/protocol.md#recordings has them, kept in the browser, and played again.
 
 import { Refused } from "./checks.js";
-import { Game } from "./game.js";
+import { Controller } from "./controller.js";
+import { Game, PERIOD, SIDES, TICKS } from "./game.js";
+import { Ground, TRAIL } from "./ground.js";
 import { momentOf } from "./wire.js";
 
 const UNTIMED = 1e6; // seconds that stand for no limit
-const PERIOD = 3, MARK = 90, TRAIL = 150; // ticks between solves, and between moments that are kept; of a trail
+const MARK = 90; // ticks between moments that are kept
 const NOT_RULES = ["observation", "reward"];
-const SIDES = ["red", "blue"];
 const TRIES = 20, PAUSE_MS = 100; // to open a file
 const LISTED = 200, ENDS = 8192; // games; bytes of a file's beginning and end that are read for its summary
 
@@ -119,7 +120,7 @@ export class Shelf {
       const last = (await blob.slice(-ENDS).text()).trimEnd().split("\n").at(-1), { started, lesson, red, blue } = JSON.parse(first);
       const end = last.startsWith('{"type":"end"') ? JSON.parse(last) : { outcome: null, ended_by: null, sizes: null, tick: null };
       const { outcome, ended_by: by, sizes, tick } = end;
-      return { name, started, lesson: Boolean(lesson), red, blue, outcome, ended_by: by, sizes, seconds: tick === null ? null : tick / 30 };
+      return { name, started, lesson: Boolean(lesson), red, blue, outcome, ended_by: by, sizes, seconds: tick === null ? null : tick / TICKS };
     }));
     return told.flatMap((one) => (one.status === "fulfilled" ? [one.value] : []));
   }
@@ -147,13 +148,9 @@ export class Recorder {
 }
 
 // A copy of a game, with all that it holds.
-function copy(value, known = new Map()) {
-  if (typeof value !== "object" || value === null) return value;
-  if (ArrayBuffer.isView(value)) return known.get(value) ?? known.set(value, structuredClone(value)).get(value);
-  if (known.has(value)) return known.get(value);
-  const made = Array.isArray(value) ? [] : Object.create(Object.getPrototypeOf(value));
-  known.set(value, made);
-  for (const [name, entry] of Object.entries(value)) made[name] = copy(entry, known);
+function copy(game) {
+  const made = structuredClone(game);
+  for (const [of, { prototype }] of [[made, Game], [made.ground, Ground], [made.controller, Controller]]) Object.setPrototypeOf(of, prototype);
   return made;
 }
 
@@ -174,7 +171,7 @@ export class Playback {
     const given = new Map();
     this.followed = []; // commands, by when they came into force
     for (const line of lines) {
-      const called = `${line.team} ${line.number} ${line.sender}`;
+      const called = `${line.team} ${line.number}`;
       if (line.type === "command") given.set(called, line);
       else if (line.type === "in_force") this.followed.push({ ...given.get(called), tick: line.tick });
     }
@@ -187,8 +184,8 @@ export class Playback {
   sizesUntil(tick) {
     let { red } = this.settings, place = 0;
     const count = red + this.settings.blue, sizes = [];
-    for (let second = 0; 30 * second <= tick; second++) {
-      for (; this.captures[place]?.tick <= 30 * second; place++) red += this.captures[place].team === 0 ? 1 : -1;
+    for (let second = 0; TICKS * second <= tick; second++) {
+      for (; this.captures[place]?.tick <= TICKS * second; place++) red += this.captures[place].team === 0 ? 1 : -1;
       sizes.push([red, count - red]);
     }
     return sizes;
@@ -243,9 +240,9 @@ export class Playback {
     const { name, header, lines, captures, end, lastTick } = this, result = end?.outcome ?? "stopped";
     return SIDES.map((side, team) => {
       const other = header[SIDES[1 - team]], captured = captures.filter((capture) => capture.team === team).length;
-      const commands = lines.filter((line) => line.type === "command" && line.team === team && !line.sender).length;
+      const commands = lines.filter((line) => line.type === "command" && line.team === team).length;
       return {
-        recording: name, started: header.started, side, seed: header.seed, kind: header[side].kind, opponent: other.policy, seconds: lastTick / 30,
+        recording: name, started: header.started, side, seed: header.seed, kind: header[side].kind, opponent: other.policy, seconds: lastTick / TICKS,
         outcome: !SIDES.includes(result) ? result : result === side ? "win" : "loss", ended_by: end?.ended_by ?? "", commands,
         captured, lost: captures.length - captured,
       };

@@ -1,15 +1,13 @@
 // A room with one visitor, who plays there against a policy or alone, or looks on: what swarm_pz/play/server does for many.
 
 import { check, GAME, Refused, SETTINGS } from "./checks.js";
-import { Game } from "./game.js";
+import { Game, PERIOD, SIDES, TICKS } from "./game.js";
 import { loadPlayer, PLAYERS } from "./players.js";
 import { headerOf, Recorder } from "./recording.js";
-import { Responses } from "./responses.js";
 import { densityOf, targetOf } from "./strokes.js";
 import { base64Of, frameOf, targetMessage } from "./wire.js";
 
-export const SIDES = ["red", "blue"], TICKS = 30; // a second
-const PERIOD = 3, LOOK = 6, STEP = 30; // ticks between solves, looks at conditions, questions to policies
+const STEP = 30; // ticks between questions to policies
 const CELLS = 10, STEPS = 1e8; // a side of a command; to which its values are rounded
 const CATCH_UP = 2; // ticks that a late game makes up for at once
 export const EVERYTHING = new Float32Array(CELLS * CELLS).fill(1);
@@ -65,7 +63,6 @@ export class Room {
     this.interval = Math.ceil(10 * table.interval - 1e-6) * PERIOD;
     this.team = seat === "watch" ? null : SIDES.indexOf(seat); // the visitor's
     this.view = table.factors[this.team] ?? UNVARIED;
-    this.responses = new Responses(this);
     const policies = seat === "watch" ? [player, opponent] : seat === "red" ? [null, opponent] : [opponent, null];
     /** @type {any[]} */
     this.seats = policies.map((name) => (name === null ? {} : this.load(known(name))));
@@ -91,17 +88,16 @@ export class Room {
 
   // Let the visitor in, or in again.
   enter() {
-    const { hide, frame_rate: rate, helper, share } = this.view, isVaried = hide.length || rate < UNVARIED.frame_rate;
+    const { hide, frame_rate: rate } = this.view, isVaried = hide.length || rate < UNVARIED.frame_rate;
     this.isHere = true;
     if (this.team !== null) {
-      const factors = isVaried ? { hide, frame_rate: rate, helper, share } : null;
+      const factors = isVaried ? { hide, frame_rate: rate } : null;
       this.say({ type: "seated", room: this.code, seat: SIDES[this.team], token: this.token, commands: this.table.commands, factors });
     }
     this.note("connected");
     this.tell();
     if (this.game || this.moment) this.show(true);
     if (this.target) this.showTarget(this.target);
-    this.responses.tell();
   }
 
   // The visitor is away: a game waits for them, or is left for good.
@@ -174,10 +170,10 @@ export class Room {
     this.seed ??= moment?.seed ?? crypto.getRandomValues(new Uint32Array(1))[0];
     this.game = moment?.game ?? new Game({ red, blue, timeLimit: limit ?? 1e6 }, this.seed);
     this.sizes = moment?.sizes ?? [[...this.game.sizes]];
-    this.firstTick = this.sent = this.game.tick; // its first; when the visitor last commanded
+    this.firstTick = this.game.tick;
     this.inForce = (moment?.inForce ?? [null, null]).map((tick) => tick ?? -this.interval);
     this.waiting = [null, null];
-    this.numbers = {}; // of commands, by who gives them
+    this.numbers = [0, 0]; // of commands
     if (this.team !== null) this.target = targetMessage(this.team, 0, targetOf(moment?.densities[this.team] ?? EVERYTHING));
     return Promise.all(this.seats.map(({ policy }, team) => (policy ? loadPlayer(policy, (this.seed ^ team) >>> 0) : null)));
   }
@@ -215,7 +211,7 @@ export class Room {
     const of = (type) => lines.filter((line) => line.type === type), last = [0, 1].map((team) => of("command").findLast((line) => line.team === team));
     Object.assign(this, { token, seed: header.seed, games: Number(/-(\d+)\./.exec(name)[1]) });
     this.players = await this.prepare();
-    for (const { team, number, sender = team } of of("command")) this.numbers[sender] = number;
+    for (const { team, number } of of("command")) this.numbers[team] = number;
     last.forEach((line, team) => {
       const isOld = of("in_force").some((one) => one.team === team && one.number === line?.number && one.tick >= line.tick);
       if (line && !isOld) this.waiting[team] = { ...line, density: line.density.flat() };
@@ -242,8 +238,7 @@ export class Room {
 
   tick() {
     const { game } = this;
-    if (game.tick % STEP === 0 || game.tick === this.firstTick) this.players.forEach((player, team) => { if (player) this.answer(player, team); });
-    if (game.tick % LOOK === 0) this.responses.look(game);
+    if (game.tick % STEP === 0 || game.tick === this.firstTick) this.players.forEach((player, team) => { if (player) this.ask(player, team); });
     if (game.tick % PERIOD === 0) [0, 1].forEach((team) => this.putInForce(team));
     for (const { drone, team } of game.advance()) this.write({ type: "captured", tick: game.tick, drone, team });
     if (game.tick % TICKS === 0) this.sizes.push([...game.sizes]);
@@ -258,7 +253,6 @@ export class Room {
     this.recorder.close();
     this.table.shelf.dropSeat(this.token);
     Object.assign(this, { phase: "over", outcome, endedBy });
-    this.responses.rest();
     this.tell();
   }
 
@@ -272,27 +266,17 @@ export class Room {
 
   // --- commands ---------------------------------------------------------------------------------------
 
-  densityOf({ strokes = null, density = null }) {
-    if ((strokes === null) === (density === null)) throw new Refused("not_valid", "a command here must hold either strokes or a density");
-    return strokes ? densityOf(strokes, this.settings.mapping) : density.flat();
-  }
-
-  command({ number, strokes, density, timing }) {
+  command({ number, strokes = null, density = null, timing }) {
     if (this.team === null || !this.isOn) throw new Refused("out_of_turn", "no game is running: commands count once both seats are ready");
-    const asked = this.densityOf({ strokes, density });
-    this.sent = this.game.tick;
+    if ((strokes === null) === (density === null)) throw new Refused("not_valid", "a command here must hold either strokes or a density");
+    const asked = strokes ? densityOf(strokes, this.settings.mapping) : density.flat();
     this.submit(this.team, { number, strokes, timing, density: asked });
     this.say({ type: "received", number, server_ms: now() });
     this.showTarget(targetMessage(this.team, number, targetOf(asked)));
   }
 
-  // Let a policy command for a team, perhaps in its player's place.
-  answer(player, team, sender = undefined) { this.give(team, player.act(this.game, team), sender); }
-
-  give(team, density, sender = undefined) {
-    const who = sender ?? team, number = this.numbers[who] = (this.numbers[who] ?? 0) + 1;
-    this.submit(team, { number, sender, density });
-  }
+  // Let a policy command for its team.
+  ask(player, team) { this.submit(team, { number: ++this.numbers[team], density: player.act(this.game, team) }); }
 
   // Hand a command in, when its team's delay is over.
   submit(team, { density, ...has }) {
@@ -308,12 +292,12 @@ export class Room {
   putInForce(team) {
     const command = this.waiting[team], { tick } = this.game;
     if (!command || tick - this.inForce[team] < this.interval) return;
-    const { number, sender, density } = command;
+    const { number, density } = command;
     this.waiting[team] = null;
     this.inForce[team] = tick;
     this.game.command(team, density);
-    this.write({ type: "in_force", team, number, tick, ms: this.ms, sender });
-    if (team === this.team) this.say({ type: "in_force", seat: SIDES[team], number, tick, server_ms: now(), sender: sender ?? "" });
+    this.write({ type: "in_force", team, number, tick, ms: this.ms });
+    if (team === this.team) this.say({ type: "in_force", seat: SIDES[team], number, tick, server_ms: now(), sender: "" });
   }
 
   painted({ number, painted_ms: painted }) {

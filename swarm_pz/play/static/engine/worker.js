@@ -1,9 +1,10 @@
 // A table with one room, in a worker of the page: it speaks the server's protocol (docs/protocol.md) with one visitor.
 
 import { check, FACTORS, Refused } from "./checks.js";
+import { SIDES, TICKS } from "./game.js";
 import { PLAYERS } from "./players.js";
 import { Playback, Shelf } from "./recording.js";
-import { EVERYTHING, now, Room, seatOf, SIDES, stateOf, TICKS, UNVARIED } from "./room.js";
+import { EVERYTHING, now, Room, seatOf, stateOf, UNVARIED } from "./room.js";
 import { targetOf } from "./strokes.js";
 import { frameOf, targetMessage } from "./wire.js";
 
@@ -157,7 +158,6 @@ const ACTS = {
   create: (table, message) => table.open(message),
   ready: (table, { ready = true }) => table.inRoom.ready(ready),
   command: (table, message) => table.inRoom.command(message),
-  rules: (table, { rules }) => table.inRoom.responses.replace(rules),
   painted: (table, message) => table.inRoom.painted(message),
   visibility: (table, { hidden }) => table.room?.note(hidden ? "hidden" : "shown"),
   leave: (table) => table.leave(),
