@@ -1,4 +1,4 @@
-"""Games of the simulator, tick by tick, to which the page's engine is held; `static/engine_cases.js` compares.
+"""Games of the simulator, tick by tick, to which the page's engine is held; `static/engine.test.js` compares.
 
 `python -m tests.play.engine_cases` compares 50 games of a minute, observations at every tick.
 """
@@ -34,8 +34,7 @@ from swarm_pz.policies import load
 from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.simulator.commands import make_target
 
-ROOT = Path(__file__).parents[2]
-STATIC = ROOT / "tests/play/static"
+STATIC = Path(__file__).parent / "static"
 SECONDS, LIMIT = 60, 120.0
 LARGEST = 40
 SEEN = (ObservationConfig(), ObservationConfig(grid=10, channels=CHANNELS + MOTION_CHANNELS))

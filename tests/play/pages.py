@@ -1,6 +1,5 @@
 """What journeys do on the page in a real browser, and what is wrong with a page that is shown."""
 
-import math
 import re
 import time
 
@@ -67,9 +66,6 @@ class Hand:
         for place in places[1:]:
             self.page.mouse.move(*place)
         self.page.mouse.up()
-
-    def ring(self, x, y, radius):
-        self.draw(*[(x + radius * math.cos(a / 4), y + radius * math.sin(a / 4)) for a in range(27)])
 
 
 # --- waiting --------------------------------------------------------------------------------------

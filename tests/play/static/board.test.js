@@ -173,20 +173,12 @@ test("trails lead without a gap from where drones were to where they are shown, 
 
 // --- the ground -------------------------------------------------------------------------------------
 
-test("ground captures from the value on that Python paints it with, and row 0 is at the bottom", () => {
+test("ground captures from the value on that Python paints it with", () => {
   const ground = new Ground(canvas());
   assert.equal(ground.nears(0, 0.5, 0.5), false, "before the first fields");
   ground.fields = [field([10, 20, captures], [30, 20, captures - 1], [31, 20, 127], [0, 0, 255], [49, 49, 255]), field([10, 40, 255])];
   const asked = [[0, 0.2, 0.4], [0, 0.2199, 0.4199], [0, 0.2201, 0.4], [0, 0.62, 0.4], [1, 0.2, 0.8], [0, 0.2, 0.8], [0, -0.1, -0.1], [0, 1.1, 1]];
   assert.deepEqual(asked.map(([team, x, y]) => ground.nears(team, x, y)), [true, true, false, false, true, false, true, true]);
-  ground.dirty = true;
-  ground.paint();
-  const filled = ground.canvas.getContext("2d").done.filter(({ did, path }) => did === "fill" && path[0]?.[1] !== undefined && path.length < 9);
-  assert.deepEqual(filled.filter(({ alpha }) => alpha < 1).flatMap(({ path }) => path), [["rect", 300, 290, 10, 10]], "faintly where it nearly does");
-  const boxes = filled.filter(({ alpha }) => alpha === 1).flatMap(({ path }) => path).filter(([, , , width]) => width < 500);
-  assert.deepEqual(boxes.sort((a, b) => a[1] - b[1] || a[2] - b[2]), [
-    ["rect", 0, 490, 10, 10], ["rect", 100, 90, 10, 10], ["rect", 100, 290, 10, 10], ["rect", 490, 0, 10, 10],
-  ]);
 });
 
 // --- the chart --------------------------------------------------------------------------------------
