@@ -25,7 +25,6 @@ export class Arena {
     this.guarded = [0, 1]; // teams whose drones are marked when they are in danger
     this.isLive = false;
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.places = new Float32Array(0); // where drones are shown
     this.shadow = softDisc(); // painted once, since a picture is put down sooner than a path is filled
     this.forget();
   }
@@ -93,16 +92,12 @@ export class Arena {
 
   // Where drones are by now: a frame carried on by its velocities.
   carry({ positions, velocities }, ahead) {
-    if (this.places.length !== positions.length) this.places = new Float32Array(positions.length);
-    for (let i = 0; i < positions.length; i++) {
-      this.places[i] = Math.min(Math.max(positions[i] + ahead * velocities[i], 0), 1);
-    }
-    return this.places;
+    return positions.map((place, i) => Math.min(Math.max(place + ahead * velocities[i], 0), 1));
   }
 
   paintDrones(frame, ahead) {
     const canvas = this.drones, side = canvas.width, pen = canvas.getContext("2d"), { teams } = frame;
-    const places = this.carry(frame, ahead), size = side * (teams.length > MANY ? 0.008 : 0.0125);
+    const places = this.places = this.carry(frame, ahead), size = side * (teams.length > MANY ? 0.008 : 0.0125);
     pen.clearRect(0, 0, side, side);
     if (this.hasTrails) this.trails.paint(pen, frame, places, side);
     this.paintShadows(pen, places, side, size);

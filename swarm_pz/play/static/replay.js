@@ -37,10 +37,7 @@ export class Replay {
   show(room, from) {
     const isReplay = room.phase === "replay";
     byId("scrubber").hidden = !isReplay;
-    if (!isReplay) {
-      this.chart.show(null);
-      return;
-    }
+    if (!isReplay) return this.chart.show(null);
     this.recording = room.recording;
     this.list(untilTheEnd(room));
     byId("pace").value = "1"; // as the server begins

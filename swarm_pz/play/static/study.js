@@ -63,10 +63,7 @@ function show(state) {
   if (state.elsewhere) return showElsewhere();
   Object.assign(byId("progress"), { max: state.of, value: state.done });
   const { step, game } = state, hasBegun = step && shown.startsWith(`${step.id} begun`);
-  if (!step) {
-    draw("end", "Thank you", [paragraph("That was all. You can close this page.")]);
-    return;
-  }
+  if (!step) return draw("end", "Thank you", [paragraph("That was all. You can close this page.")]);
   if (game?.phase === "running" || (game?.phase === "ready" && !game.fault && hasBegun)) {
     keep("seat", game.seat, "session");
     location.replace(`/study/${CODE}/game#room=${game.seat.room}`);
