@@ -24,6 +24,7 @@ from swarm_pz.play.forms import commands_of, read_form
 from swarm_pz.play.frames import FASTEST, Frame, decode_frame, decode_target, encode_frame, encode_target
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.site import files_of
 from swarm_pz.play.strokes import MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
 from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET
 
@@ -181,6 +182,23 @@ def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later(
     without_a_server = {Path(name): len(data) for name, data in site_files().items()}
     of_weights = sum(size for path, size in without_a_server.items() if path.suffix == ".safetensors")
     assert sum(without_a_server.values()) - of_weights < 300_000, "before a first game"
+
+
+def test_a_site_is_kept_anew_with_any_other_file_and_asks_nobody_else(tmp_path):
+    files, zoo = site_files(), Path(__file__).parents[2] / "policies" / "zoo"
+    assert b"""content="default-src 'none';""" in files["index.html"]
+    for name in ("hunter", "champion", "veteran", "finisher"):
+        weights = (zoo / name / "policy.safetensors").read_bytes()
+        assert files[f"static/engine/{name}.safetensors"] == weights
+
+    def kept(weights):
+        (tmp_path / "weights").write_bytes(weights)
+        made = files_of({}, {}, {"hunter": tmp_path / "weights"})
+        version, names = re.search(r'VERSION = "(\w+)", FILES = (.*);', made["sw.js"].decode()).groups()
+        assert set(json.loads(names)) == set(made) - {"sw.js", "index.html"} | {"./"}
+        return version
+
+    assert kept(b"1") == kept(b"1") != kept(b"2")
 
 
 DAY, NIGHT = (

@@ -184,7 +184,9 @@ def _seats(recording: Recording) -> Iterator[str]:
         if isinstance(line, SeatLine):
             of_players = line.event not in ("failed", "forfeit")
             has_policy = kind == "policy" or recording.config.factors[team].share > 0.0
-            fits = kind in ("person", "program") if of_players else line.event == "forfeit" or has_policy
+            can_fail = not recording.config.game.team_systems[team].kernel  # compiled ones cannot
+            own = has_policy if line.event == "failed" else can_fail
+            fits = kind in ("person", "program") if of_players else own
             if line.event in ("connected", "disconnected"):
                 here[team] = line.event == "connected"
         elif isinstance(line, PaintedLine):

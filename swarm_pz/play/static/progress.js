@@ -6,7 +6,8 @@ export const ROUND = { time_limit: 120, majority: true }; // how a person's game
 
 // Whom one has beaten, whom one meets next (the last one again, once all are beaten), and how many games one has won in a row.
 export function progress(rungs) {
-  const { beaten = [], streak = 0 } = recall("progress") ?? {}, next = rungs.find((name) => !beaten.includes(name)) ?? rungs.at(-1);
+  const kept = recall("progress"), beaten = Array.isArray(kept?.beaten) ? kept.beaten : [], streak = Number(kept?.streak) || 0;
+  const next = rungs.find((name) => !beaten.includes(name)) ?? rungs.at(-1);
   return { beaten, streak, next };
 }
 

@@ -206,6 +206,7 @@ CAPTURE = {"type": "captured", "tick": 30, "drone": 0, "team": 1}
         (with_line(CAPTURE, "frame", 10), "differs at 30"),
         (with_line(AWAY | {"team": 1, "event": "hidden"}, "frame", 10), "blue (policy)"),
         (with_line(AWAY | {"event": "failed"}, "frame", 10), "red (person)"),
+        (with_line(AWAY | {"event": "forfeit"}, "end"), "red (person) was not there, or cannot"),
         (with_line({"type": "painted", "team": 1, "number": 1, "ms": 1.0}, "frame", 10), "blue (policy)"),
         (with_line(AWAY | {"ms": 9e9}, "end"), "ended by 'left'"),
     ],

@@ -1,12 +1,14 @@
 // A table in a page: what it says, in the server's words, and what it records, which Python reads and simulates afterwards.
 
 import assert from "node:assert/strict";
-import { appendFileSync, writeFileSync } from "node:fs";
+import { appendFileSync, readFileSync, writeFileSync } from "node:fs";
 import { beforeEach, test } from "node:test";
 
 import { fixtures, FOLDER, reload, settled, time } from "./page.js";
+import { Game } from "../../../swarm_pz/play/static/engine/game.js";
+import { loadPlayer } from "../../../swarm_pz/play/static/engine/players.js";
 import { Shelf } from "../../../swarm_pz/play/static/engine/recording.js";
-import { Table } from "../../../swarm_pz/play/static/engine/worker.js";
+import { askedBy, Table } from "../../../swarm_pz/play/static/engine/worker.js";
 import { decode } from "../../../swarm_pz/play/static/frames.js";
 
 const DOT = [{ brush: "attract", width: 0.1, points: [[0.2, 0.7]] }];
@@ -17,13 +19,18 @@ class Folder {
 
   open = new Set(); // to be written, each by one page
 
+  left = Infinity; // bytes
+
   async getFileHandle(name, { create = false } = {}) {
     if (!this.files.has(name) && !create) throw new Error("there is none");
     const { files, open } = this, bytes = () => files.get(name) ?? Buffer.alloc(0);
     files.set(name, bytes());
     const handle = {
       getSize: () => bytes().length, truncate: (size) => files.set(name, bytes().subarray(0, size)), close: () => open.delete(name),
-      write: (data, { at }) => files.set(name, Buffer.concat([bytes().subarray(0, at), data])),
+      write: (data, { at }) => {
+        if ((this.left -= data.length) < 0) throw new Error("it is full");
+        files.set(name, Buffer.concat([bytes().subarray(0, at), data]));
+      },
     };
     const lock = async () => {
       if (open.has(name)) throw new Error("it is open");
@@ -118,6 +125,8 @@ test("a game counts down, takes what is drawn, ends and is recorded; of what com
   const forced = visitor.all("in_force"), [first, second, third] = forced.map(({ tick }) => tick);
   assert.deepEqual([forced.map(({ number }) => number), first, second - first >= 15, third - second], [[1, 4, 5], 0, true, 15]);
   assert.deepEqual([visitor.frames.at(-1).tick, visitor.frames.filter(({ fields }) => fields).length >= 41], [120, true]);
+  const { velocities } = visitor.table.room.game;
+  assert.ok(visitor.frames.at(-1).velocities.every((velocity, i) => Math.abs(velocity - velocities[i]) < 1e-4));
   const lines = await visitor.keep(recording), [row] = JSON.parse(await visitor.table.answer(`recordings/${recording}/trial`));
   assert.deepEqual([row.side, row.outcome, row.commands, row.seed, row.seconds], ["red", "draw", 5, 7, 4]);
   assert.equal(row.captured + row.lost, lines.filter(({ type }) => type === "captured").length);
@@ -184,7 +193,10 @@ test("a seat is shown less, later and more seldom, and commands later, as an exp
   const visitor = new Visitor(undefined, { factors });
   await visitor.begin({}, { time_limit: 2 });
   await visitor.draw(1);
-  await visitor.pass(3000);
+  await visitor.pass(1000);
+  const late = visitor.table.room.game.tick - visitor.frames.at(-1).tick;
+  assert.ok(late >= 9 && late <= 12, late);
+  await visitor.pass(2000);
   const shown = visitor.frames.filter(({ altitudes }) => !altitudes);
   assert.deepEqual(shown.map(({ tick }) => tick), Array.from({ length: 20 }, (_, i) => 3 * i + 3));
   assert.ok(visitor.frames.every(({ positions, teams, fields }) => !fields && teams.every((team, i) => team === 0 || Number.isNaN(positions[2 * i]))));
@@ -196,12 +208,75 @@ test("a seat is shown less, later and more seldom, and commands later, as an exp
   assert.match(wrong.all("refused")[0].reason, /there is no delay; known are command_delay_ms/);
 });
 
-test("alone, one practises until time is up", async () => {
+test("an opponent commands once a second, by what its own side sees and by its game's seed", async () => {
+  const first = [];
+  for (const [opponent, seed] of [["chase", 7], ["noise", 7], ["noise", 7], ["noise", 8]]) {
+    const visitor = new Visitor();
+    await visitor.begin({ opponent, seed });
+    await visitor.pass(4500);
+    const given = (await visitor.keep(visitor.last("room").recording)).filter(({ type, team }) => type === "command" && team === 1);
+    assert.deepEqual(given.map(({ tick }) => tick), [0, 30, 60, 90]);
+    first.push(given[0].density.flat());
+  }
+  const [chase, noise, again, other] = first, asked = (await loadPlayer("chase")).act(new Game({ red: 4, blue: 4 }, 7), 1);
+  assert.ok(chase.every((value, i) => Math.abs(value - asked[i]) < 1e-6));
+  assert.deepEqual(noise, again);
+  assert.notDeepEqual(noise, other);
+});
+
+test("a learned player has the weights of its own name, beside the engine", async (context) => {
+  const asked = [], weights = readFileSync(new URL("../../../policies/zoo/hunter/policy.safetensors", import.meta.url));
+  const fetch = context.mock.method(globalThis, "fetch", async (address) => {
+    asked.push(address.pathname.split("/").slice(-2).join("/"));
+    return new Response(weights);
+  });
+  await loadPlayer("champion");
+  assert.deepEqual(asked, ["engine/champion.safetensors"]);
+  fetch.mock.mockImplementation(async () => new Response("", { status: 404 }));
+  await assert.rejects(loadPlayer("veteran"), /the weights of veteran must lie beside the engine, got status 404/);
+});
+
+test("where the browser keeps no more, one is told, and games go on; with room again, games are recorded", async () => {
   const visitor = new Visitor();
-  await visitor.begin({ opponent: null }, { red: 3, blue: 0, time_limit: 2 });
-  await visitor.pass(2500);
-  assert.deepEqual([visitor.last("room").outcome, visitor.frames.at(-1).tick], ["draw", 60]);
+  visitor.folder.left = 8000;
+  await visitor.begin();
+  await visitor.pass(4500);
+  assert.deepEqual([visitor.last("room").phase, visitor.last("room").outcome, visitor.all("notice").length], ["over", "draw", 1]);
+  const broken = visitor.last("room").recording;
+  visitor.folder.left = Infinity;
+  await visitor.begin();
+  await visitor.pass(4500);
   await visitor.keep(visitor.last("room").recording);
+  const games = JSON.parse(await visitor.table.answer("recordings"));
+  assert.deepEqual(new Map(games.map(({ name, outcome }) => [name, outcome])), new Map([[broken, null], [visitor.last("room").recording, "draw"]]));
+});
+
+test("the latest 200 games are kept, and listed in that order", async () => {
+  const shelf = new Shelf(), nameOf = (number) => `${1000 + number}.jsonl`;
+  for (let number = 0; number < 202; number++) await shelf.append(nameOf(number), "{}\n");
+  assert.deepEqual((await shelf.list()).map(({ name }) => name), Array.from({ length: 200 }, (_, i) => nameOf(201 - i)));
+  assert.equal(await shelf.read(nameOf(1)), null);
+});
+
+test("an address may have got more on its way, and what makes no sense in it is refused when a game begins", async () => {
+  assert.deepEqual(askedBy("?fbclid=IwAR-0&countdown=0&min_command_interval=soon"), { countdown: 0, min_command_interval: "soon" });
+  for (const [search, named] of [["?countdown=-1", /countdown cannot be -1/], ["?min_command_interval=soon", /cannot be "soon"/], ["?factors=null", /factors cannot be null/]]) {
+    const visitor = new Visitor(undefined, askedBy(search));
+    await visitor.greet();
+    await visitor.say("create", { opponent: "ring" });
+    assert.match(visitor.last("refused").reason, named);
+  }
+});
+
+test("alone, one practises until time is up, at the pace that one chose, and one's name is not recorded", async () => {
+  const visitor = new Visitor();
+  await visitor.begin({ opponent: null, label: "Ann" }, { red: 3, blue: 0, time_limit: 2, speed: 0.5 });
+  await visitor.pass(2500);
+  assert.equal(visitor.last("room").phase, "playing", "at half speed");
+  await visitor.pass(2000);
+  assert.deepEqual([visitor.last("room").outcome, visitor.frames.at(-1).tick], ["draw", 60]);
+  const lines = await visitor.keep(visitor.last("room").recording);
+  assert.ok(!JSON.stringify(lines).includes("Ann"), "names are not recorded");
 });
 
 test("what needs a server or a second person is refused, and changes nothing", async () => {
@@ -231,6 +306,7 @@ test("a game waits for a visitor who is away, and ends for one who leaves", asyn
   await visitor.greet(token);
   await visitor.pass(500);
   assert.ok(visitor.table.room.game.tick > tick);
+  assert.equal(await visitor.table.answer("recordings"), "[]", "it is no recorded game yet");
   await visitor.say("leave");
   const [{ name, ended_by: by }] = JSON.parse(await visitor.table.answer("recordings"));
   assert.deepEqual([by, name.includes(room)], ["left", true]);

@@ -28,6 +28,10 @@ test("opponents unlock one by one, and a game that is won counts where the sides
   assert.deepEqual([chosen, progress(rungs).streak], [["a", "b"], 0]);
   for (const name of ["b", "c"]) count(name, true);
   assert.equal(progress(rungs).next, "c", "the last one again");
+  for (const nonsense of ["5", "null", '{"beaten": 5, "streak": {}}']) {
+    localStorage.setItem("swarm-pz.progress", nonsense);
+    assert.deepEqual(progress(rungs), { beaten: [], streak: 0, next: "a" });
+  }
   const policy = { kind: "policy" }, game = { settings: { red: 10, blue: 10, speed: 1 } }, uneven = { settings: { red: 20, blue: 10, speed: 1 } };
   assert.deepEqual([counts(game, policy, false), counts(uneven, policy, false), counts(game, { kind: "person" }, false), counts(game, policy, true)],
     [true, false, false, false]);

@@ -466,3 +466,16 @@ test("what one has left is shown no more, and leaving a game that others play is
   line.hear("frame", seen([0, 1], [0.1, 0.1, 0.9, 0.9]));
   assert.equal(table.arena.frame, null);
 });
+
+test("a game that one wins unlocks the next opponent, one that one loses does not, and each has a story of its own", async () => {
+  const { line, table } = await sit(), beaten = () => JSON.parse(localStorage.getItem("swarm-pz.progress"))?.beaten ?? [];
+  localStorage.removeItem("swarm-pz.progress");
+  for (const [outcome, of] of [["blue", []], ["draw", []], ["red", ["blind_ring"]]]) {
+    line.hear("room", { ...fixtures.room, phase: "starting" });
+    assert.deepEqual(table.story.captures, []);
+    line.hear("room", fixtures.room);
+    table.story.captures.push({});
+    line.hear("room", { ...fixtures.room, phase: "over", outcome });
+    assert.deepEqual(beaten(), of, outcome);
+  }
+});

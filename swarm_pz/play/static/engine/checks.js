@@ -22,6 +22,10 @@ export const FACTORS = {
   command_delay_ms: number(0, 5000), display_delay_ms: number(0, 5000), frame_rate: whole(1, 30), speed: number(0.25, 2),
   hide: (names) => Array.isArray(names) && names.every(either("opponents", "ground", "trails", "target")), share: either(0), helper: either(""),
 };
+export const ADDRESS = {
+  countdown: number(0, 60), min_command_interval: number(0, 60),
+  factors: (of) => of?.constructor === Object && Object.keys(of).every(either("red", "blue")),
+};
 export const GAME = { seed: (seed) => seed === null || whole(0, 2 ** 32 - 1)(seed), seat: either("red", "blue", "watch") };
 
 // Refuse values that do not fit, and names that mean nothing.

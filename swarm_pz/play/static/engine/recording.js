@@ -126,18 +126,23 @@ export class Shelf {
   }
 }
 
-// Writes a game down, line by line, each with its link of the chain.
+// Writes a game down, line by line, each with its link of the chain. Where the browser keeps no more, the file breaks off.
 export class Recorder {
-  constructor(shelf, name, link = "") {
-    this.shelf = shelf;
-    this.name = name;
-    this.link = link;
+  // failed: called once if it does.
+  constructor(shelf, name, failed, link = "") {
+    Object.assign(this, { shelf, name, failed, link, isBroken: false });
   }
 
-  queue(act) { this.shelf.writing = Promise.resolve(this.shelf.writing).then(act); }
+  queue(act) {
+    this.shelf.writing = Promise.resolve(this.shelf.writing).then(act).catch(() => {
+      if (!this.isBroken) this.failed();
+      this.isBroken = true;
+    });
+  }
 
   write(line) {
     this.queue(async () => {
+      if (this.isBroken) return;
       const content = JSON.stringify(await line);
       this.link = await digest(this.link + content);
       await this.shelf.append(this.name, `${content.slice(0, -1)},"chain":"${this.link}"}\n`);

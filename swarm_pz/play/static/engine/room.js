@@ -196,10 +196,10 @@ export class Room {
     const { table, settings, lesson, moment, seed } = this, [red, blue] = this.seats.map(({ kind = "free", policy = "" }) => ({ kind, policy }));
     const has = { software: table.software, seed, red, blue, lesson, ...(moment ? { origin: moment.origin } : {}) };
     const name = `${new Date().toISOString().replace(/[-:]|\.\d+/g, "")}-${this.code}-${++this.games}.jsonl`;
-    this.recorder = new Recorder(table.shelf, name);
+    this.recorder = this.recorderOf(name);
     this.recorder.write(headerOf({ ...table.rules, min_command_interval: table.interval, factors: table.factors }, settings, has));
     for (const line of this.early) this.recorder.write(line);
-    table.shelf.keepSeat(this.token, { name, code: this.code, once: this.once });
+    table.shelf.keepSeat(this.token, { name, code: this.code, once: this.once }).catch(() => {}); // then one cannot come back
     Object.assign(this, { players, seed: null, moment: null, isCalledFor: false, phase: "playing" });
     for (const seat of this.seats) seat.ready = seat.kind === "policy";
     this.tell();
@@ -217,7 +217,7 @@ export class Room {
       if (line && !isOld) this.waiting[team] = { ...line, density: line.density.flat() };
     });
     this.beganMs = now() - Math.max(...lines.map(({ ms = 0 }) => ms));
-    this.recorder = new Recorder(this.table.shelf, name, lines.at(-1).chain);
+    this.recorder = this.recorderOf(name, lines.at(-1).chain);
     Object.assign(this, { seed: null, moment: null, phase: "playing" });
     this.note("disconnected");
     this.run();
@@ -254,6 +254,11 @@ export class Room {
     this.table.shelf.dropSeat(this.token);
     Object.assign(this, { phase: "over", outcome, endedBy });
     this.tell();
+  }
+
+  recorderOf(name, link = undefined) {
+    const text = "This browser keeps no more: the recording of this game breaks off here.";
+    return new Recorder(this.table.shelf, name, () => this.say({ type: "notice", text }), link);
   }
 
   // Write a line down, once there is a file.

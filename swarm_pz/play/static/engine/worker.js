@@ -1,6 +1,6 @@
 // A table with one room, in a worker of the page: it speaks the server's protocol (docs/protocol.md) with one visitor.
 
-import { check, FACTORS, Refused } from "./checks.js";
+import { ADDRESS, check, FACTORS, Refused } from "./checks.js";
 import { SIDES, TICKS } from "./game.js";
 import { PLAYERS } from "./players.js";
 import { Playback, Shelf } from "./recording.js";
@@ -16,8 +16,10 @@ export class Table {
 
   // told: what swarm-pz site has written of rules and policies; asked: what the page's address asks for.
   constructor({ welcome, rules, commands }, shelf, asked = {}) {
-    const { countdown = 3, min_command_interval: interval = rules.min_command_interval, factors = {} } = /** @type {any} */ (asked);
+    const fitting = Object.fromEntries(Object.entries(asked).filter(([of, value]) => ADDRESS[of]?.(value)));
+    const { countdown = 3, min_command_interval: interval = rules.min_command_interval, factors = {} } = /** @type {any} */ (fitting);
     const isHere = (name) => PLAYERS.some((player) => player.name === name);
+    this.asked = asked;
     this.factors = SIDES.map((side) => ({ ...UNVARIED, ...factors[side] }));
     this.welcome = { ...welcome, policies: welcome.policies.filter(({ name }) => isHere(name)), rungs: welcome.rungs.filter(isHere), min_command_interval: interval };
     this.software = `swarm-pz ${welcome.version}, in a page`;
@@ -80,6 +82,7 @@ export class Table {
   }
 
   open(asked, moment = null) {
+    check(this.asked, ADDRESS);
     for (const factors of this.factors) check(factors, FACTORS);
     const code = Array.from(crypto.getRandomValues(new Uint8Array(4)), (byte) => LETTERS[byte % LETTERS.length]).join("");
     const room = new Room(this, code, asked, moment);
@@ -167,12 +170,16 @@ const ACTS = {
   take_over: (table, message) => table.takeOver(message),
 };
 
-// As the page's address asks: values in JSON, by what they are of.
+// What the page's address asks for: values in JSON, by what they are of. What others add to a link on its way is passed over.
+export function askedBy(search) {
+  const read = (text) => { try { return JSON.parse(text); } catch { return text; } };
+  return Object.fromEntries([...new URLSearchParams(search)].filter(([of]) => Object.hasOwn(ADDRESS, of)).map(([of, text]) => [of, read(text)]));
+}
+
 async function begin() {
-  const asked = Object.fromEntries([...new URLSearchParams(self.name)].map(([of, value]) => [of, JSON.parse(value)]));
   const told = await (await fetch(new URL("table.json", import.meta.url))).json();
   told.welcome.embedders = [location.origin];
-  return new Table(told, await Shelf.find(), asked);
+  return new Table(told, await Shelf.find(), askedBy(self.name));
 }
 
 if ("WorkerGlobalScope" in globalThis) {
