@@ -139,8 +139,9 @@ def decode_frame(data: bytes) -> Frame:
     told = np.ones(count) if hidden is None else np.where(teams == hidden, np.nan, 1.0)
     if flags & EXACT:
         places, speeds = (np.frombuffer(part, "<f4").astype(np.float64) for part in (positions, velocities))
-        if not (((places >= 0.0) & (places <= 1.0)).all() and (np.abs(speeds) <= FASTEST).all()):
-            raise ProtocolError(f"an exact frame's drones must be on the map, and no faster than {FASTEST:g}")
+        is_so = ((places >= 0.0) & (places <= 1.0)).all() and (np.abs(speeds) <= FASTEST).all()
+        if hidden is not None or not is_so:
+            raise ProtocolError(f"an exact frame's drones must all be shown, on the map, no faster than {FASTEST:g}")
     else:
         places = np.frombuffer(positions, "<u2") / 65535.0
         speeds = np.frombuffer(velocities, "<i2") / 32767.0 * FASTEST

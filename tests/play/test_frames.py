@@ -68,7 +68,8 @@ def test_an_exact_frame_is_read_and_holds_only_what_can_be():
         [0.0, 0.0],
         [4.0, -4.0],
     ]
-    for before, after in (("0000803f", "0100803f"), ("0000003f", "0000c07f"), ("00008040", "0000c040")):
+    faults = ("0000803f", "0100803f"), ("0000003f", "0000c07f"), ("00008040", "0000c040"), ("01100200", "01140200")
+    for before, after in faults:
         with pytest.raises(ProtocolError, match="on the map"):
             decode_frame(bytes.fromhex(GOLDEN_EXACT.hex().replace(before, after)))
 

@@ -128,9 +128,14 @@ export class Shelf {
 
 // Writes a game down, line by line, each with its link of the chain. Where the browser keeps no more, the file breaks off.
 export class Recorder {
+  isBroken = false;
+
   // failed: called once if it does.
   constructor(shelf, name, failed, link = "") {
-    Object.assign(this, { shelf, name, failed, link, isBroken: false });
+    this.shelf = shelf;
+    this.name = name;
+    this.failed = failed;
+    this.link = link;
   }
 
   queue(act) {
