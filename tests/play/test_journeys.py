@@ -34,7 +34,7 @@ from tests.play.pages import (
 
 pytestmark = pytest.mark.browser
 SYSTEMS = ("ergodic", "direct", "flocking", "formation", "leader_follower")
-SIZES = [(320, 640), (390, 844), (1366, 768), (800, 500)]
+SIZES = [(320, 640), (390, 844), (1366, 768), (1024, 768), (800, 500)]
 
 
 @pytest.fixture(scope="module")
