@@ -104,13 +104,13 @@ export function untilTheEnd(room) {
 }
 
 // The second that decided, of sizes of red and blue, one entry a second: from it on, who has more at the end was never
-// behind again; of a lead from the start, its greatest gain. Null if nothing happened.
+// behind again; of a lead from the start, its greatest gain. Null if nobody has more, or nothing happened.
 export function turningPoint(sizes) {
   const leads = sizes.map(([red, blue]) => red - blue), sign = Math.sign(leads.at(-1) ?? 0);
-  const behind = sign === 0 ? -1 : leads.findLastIndex((lead) => lead * sign <= 0);
+  if (sign === 0) return null;
+  const behind = leads.findLastIndex((lead) => lead * sign <= 0);
   if (behind > 0) return Math.min(behind + 1, leads.length - 1);
-  const swings = leads.map((lead, i) => lead - leads[Math.max(i - SWING_S, 0)]);
-  const gains = swings.map((swing) => (sign === 0 ? Math.abs(swing) : sign * swing));
+  const gains = leads.map((lead, i) => sign * (lead - leads[Math.max(i - SWING_S, 0)]));
   const best = Math.max(0, ...gains);
   return best > 0 ? gains.indexOf(best) : null;
 }

@@ -12,6 +12,7 @@ const ALONE = { settings: { red: 10, blue: 0, time_limit: null, ...DRAWN } };
 const against = (opponent) => ({ opponent, settings: { time_limit: 60, majority: true, ...DRAWN } });
 
 // A circle as wide as the dashed one beats `centre`, and `halo` beats a small one: in most games.
+const LUCKY = "You were lucky: most games with a small ring are lost. ";
 const STEPS = [
   {
     title: "Draw where they should be",
@@ -77,12 +78,12 @@ export class Lesson {
     byId("chart").hidden = false;
   }
 
-  // Hold the board, and say what comes next.
-  go(step) {
+  // Hold the board, and say what comes next; before it, what is to be said of the step that was done.
+  go(step, before = "") {
     this.step = step;
     const { title, text } = STEPS[step] ?? {
       title: "That is the game",
-      text: "Begin with a big ring, and look. If you lose drones, draw another ring around blue; never crowd. Own every drone to win, or most of them after two minutes.",
+      text: before + "Begin with a big ring, and look. If you lose drones, draw another ring around blue; never crowd. Own every drone to win, or most of them after two minutes.",
     };
     this.hold(this.isLast ? title : `${step + 1} of ${STEPS.length}: ${title}`, text, this.isLast ? "Play" : "Try it");
   }
@@ -146,7 +147,7 @@ export class Lesson {
   over(isWon) {
     if (!this.running || this.isLast) return;
     const { isWon: hasToWin } = STEPS[this.step];
-    if (this.isDrawn && (isWon || !hasToWin)) return this.go(this.step + 1);
+    if (this.isDrawn && (isWon || !hasToWin)) return this.go(this.step + 1, isWon && !hasToWin ? LUCKY : "");
     this.hold("Once more", "Draw the dashed circle at once, when the game begins, and leave it so.", "Try it");
   }
 

@@ -32,13 +32,13 @@ export class Story {
   why(team, second, seat) {
     const within = (span) => this.captures.filter(({ tick }) => tick > 30 * (second - span) && tick <= 30 * second);
     const gained = (span) => within(span).reduce((sum, one) => sum + (one.team === team ? one.taken : -one.taken), 0);
-    let span = DECISIVE_S; // or as many of them as ended with a gain
+    let span = Math.min(DECISIVE_S, second); // or as many of them as ended with a gain
     while (span > 0 && gained(span) <= 0) span--;
     if (!span || this.since > Math.max(30 * (second - span), 30)) return "";
     const gain = gained(span), drones = gain === 1 ? "1 drone" : `${gain} drones`, time = span === 1 ? "a second" : `${span} seconds`;
     const own = within(span).filter((one) => one.team === team), most = own.reduce((a, b) => (b.crowd / b.of > a.crowd / a.of ? b : a));
     const who = seat === team ? "you" : SIDES[team], whose = seat === 1 - team ? "your" : `${SIDES[1 - team]}’s`;
-    if (most.crowd >= 3 && 2 * most.crowd >= most.of) {
+    if (most.crowd >= 3 && 3 * most.crowd >= most.of) {
       return `${most.crowd} of ${whose} ${most.of} drones stood within a fifth of the board; ${who} had flown around them, and gained ${drones} in ${time}.`;
     }
     const Who = seat === team ? "You" : NAMES[team];

@@ -212,8 +212,7 @@ test("the turn is where the lead was won for good, or the greatest gain of who l
   assert.deepEqual(turn(0, 2, -4, -2, 0, 2, 6), 5);
   assert.deepEqual(turn(0, 2, -2, -6), 2);
   assert.deepEqual(turn(0, 1, 1, 1, 6, 6), 4);
-  assert.deepEqual(turn(0, 8, 0), 1);
-  assert.deepEqual([turn(0, 0, 0), turn()], [null, null]);
+  assert.deepEqual([turn(0, 8, 0), turn(0, 0, 0), turn()], [null, null, null], "a draw has none");
 });
 
 test("who won before time was up has all drones at the end, and other games end as they stood", () => {

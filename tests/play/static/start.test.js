@@ -110,7 +110,7 @@ test("a result tells who won and why, leads to the turn and to who comes next", 
   assert.equal(told[0], "You won: red 15, blue 5 when time was up.");
   story.take([], scene(3, [1, 0.2, 0.2]));
   story.take([0], scene(31, [0, 0.5, 0.5], [1, 0.55, 0.55], [1, 0.5, 0.42], [1, 0.9, 0.9], [0, 0.5, 0.5]));
-  assert.equal(over()[1], "The turn, at 0:02: 3 of blue’s 4 drones stood within a fifth of the board; you had flown around them, and gained 1 drone in 5 seconds.");
+  assert.equal(over()[1], "The turn, at 0:02: 3 of blue’s 4 drones stood within a fifth of the board; you had flown around them, and gained 1 drone in 2 seconds.");
   assert.deepEqual([at("see").href, at("recording").href, at("next-game").hidden], ["#replay=a.jsonl@0", "#replay=a.jsonl", true]);
   line.hear("welcome", { rungs: ["blind_ring", "halo"], addresses: [] });
   count("blind_ring", true);
@@ -125,17 +125,21 @@ test("why drones were lost is told of what was seen, and of nothing else", () =>
   const far = [[0.9, 0.9], [0.1, 0.9], [0.9, 0.1], [0.1, 0.1]];
   story.take([], scene(0));
   lost(29, ...far);
-  assert.match(story.why(1, 1, 0), /^Blue gained 1 drone in 5 seconds, on ground that blue had flown around: your drones came few/);
+  assert.match(story.why(1, 1, 0), /^Blue gained 1 drone in a second, on ground that blue had flown around: your drones came few/);
   assert.deepEqual([story.why(0, 1, 0), story.why(1, 9, 0), story.why(-1, 1, 0)], ["", "", ""]);
   lost(45, [0.5, 0.55], [0.45, 0.5], ...far.slice(2));
   assert.match(story.why(1, 2, 1), /^3 of red’s 5 drones stood within a fifth of the board; you had flown around them, and gained 2 drones in/);
   story.take([0], scene(58, [1, 0.5, 0.5], [0, 0.9, 0.9]));
-  assert.match(story.why(1, 2, 0), /gained 3 drones in 5 seconds/);
+  assert.match(story.why(1, 2, 0), /gained 3 drones in 2 seconds/, "not in more than there were");
   story.take([1, 2, 3, 4], scene(59, [1, 0.5, 0.5], ...far.map((place) => [0, ...place])));
   story.take([0], scene(62, [1, 0.5, 0.5], ...far.map((place) => [0, ...place])));
   assert.match(story.why(1, 3, 0), /^Blue gained 1 drone in a second/, "of the five the one that was a gain");
   story.take([], scene(300));
   assert.equal(story.why(1, 10, 0), "", "what came between was not seen");
+  story.forget();
+  story.take([], scene(0));
+  lost(29, [0.5, 0.55], [0.45, 0.5], ...far, ...far.slice(2));
+  assert.match(story.why(1, 1, 0), /^3 of your 9 drones stood within/, "a third of them is a crowd");
 });
 
 // --- the lesson -------------------------------------------------------------------------------------
@@ -173,6 +177,9 @@ test("the second step is a game that one wins, the third goes on however its gam
     return lesson.step;
   };
   assert.deepEqual([ended(1, true, true), ended(2, true, false)], [2, 3]);
+  assert.doesNotMatch(at("lesson-text").textContent, /lucky/);
+  assert.equal(ended(2, true, true), 3);
+  assert.match(at("lesson-text").textContent, /^You were lucky: most games with a small ring are lost. Begin with a big ring/);
   assert.deepEqual([ended(1, true, false), ended(1, false, true), ended(2, false, false)], [1, 1, 2]);
 });
 
