@@ -50,18 +50,16 @@ def commands_of(system: ControlSystem, config: GameConfig) -> protocol.Commands:
         If the control system cannot say.
     """
     try:
-        space, takes = system.space(config), system.takes
+        space = system.space(config)
         return protocol.Commands(
             system=system.name,
-            takes=takes,
+            takes=system.takes,
             shape=[int(size) for size in space.shape],
             low=_numbers(space.low),
             high=_numbers(space.high),
             default=np.asarray(system.default(config), np.float64).tolist(),
             serves_densities=serves_densities(system, config),
-            leaders=int(space.shape[0]) if takes == "leaders" else None,
             shapes=list(system.shapes),
-            weights=(_exact(space.low[0, 2]), _exact(space.high[0, 2])) if takes == "attractors" else None,
         )
     except SwarmError:
         raise

@@ -328,12 +328,8 @@ class Commands(Message):
     default: list[Any]
     """The command that is in force at the start."""
     serves_densities: bool
-    leaders: int | None = None
-    """How many places one moves."""
     shapes: list[str] = msgspec.field(default_factory=list)
     """Names of formations."""
-    weights: tuple[float, float] | None = None
-    """Least and largest weight of an attractor."""
 
 
 class Welcome(Message, tag="welcome"):

@@ -35,9 +35,10 @@ def test_what_a_client_is_told_of_a_system_is_a_command_of_it(name):
 
 
 def test_leaders_and_weights_are_told_as_they_were_configured():
-    assert commands_of(LeaderFollower(leaders=3), GAME).leaders == 3
+    assert commands_of(LeaderFollower(leaders=3), GAME).shape[0] == 3
     game = GAME.replace(flocking=FlockingConfig(migration=(0.1, 0.7)))
-    assert commands_of(system_of("flocking"), game).weights == (0.1, 0.7)
+    told = commands_of(system_of("flocking"), game)
+    assert (told.low[0][2], told.high[0][2]) == (0.1, 0.7)
 
 
 def test_the_systems_that_are_told_are_those_that_are_installed(monkeypatch):

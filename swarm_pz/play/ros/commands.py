@@ -49,7 +49,7 @@ def attractor(message: Message) -> Maker:
 
 def _attractors_of(rows: list[list[float]]) -> Maker:
     def make(takes: Commands, _: int) -> CommandMessage:
-        largest = takes.weights[1] if takes.weights is not None else 1.0
+        largest = float(np.broadcast_to(takes.high, takes.shape)[0, 2])
         return CommandMessage(0, command=[[x, y, weight or largest] for x, y, weight in rows])
 
     return _maker("an attractor", "attractors", make)
