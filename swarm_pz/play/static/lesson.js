@@ -83,7 +83,7 @@ export class Lesson {
     this.step = step;
     const { title, text } = STEPS[step] ?? {
       title: "That is the game",
-      text: before + "Begin with a big ring, and look. If you lose drones, draw another ring around blue; never crowd. Own every drone to win, or most of them after two minutes.",
+      text: before + "Begin with a big ring, and leave it. Only if you are far behind, draw another around blue; never crowd. Own every drone to win, or most of them after two minutes.",
     };
     this.hold(this.isLast ? title : `${step + 1} of ${STEPS.length}: ${title}`, text, this.isLast ? "Play" : "Try it");
   }
