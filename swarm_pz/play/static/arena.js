@@ -90,14 +90,11 @@ export class Arena {
     return frame;
   }
 
-  // Where drones are by now: a frame carried on by its velocities.
-  carry({ positions, velocities }, ahead) {
-    return positions.map((place, i) => Math.min(Math.max(place + ahead * velocities[i], 0), 1));
-  }
-
   paintDrones(frame, ahead) {
-    const canvas = this.drones, side = canvas.width, pen = canvas.getContext("2d"), { teams } = frame;
-    const places = this.places = this.carry(frame, ahead), size = side * (teams.length > MANY ? 0.008 : 0.0125);
+    const canvas = this.drones, side = canvas.width, pen = canvas.getContext("2d"), { teams, positions, velocities } = frame;
+    // Where drones are by now: a frame carried on by its velocities.
+    const places = this.places = positions.map((place, i) => Math.min(Math.max(place + ahead * velocities[i], 0), 1));
+    const size = side * (teams.length > MANY ? 0.008 : 0.0125);
     pen.clearRect(0, 0, side, side);
     if (this.hasTrails) this.trails.paint(pen, frame, places, side);
     this.paintShadows(pen, places, side, size);

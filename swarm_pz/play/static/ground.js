@@ -113,7 +113,6 @@ export class Ground {
   }
 
   paint() {
-    if (!this.dirty) return;
     this.dirty = false;
     const { canvas } = this, side = canvas.width, pen = canvas.getContext("2d");
     pen.fillStyle = look.ground;
