@@ -90,7 +90,7 @@ def test_a_game_that_was_over_when_the_power_went_counts(folder):
         "outcome": "win",
         "won": True,
         "seconds": 1.0,
-        "ended_by": "capture",
+        "ended_by": "time",
         "recording": "games/P01.block1.game1.jsonl",
     }
     assert folder.summary(0)["won"] == 1 and folder.recording(0, step).exists()

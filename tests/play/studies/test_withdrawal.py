@@ -90,7 +90,7 @@ def test_of_a_pair_one_withdraws_and_the_other_keeps_what_is_theirs(code, own, o
     assert own not in {one.participant for table in rows for one in table}
     (game,) = [one for one in data.games if one.participant == other and not one.practice]
     assert (game.won, game.outcome) == ((False, "loss") if other == "P02" else (True, "win"))
-    assert (game.left_out, game.commands, game.ended_by) == ("partner withdrew", None, "capture")
+    assert (game.left_out, game.commands, game.ended_by) == ("partner withdrew", None, "time")
     assert other in {one.participant for one in counted_games(data)}, "how it ended is the partner's, too"
 
     with begun(ran.parent, PLAN) as folder:
