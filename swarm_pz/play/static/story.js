@@ -1,8 +1,8 @@
-// Why a game went as it did: who stood how close together where drones were captured. It is told from what was seen, so it is so.
+// Why a game was won or lost: how many drones stood close together when drones were captured, computed from the frames.
 
 import { NAMES, SIDES } from "./words.js";
 
-const REACH = 0.1; // drones this near to one drone are within twice that of each other
+const REACH = 0.1; // map widths; drones this near to one drone are within a fifth of the board of each other
 const JUMP_TICKS = 30; // what happened between frames farther apart was not seen
 export const DECISIVE_S = 5; // seconds before a turn that decided it
 

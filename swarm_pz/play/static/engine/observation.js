@@ -1,5 +1,6 @@
 // What a team sees: images, as swarm_pz/spaces/observation.py explains them, [channel, row = y, column = x].
 
+import { CAPTURES_FROM } from "../frames.js";
 import { CELLS } from "./controller.js";
 import { cellOf, GRID, limitsOf, placeOf, TRAIL } from "./ground.js";
 
@@ -7,7 +8,7 @@ export const ALL_CHANNELS = [
   "own_positions", "opposing_positions", "own_trail_age", "opposing_trail_age", "own_capture_field", "opposing_capture_field",
   "own_target", "own_share", "time_left", "own_now", "opposing_now", "own_soon", "opposing_soon",
 ];
-const DRONE = 64, CAPTURES_FROM = 192, SOON = 0.5; // brightness of a drone, and of ground that captures; seconds
+const DRONE = 64, SOON = 0.5; // brightness of a drone; seconds
 const PAINT = {
   positions: paintPositions, trail_age: paintTrails, capture_field: paintField, target: paintTarget,
   share: ({ sizes, teams }, team, plane) => plane.fill(255 * sizes[team] / teams.length + 0.5),
