@@ -6,8 +6,8 @@ export const CELLS = 50; // of a field, a side
 export const CAPTURES_FROM = 192; // value of a field: a team captures there
 export const NEARLY_FROM = 128; // half of the largest: it nearly does
 const KINDS = { 1: decodeFrame, 2: decodeTarget };
-const KEYFRAME = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // of red's drones, and blue's, it does not tell where they are
-const HEADER = 20, TARGET_HEADER = 8, FASTEST = 4;
+export const KEYFRAME = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // of red's drones, and blue's, it does not tell where they are
+export const HEADER = 20, TARGET_HEADER = 8, FASTEST = 4;
 
 export function decode(buffer) {
   const view = new DataView(buffer), kind = view.getUint8(0);

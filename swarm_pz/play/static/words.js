@@ -3,7 +3,7 @@
 export const SIDES = ["red", "blue"];
 export const NAMES = ["Red", "Blue"];
 export const SIGNS = ["●", "◆"];
-const TICKS_PER_SECOND = 30;
+export const TICKS = 30; // a second
 
 // In a study, or another experiment, nobody is told whom they play, and nothing leads out of it.
 export function isStudy() { return document.body.classList.contains("study"); }
@@ -14,6 +14,6 @@ export function called(name) { return isStudy() ? "the opponent" : name.replaceA
 export function systemOption({ name, takes }) { return new Option(`${called(name)}: ${takes}`, name); }
 
 export function clock(tick) {
-  const seconds = Math.floor(tick / TICKS_PER_SECOND);
+  const seconds = Math.floor(tick / TICKS);
   return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
 }

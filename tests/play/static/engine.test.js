@@ -4,11 +4,12 @@ import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
 
-import { cellOf, GRID, placeOf, TRAIL } from "../../../swarm_pz/play/static/engine/ground.js";
+import { cellOf, placeOf, TRAIL } from "../../../swarm_pz/play/static/engine/ground.js";
 import { Game } from "../../../swarm_pz/play/static/engine/game.js";
 import { observe } from "../../../swarm_pz/play/static/engine/observation.js";
 import { loadPlayer, PLAYERS } from "../../../swarm_pz/play/static/engine/players.js";
 import { densityOf, targetOf } from "../../../swarm_pz/play/static/engine/strokes.js";
+import { CELLS as GRID } from "../../../swarm_pz/play/static/frames.js";
 
 const FOLDER = process.env.SWARM_PZ_FIXTURES, ZOO = new URL("../../../policies/zoo/", import.meta.url);
 const bytes = (file) => Uint8Array.from(readFileSync(file)).buffer;
@@ -59,8 +60,8 @@ async function compare(buffer, { seen, players: names }) {
   const game = new Game({ red, blue, timeLimit: 120 }, seed);
   const { ground, teams, positions, controller: { memory, weights } } = game;
   const found = new Found({ seed, red, blue, ticks, captures: 0, images: 0, halves: 0, ties: [] });
-  const players = await Promise.all(PLAYERS.map(({ name }) => loadPlayer(name, seed, weightsOf)));
-  found.check("the names of players", same(PLAYERS.map(({ name }) => name), names));
+  const players = await Promise.all(PLAYERS.map((name) => loadPlayer(name, seed, weightsOf)));
+  found.check("the names of players", same(PLAYERS, names));
   found.check("the start", same(positions, given.positions(0)) && same(game.altitudes, given.altitudes(0)));
   for (let tick = 0; ; tick++) {
     const now = `at tick ${tick}`;

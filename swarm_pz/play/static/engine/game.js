@@ -1,11 +1,12 @@
 // The default game of swarm_pz, tick by tick: docs/rules.md. tests/play/test_engine.py holds it to the simulator.
 
 import { CELLS, coefficientsOf, Controller, normalised } from "./controller.js";
-import { GRID, Ground } from "./ground.js";
+import { Ground } from "./ground.js";
 import { observe } from "./observation.js";
 import { Random } from "./random.js";
+import { SIDES, TICKS } from "../words.js";
 
-export const SIDES = ["red", "blue"], TICKS = 30, PERIOD = 3; // ticks a second, and between solves
+export const PERIOD = 3; // ticks between solves
 const INSET = 0.1, RADIUS = 0.08; // of the corners near which drones start
 const TICK = Math.fround(1 / TICKS); // seconds
 
@@ -94,6 +95,6 @@ export class Game {
   // The capture fields of red and blue as frames have them.
   fields() {
     const both = observe(this, 0, ["own_capture_field", "opposing_capture_field"]);
-    return [both.subarray(0, GRID * GRID), both.subarray(GRID * GRID)];
+    return [both.subarray(0, both.length / 2), both.subarray(both.length / 2)];
   }
 }

@@ -1,6 +1,8 @@
 // Trails, and the capture fields that they add up to, as docs/rules.md explains them: whole numbers, so nothing is rounded.
 
-export const GRID = 50, TRAIL = 150; // cells a side; ticks
+import { CELLS as GRID } from "../frames.js"; // a side
+
+export const TRAIL = 150; // ticks
 const BORDER = 2, WIDTH = GRID + 2 * BORDER; // fields have a border in which they are always 0
 const UNIT = 55440; // what a field of 1 is kept as: every number of cells in a ring divides it
 const THRESHOLD = 0.75;

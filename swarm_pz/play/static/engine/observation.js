@@ -1,8 +1,8 @@
 // What a team sees: images, as swarm_pz/spaces/observation.py explains them, [channel, row = y, column = x].
 
-import { CAPTURES_FROM } from "../frames.js";
+import { CAPTURES_FROM, CELLS as GRID } from "../frames.js";
 import { CELLS } from "./controller.js";
-import { cellOf, GRID, limitsOf, placeOf, TRAIL } from "./ground.js";
+import { cellOf, limitsOf, placeOf, TRAIL } from "./ground.js";
 
 export const ALL_CHANNELS = [
   "own_positions", "opposing_positions", "own_trail_age", "opposing_trail_age", "own_capture_field", "opposing_capture_field",

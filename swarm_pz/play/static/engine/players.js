@@ -33,9 +33,7 @@ const SCRIPTS = {
 };
 const LEARNED = ["hunter", "champion", "veteran", "finisher"];
 
-export const PLAYERS = [
-  ...Object.keys(SCRIPTS).map((name) => ({ name, kind: "script" })), ...LEARNED.map((name) => ({ name, kind: "learned" })),
-];
+export const PLAYERS = [...Object.keys(SCRIPTS), ...LEARNED];
 
 // The mean place of the opposing drones, as they are seen.
 function opponents({ game, team }) {
@@ -62,7 +60,7 @@ async function fetchBeside(name) {
 // A player for one game; act gives its command for the next second. fetchBytes gives the weights of a learned one.
 export async function loadPlayer(name, seed = 0, fetchBytes = fetchBeside) {
   const script = SCRIPTS[name], random = new Random(seed);
-  if (!script && !LEARNED.includes(name)) throw new Error(`a player must be one of ${PLAYERS.map((one) => one.name).join(", ")}, got ${name}`);
+  if (!PLAYERS.includes(name)) throw new Error(`a player must be one of ${PLAYERS.join(", ")}, got ${name}`);
   const network = script ? null : networkOf(await fetchBytes(name));
   let answers = 0;
   function act(game, team) {

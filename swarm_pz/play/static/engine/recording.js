@@ -2,9 +2,10 @@
 
 import { Refused } from "./checks.js";
 import { Controller } from "./controller.js";
-import { Game, PERIOD, SIDES, TICKS } from "./game.js";
+import { Game, PERIOD } from "./game.js";
 import { Ground, TRAIL } from "./ground.js";
 import { momentOf } from "./wire.js";
+import { SIDES, TICKS } from "../words.js";
 
 const UNTIMED = 1e6; // seconds that stand for no limit
 const MARK = 90; // ticks between moments that are kept
@@ -128,15 +129,10 @@ export class Shelf {
 
 // Writes a game down, line by line, each with its link of the chain. Where the browser keeps no more, the file breaks off.
 export class Recorder {
-  isBroken = false;
+  shelf; name; failed; link; isBroken = false;
 
   // failed: called once if it does.
-  constructor(shelf, name, failed, link = "") {
-    this.shelf = shelf;
-    this.name = name;
-    this.failed = failed;
-    this.link = link;
-  }
+  constructor(shelf, name, failed, link = "") { Object.assign(this, { shelf, name, failed, link }); }
 
   queue(act) {
     this.shelf.writing = Promise.resolve(this.shelf.writing).then(act).catch(() => {
@@ -233,16 +229,10 @@ export class Playback {
 
   // The present moment, to play on from.
   moment() {
-    const { header, game } = this, { tick } = game, past = [];
-    for (const line of this.lines) {
-      if (!["command", "in_force", "captured", "frame"].includes(line.type)) continue;
-      if (line.tick > tick || (line.tick === tick && line.type === "in_force")) break;
-      const { chain, ...kept } = line;
-      past.push(kept);
-    }
-    const inForce = [0, 1].map((team) => this.followed.findLast((one) => one.team === team && one.tick < tick)?.tick ?? null);
-    const densities = [0, 1].map((team) => this.latest(team)?.density.flat()), origin = { recording: this.name, tick, lines: past.length };
-    return { game: copy(game), seed: header.seed, sizes: this.sizesUntil(tick), inForce, densities, past, origin };
+    const { header, game } = this, { tick } = game, untilTick = { command: tick, in_force: tick - 1, captured: tick, frame: tick };
+    const past = this.lines.filter((line) => line.tick <= untilTick[line.type]).map(({ chain, ...kept }) => kept);
+    const latest = [0, 1].map((team) => this.latest(team)), origin = { recording: this.name, tick, lines: past.length };
+    return { game: copy(game), seed: header.seed, sizes: this.sizesUntil(tick), latest, past, origin };
   }
 
   // The game as rows of an experiment, one for each seat; the tables of `swarm-pz study` have more, from its lines.

@@ -1,28 +1,29 @@
 // A room with one visitor, who plays there against a policy or alone, or looks on: what swarm_pz/play/server does for many.
 
 import { check, GAME, Refused, SETTINGS } from "./checks.js";
-import { Game, PERIOD, SIDES, TICKS } from "./game.js";
+import { CELLS } from "./controller.js";
+import { Game, PERIOD } from "./game.js";
 import { loadPlayer, PLAYERS } from "./players.js";
 import { headerOf, Recorder } from "./recording.js";
 import { densityOf, targetOf } from "./strokes.js";
 import { base64Of, frameOf, targetMessage } from "./wire.js";
+import { SIDES, TICKS } from "../words.js";
 
-const STEP = 30; // ticks between questions to policies
-const CELLS = 10, STEPS = 1e8; // a side of a command; to which its values are rounded
+const STEPS = 1e8; // to which a command's values are rounded
 const CATCH_UP = 2; // ticks that a late game makes up for at once
 export const EVERYTHING = new Float32Array(CELLS * CELLS).fill(1);
 export const UNVARIED = { command_delay_ms: 0, display_delay_ms: 0, frame_rate: 30, speed: 1, hide: [], share: 0, helper: "" };
 
 export function now() { return performance.timeOrigin + performance.now(); }
 
-export function later(act, ms) {
+function later(act, ms) {
   if (ms > 0) setTimeout(act, ms);
   else act();
 }
 
 // A policy's name, if it is here.
 function known(name) {
-  if (!PLAYERS.some((player) => player.name === name)) throw new Refused("unknown", `there is no policy '${name}' here`);
+  if (!PLAYERS.includes(name)) throw new Refused("unknown", `there is no policy '${name}' here`);
   return name;
 }
 
@@ -171,10 +172,10 @@ export class Room {
     this.game = moment?.game ?? new Game({ red, blue, timeLimit: limit ?? 1e6 }, this.seed);
     this.sizes = moment?.sizes ?? [[...this.game.sizes]];
     this.firstTick = this.game.tick;
-    this.inForce = (moment?.inForce ?? [null, null]).map((tick) => tick ?? -this.interval);
+    this.inForce = [0, 1].map((team) => moment?.latest[team]?.tick ?? -this.interval);
     this.waiting = [null, null];
     this.numbers = [0, 0]; // of commands
-    if (this.team !== null) this.target = targetMessage(this.team, 0, targetOf(moment?.densities[this.team] ?? EVERYTHING));
+    if (this.team !== null) this.target = targetMessage(this.team, 0, targetOf(moment?.latest[this.team]?.density.flat() ?? EVERYTHING));
     return Promise.all(this.seats.map(({ policy }, team) => (policy ? loadPlayer(policy, (this.seed ^ team) >>> 0) : null)));
   }
 
@@ -238,7 +239,7 @@ export class Room {
 
   tick() {
     const { game } = this;
-    if (game.tick % STEP === 0 || game.tick === this.firstTick) this.players.forEach((player, team) => { if (player) this.ask(player, team); });
+    if (game.tick % TICKS === 0 || game.tick === this.firstTick) this.players.forEach((player, team) => { if (player) this.ask(player, team); });
     if (game.tick % PERIOD === 0) [0, 1].forEach((team) => this.putInForce(team));
     for (const { drone, team } of game.advance()) this.write({ type: "captured", tick: game.tick, drone, team });
     if (game.tick % TICKS === 0) this.sizes.push([...game.sizes]);

@@ -1,7 +1,7 @@
 // What a drawing asks for, as swarm_pz/play/strokes.py: strokes are painted, the image is smoothed, its means are the command.
 
 import { CELLS, coefficientsOf, MODES, normalised } from "./controller.js";
-import { GRID } from "./ground.js";
+import { CELLS as GRID } from "../frames.js";
 
 const PIXELS = 2 * GRID; // a side of what is painted
 const [UNTOUCHED, ATTRACT, REPEL] = [0, 1, 2], BRUSHES = { erase: UNTOUCHED, attract: ATTRACT, repel: REPEL };

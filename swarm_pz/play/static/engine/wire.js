@@ -1,7 +1,8 @@
 // Binary messages as the server writes them, and frames as recordings of a page hold them: docs/protocol.md#frames.
 
-const FRAME = 1, TARGET = 2, KEYFRAME = 1, WITH_FIELDS = 2, HIDDEN = [4, 8], EXACT = 16;
-const HEADER = 20, TARGET_HEADER = 8, FASTEST = 4;
+import { FASTEST, HEADER, HIDDEN, KEYFRAME, TARGET_HEADER, WITH_FIELDS } from "../frames.js";
+
+const FRAME = 1, TARGET = 2, EXACT = 16;
 
 // The present moment of a game, perhaps without one team's drones; with exact positions and velocities for recordings.
 export function frameOf(game, { sequence = 0, ms = 0, altitudes = false, fields = null, hidden = -1, exact = false } = {}) {

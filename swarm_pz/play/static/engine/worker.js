@@ -1,12 +1,12 @@
 // A table with one room, in a worker of the page: it speaks the server's protocol (docs/protocol.md) with one visitor.
 
 import { ADDRESS, check, FACTORS, Refused } from "./checks.js";
-import { SIDES, TICKS } from "./game.js";
 import { PLAYERS } from "./players.js";
 import { Playback, Shelf } from "./recording.js";
 import { EVERYTHING, now, Room, seatOf, stateOf, UNVARIED } from "./room.js";
 import { targetOf } from "./strokes.js";
 import { frameOf, targetMessage } from "./wire.js";
+import { SIDES, TICKS } from "../words.js";
 
 const LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 const MOST_OWED = 8; // ticks of a recorded game that are made up for at once
@@ -18,7 +18,7 @@ export class Table {
   constructor({ welcome, rules, commands }, shelf, asked = {}) {
     const fitting = Object.fromEntries(Object.entries(asked).filter(([of, value]) => ADDRESS[of]?.(value)));
     const { countdown = 3, min_command_interval: interval = rules.min_command_interval, factors = {} } = /** @type {any} */ (fitting);
-    const isHere = (name) => PLAYERS.some((player) => player.name === name);
+    const isHere = (name) => PLAYERS.includes(name);
     this.asked = asked;
     this.factors = SIDES.map((side) => ({ ...UNVARIED, ...factors[side] }));
     this.welcome = { ...welcome, policies: welcome.policies.filter(({ name }) => isHere(name)), rungs: welcome.rungs.filter(isHere), min_command_interval: interval };
