@@ -36,8 +36,33 @@ main()
 """The command line, with two processes for policies at most: to start one takes seconds of a processor."""
 
 
-class Table:
-    """A running server.
+class Server:
+    """A command that serves, in a process of its own."""
+
+    def begin(self, *options, until):
+        """Start it with options, and return what it says first in which some text stands."""
+        self.process = subprocess.Popen(  # noqa: S603
+            [sys.executable, "-c", COMMAND, *options],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        )
+        return next(line for line in self.process.stdout if until in line)
+
+    def kill(self):
+        """End the server as a power failure would."""
+        self.process.kill()
+        print(self.process.communicate()[0])
+
+    def end(self):
+        """Tell the server to end, and return what it printed."""
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.communicate(timeout=60)[0]
+
+
+class Table(Server):
+    """A running table.
 
     Attributes
     ----------
@@ -49,15 +74,8 @@ class Table:
 
     def __init__(self, folder, *options, countdown="0"):
         self.folder = folder
-        options = ("--countdown", countdown, "--out", str(folder), *options)
-        self.process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-c", COMMAND, "play", "--port", "0", *options],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            env=os.environ | {"PYTHONUNBUFFERED": "1"},
-        )
-        line = next(line for line in self.process.stdout if "http://" in line)
+        own = ("--port", "0", "--countdown", countdown, "--out", str(folder))
+        line = self.begin("play", *own, *options, until="http://")
         self.address = line.split("http://")[1].split("/")[0]
 
     def get(self, path, **headers):
@@ -84,16 +102,6 @@ class Table:
     def visit(self, token=None, **how):
         """Return a client that has said hello."""
         return Client(self.address, token, **how)
-
-    def kill(self):
-        """End the server as a power failure would."""
-        self.process.kill()
-        self.process.communicate()
-
-    def end(self):
-        """Tell the server to end, and return what it printed."""
-        self.process.send_signal(signal.SIGTERM)
-        return self.process.communicate(timeout=60)[0]
 
 
 class Client:

@@ -2,7 +2,9 @@
 
 import re
 import time
+from pathlib import Path
 
+import pytest
 from axe_playwright_python.base import AXE_SCRIPT
 from playwright.sync_api import expect
 
@@ -66,6 +68,27 @@ class Hand:
         for place in places[1:]:
             self.page.mouse.move(*place)
         self.page.mouse.up()
+
+
+# --- experiments ----------------------------------------------------------------------------------
+
+DIST = Path(__file__).parent / "npm" / "node_modules" / "jspsych" / "dist"
+EXPERIMENT = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>An experiment</title>
+<script src="jspsych.js"></script>
+<script src="SITE/static/jspsych-plugin-swarm-pz.js"></script></head><body></body>
+<script>
+  const jsPsych = initJsPsych({ on_finish: () => { window.rows = jsPsych.data.get().values(); } });
+  RUN
+</script></html>"""
+
+
+def write_experiment(folder, site, run):
+    """Write a page with jsPsych and the plug-in of a site or a table, in which some lines run the trials."""
+    if not DIST.is_dir():
+        pytest.skip("jsPsych is not here: scripts/browser installs it, with npm")
+    (folder / "jspsych.js").write_bytes((DIST / "index.browser.min.js").read_bytes())
+    (folder / "index.html").write_text(EXPERIMENT.replace("SITE", site).replace("RUN", run))
 
 
 # --- waiting --------------------------------------------------------------------------------------

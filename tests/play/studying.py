@@ -6,11 +6,7 @@ import http.client
 import io
 import json
 import logging
-import os
 import queue
-import signal
-import subprocess
-import sys
 import threading
 import time
 import urllib.error
@@ -25,13 +21,13 @@ from swarm_pz.play import protocol
 from swarm_pz.play.server import serve as serving
 from swarm_pz.play.server.policy_workers import PolicyWorkers
 from swarm_pz.play.studies.folder import StudyFolder
-from tests.play.conftest import COMMAND, Client
+from tests.play.conftest import Client, Server
 
 PATIENCE_S = 1200.0
 """What a participant waits for in all, on the slowest machine."""
 
 
-class StudyTable:
+class StudyTable(Server):
     """A running study, whose address and token of the monitor are known; it can be killed, and started again."""
 
     def __init__(self, file, folder):
@@ -39,15 +35,8 @@ class StudyTable:
         self.start()
 
     def start(self):
-        options = ["--folder", str(self.folder), "--port", "0", "--countdown", "0"]
-        self.process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-c", COMMAND, "study", "run", str(self.file), *options],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            env=os.environ | {"PYTHONUNBUFFERED": "1"},
-        )
-        self.note(next(line for line in self.process.stdout if "/study/monitor#" in line))
+        options = ("--folder", str(self.folder), "--port", "0", "--countdown", "0")
+        self.note(self.begin("study", "run", str(self.file), *options, until="/study/monitor#"))
 
     def note(self, line):
         self.token = line.strip().split("#")[1]
@@ -60,16 +49,6 @@ class StudyTable:
         """Leave no server behind, whatever went wrong."""
         if self.process.returncode is None:
             self.kill()
-
-    def kill(self):
-        """End the server as a power failure would."""
-        self.process.kill()
-        print(self.process.communicate()[0])
-
-    def end(self):
-        """Tell the server to end, and return what it printed."""
-        self.process.send_signal(signal.SIGTERM)
-        return self.process.communicate(timeout=60)[0]
 
     def ask(self, path, said=None, **headers):
         """Return status and answer of an address; `said` is posted, if there is any."""

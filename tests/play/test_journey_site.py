@@ -8,8 +8,8 @@ from playwright.sync_api import expect
 from swarm_pz.cli import main
 from swarm_pz.play.recordings.format import CommandLine, Recording
 from swarm_pz.play.recordings.playback import Playback
-from tests.play.pages import Hand, begin, check_axe, check_places, eventually, room_of, wait_for_play
-from tests.play.test_journeys import DIST, text_of
+from tests.play.pages import Hand, begin, check_axe, check_places, eventually, room_of, wait_for_play, write_experiment
+from tests.play.test_journeys import text_of
 
 pytestmark = pytest.mark.browser
 AT_ONCE = "?countdown=0"
@@ -68,26 +68,17 @@ def test_a_game_is_played_saved_and_verified_goes_on_after_a_reload_and_needs_no
     wait_for_play(page)
 
 
-EXPERIMENT = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>An experiment</title>
-<script src="jspsych.js"></script>
-<script src="swarm-pz/static/jspsych-plugin-swarm-pz.js"></script></head><body></body>
-<script>
-  const jsPsych = initJsPsych({ on_finish: () => { window.rows = jsPsych.data.get().values(); } });
+RUN = """
   const game = { type: jsPsychSwarmPz, engine: "page", opponent: "ring", settings: { time_limit: 5, speed: 2 } };
   jsPsych.run([
     { ...game, seed: 41, factors: { red: { command_delay_ms: 200, hide: ["opponents"] } } },
     { ...game, factors: { red: { delay: 200 } } },
-  ]);
-</script></html>"""
+  ]);"""
 
 
 def test_an_experiment_of_files_alone_keeps_each_game_with_its_row(site, lab, visit, tmp_path):
-    if not DIST.is_dir():
-        pytest.skip("jsPsych is not here: scripts/browser installs it, with npm")
     folder, address = lab
-    (folder / "jspsych.js").write_bytes((DIST / "index.browser.min.js").read_bytes())
-    (folder / "index.html").write_text(EXPERIMENT)
+    write_experiment(folder, "swarm-pz", RUN)
     page = visit(f"{address}/index.html", width=1280, height=800)
     expect(page.frame_locator("iframe").locator("#varied")).to_have_text("Not shown here: your opponents.")
     page.wait_for_function("window.rows")

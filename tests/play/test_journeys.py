@@ -6,7 +6,6 @@ What the page's modules decide by themselves is tested in `static/*.test.js`, wi
 import json
 import re
 import signal
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
@@ -30,6 +29,7 @@ from tests.play.pages import (
     open_room,
     room_of,
     wait_for_play,
+    write_experiment,
 )
 
 pytestmark = pytest.mark.browser
@@ -377,16 +377,9 @@ def test_every_view_fits_every_screen_and_axe_finds_no_fault(open_page):
 
 # --- in an experiment -----------------------------------------------------------------------------
 
-DIST = Path(__file__).parent / "npm" / "node_modules" / "jspsych" / "dist"
-EXPERIMENT = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>An experiment</title>
-<script src="jspsych.js"></script>
-<script src="TABLE/static/jspsych-plugin-swarm-pz.js"></script></head><body></body>
-<script>
-  const jsPsych = initJsPsych({ on_finish: () => { window.rows = jsPsych.data.get().values(); } });
+RUN = """
   jsPsych.pluginAPI.setTimeout = (act) => { window.finish = act; };  // the result stays as long as one looks at it
-  jsPsych.run([{ type: jsPsychSwarmPz, table: "TABLE", ...TRIAL }]);
-</script></html>"""
+  jsPsych.run([{ type: jsPsychSwarmPz, table: "TABLE", ...TRIAL }]);"""
 SPREAD = "setInterval(() => document.querySelector('#spread:enabled')?.click(), 20)"
 """Commands as soon as the game runs, and once only: nothing is sent twice."""
 FORGE = """() => {
@@ -401,14 +394,11 @@ FORGE = """() => {
 @pytest.fixture
 def experiment(visit, lab, table):
     """Give a function that begins an experiment of one trial, perhaps by another name of the lab's machine."""
-    if not DIST.is_dir():
-        pytest.skip("jsPsych is not here: scripts/browser installs it, with npm")
     folder, address = lab
-    (folder / "jspsych.js").write_bytes((DIST / "index.browser.min.js").read_bytes())
 
     def begin(name="127.0.0.1", **trial):
-        text = EXPERIMENT.replace("TABLE", f"http://{table.address.replace('localhost', '127.0.0.1')}")
-        (folder / "index.html").write_text(text.replace("TRIAL", json.dumps(trial)))
+        served = f"http://{table.address.replace('localhost', '127.0.0.1')}"
+        write_experiment(folder, served, RUN.replace("TABLE", served).replace("TRIAL", json.dumps(trial)))
         return visit(address.replace("127.0.0.1", name) + "/index.html", width=1280, height=800, script=SPREAD)
 
     return begin

@@ -135,14 +135,19 @@ def test_ink_is_seen_and_the_eraser_takes_it_away(scene):
     assert one > 1000 and both > 1.5 * one and undone == one and erased == 0
 
 
-def test_each_sign_of_the_legend_has_a_picture(scene):
-    colours = scene(
-        """
-        const { explain } = await load("legend");
-        explain();
-        document.getElementById("legend").close();
-        return [...document.querySelectorAll("#sign-list canvas")].map(
-            (sign) => new Set(pixels(sign, 0, 0, sign.width, sign.height)).size);
-        """
-    )
-    assert len(colours) == 6 and min(colours) > 10
+def test_each_sign_of_the_legend_has_a_picture_by_day_and_by_night(page, scene):
+    counts, corners = [], []
+    for look in ("light", "dark"):
+        page.emulate_media(color_scheme=look)
+        shown = scene(
+            """
+            const { explain } = await load("legend"), legend = document.getElementById("legend");
+            if (!legend.open) explain();
+            const signs = [...legend.querySelectorAll("canvas")];
+            return signs.map((sign) => [...pixels(sign, 0, 0, sign.width, sign.height)]);
+            """
+        )
+        counts += [len(set(sign)) for sign in shown]
+        corners += [sign[0] for sign in shown]
+    assert len(counts) == 12 and min(counts) > 10
+    assert corners == [255] * 6 + [corners[-1]] * 6 and corners[-1] < 60, "while it is open, too"

@@ -1,7 +1,7 @@
 // Opponents as cards: a picture of what they do, a line, and whether one has beaten them.
 
 import { button, make } from "./elements.js";
-import { addDrone, look, newCanvas } from "./ground.js";
+import { addDrone, drawLine, look, newCanvas } from "./ground.js";
 import { called } from "./words.js";
 
 // The opponents that unlock one by one, as items of a list; play(name) is called for the one that is chosen.
@@ -64,14 +64,9 @@ export function arc(radius, from = 0, to = 2 * Math.PI) {
 
 // A drawing, by its points in map widths, and red drones that have followed it.
 export function paintDrawing(canvas, points, drones) {
-  const pen = canvas.getContext("2d"), side = canvas.width;
-  pen.strokeStyle = look.asked;
+  const pen = canvas.getContext("2d");
   pen.globalAlpha = 0.28;
-  pen.lineWidth = 0.1 * side;
-  pen.lineCap = pen.lineJoin = "round";
-  pen.beginPath();
-  for (const [x, y] of points) pen.lineTo(x * side, (1 - y) * side);
-  pen.stroke();
+  drawLine(pen, points, 0.1, canvas.width, look.asked);
   pen.globalAlpha = 1;
   paintDrones(canvas, 0, Array.from({ length: drones }, (_, k) => {
     const [x, y] = points[Math.floor(k * points.length / drones)], aside = 3 * Math.sin(5 * k + 1);

@@ -1,6 +1,7 @@
 // Team sizes over time: red from below, blue from above, each with its team's sign.
 
 import { disc, hatch, look, onLook } from "./ground.js";
+import { TICKS } from "./words.js";
 
 const SHORTEST_S = 30;
 const SWING_S = 5;
@@ -23,7 +24,7 @@ export class Chart {
   }
 
   add(tick, red, blue) {
-    const second = Math.floor(tick / 30);
+    const second = Math.floor(tick / TICKS);
     if (this.sizes[second]?.[0] === red) return;
     while (this.sizes.length < second) this.sizes.push([...(this.sizes.at(-1) ?? [red, blue])]);
     this.sizes[second] = [red, blue];

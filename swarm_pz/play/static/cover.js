@@ -2,10 +2,10 @@
 
 import { Chart, timeIsUp, turningPoint, untilTheEnd } from "./chart.js";
 import { byId, hear, on, say } from "./elements.js";
-import { inARow, progress, ROUND } from "./progress.js";
+import { helpAgainst, inARow, progress, ROUND } from "./progress.js";
 import { DECISIVE_S } from "./story.js";
 import { freeSides, meetsSomebody, Waiting } from "./waiting.js";
-import { called, clock, isStudy, NAMES, SIDES, SIGNS } from "./words.js";
+import { called, clock, isStudy, NAMES, SIDES, SIGNS, TICKS } from "./words.js";
 
 export class Cover {
   // begin: opens a room by a message and begins in it at once; story: tells why a game went as it did.
@@ -58,14 +58,15 @@ export class Cover {
     say("notice-text", isAlone ? `${who} has left for good: their swarm goes on with its last command.` : "");
   }
 
-  // After a game that was won: who comes next.
+  // After a game that was won: who comes next; after two that were lost: what helps.
   offerNext(isOffered) {
-    const { next, streak } = progress(this.rungs), isWon = isOffered && this.room.outcome === SIDES[this.seat] && this.room[this.other].name !== next;
+    const { next, streak, lost } = progress(this.rungs), { outcome } = this.room, other = isOffered && this.room[this.other].name;
+    const isWon = isOffered && outcome === SIDES[this.seat] && other !== next, isLost = isOffered && outcome === this.other;
     this.next = next;
     byId("next-game").hidden = !isWon || !next;
     byId("next-game").textContent = `Next: ${called(next ?? "")}`;
     byId("ready").classList.toggle("primary", byId("next-game").hidden);
-    byId("streak").textContent = isWon ? inARow(streak) : "";
+    byId("streak").textContent = isWon ? inARow(streak) : isLost ? helpAgainst(other, lost) : "";
   }
 
   get other() { return SIDES[1 - this.seat]; }
@@ -90,7 +91,7 @@ export class Cover {
     const winner = SIDES.indexOf(outcome), own = this.seat === winner ? "You won" : "You lost";
     const won = this.seat === null ? `${NAMES[winner]} won` : own;
     if (timeIsUp(this.room) && red && blue) return `${won}: red ${red}, blue ${blue} when time was up.`;
-    return `${won} after ${clock(Math.max(lastTick ?? 0, 30 * (sizes.length - 1)))}. ${forfeit}`.trim();
+    return `${won} after ${clock(Math.max(lastTick ?? 0, TICKS * (sizes.length - 1)))}. ${forfeit}`.trim();
   }
 
   showResult(isShown, lastTick) {
@@ -100,8 +101,8 @@ export class Cover {
     byId("turning").hidden = byId("see").hidden = turn === null;
     if (hasChart) this.chart.set(ended, turn);
     if (turn === null) return;
-    const [red, blue] = ended[turn], when = clock(Math.min(30 * turn, lastTick ?? Infinity));
-    byId("see").href = `#replay=${this.room.recording}@${30 * Math.max(turn - DECISIVE_S, 0)}`;
+    const [red, blue] = ended[turn], when = clock(Math.min(TICKS * turn, lastTick ?? Infinity));
+    byId("see").href = `#replay=${this.room.recording}@${TICKS * Math.max(turn - DECISIVE_S, 0)}`;
     const why = this.story.why(SIDES.indexOf(this.room.outcome), turn, this.seat);
     byId("turning").textContent = `The turn, at ${when}: ${why || `red ${red}, blue ${blue}.`}`;
   }

@@ -1,7 +1,7 @@
 // Recorded games: links to watch them, with who played and how it ended.
 
 import { make } from "./elements.js";
-import { called, clock } from "./words.js";
+import { called, clock, TICKS } from "./words.js";
 
 const NAME = /^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)Z-([A-Z0-9]+)-(\d+)/;
 
@@ -27,7 +27,7 @@ function players({ red, blue }) {
 
 function ending({ outcome, ended_by: by, seconds, sizes }) {
   if (!outcome) return "not finished";
-  const left = { left: ", somebody had left", forfeit: ", by forfeit" }[by] ?? "", after = `after ${clock(30 * seconds)}`;
+  const left = { left: ", somebody had left", forfeit: ", by forfeit" }[by] ?? "", after = `after ${clock(TICKS * seconds)}`;
   if (outcome === "stopped") return `stopped ${after}${left}`;
   return `${outcome === "draw" ? `a draw, ${sizes.join(" to ")},` : `${outcome} won`} ${after}${left}`;
 }

@@ -40,6 +40,18 @@ export function hatch(pen, team, scale) {
   });
 }
 
+// A stroke of a drawing, or a dot: all in map widths.
+export function drawLine(pen, points, width, side, style) {
+  const [[x0, y0]] = points;
+  pen.strokeStyle = style;
+  pen.lineWidth = width * side;
+  pen.lineCap = pen.lineJoin = "round";
+  pen.beginPath();
+  pen.moveTo(x0 * side, (1 - y0) * side);
+  for (const [x, y] of points) pen.lineTo(x * side, (1 - y) * side);
+  pen.stroke();
+}
+
 export function disc(pen, x, y, radius) {
   pen.beginPath();
   pen.arc(x, y, radius, 0, 7);

@@ -19,12 +19,11 @@ const SCENES = {
   target: { target: true, drones: [] },
 };
 
-let isPainted = false;
-onLook(() => { isPainted = false; });
+function paintSigns() { for (const canvas of byId("legend").querySelectorAll("canvas")) paintSign(canvas, SCENES[canvas.dataset.sign]); }
+paintSigns();
+onLook(paintSigns);
 
 export function explain() {
-  if (!isPainted) for (const canvas of byId("legend").querySelectorAll("canvas")) paintSign(canvas, SCENES[canvas.dataset.sign]);
-  isPainted = true;
   byId("legend").showModal();
   byId("legend").scrollTop = 0;
 }

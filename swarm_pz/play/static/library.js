@@ -1,7 +1,7 @@
 // The library: drawings, and other commands, that this browser keeps; sent again at a tap or by a digit.
 
 import { button, byId, make, on } from "./elements.js";
-import { look, onLook } from "./ground.js";
+import { drawLine, look, onLook } from "./ground.js";
 import { keep, recall } from "./store.js";
 
 const STORE = "drawings";
@@ -104,13 +104,6 @@ function plain(name) { return (typeof name === "string" ? name : "").replace(/[\
 
 function picture({ strokes }) {
   const canvas = make("canvas", { width: SIZE, height: SIZE, "aria-hidden": true }), pen = canvas.getContext("2d");
-  pen.lineCap = pen.lineJoin = "round";
-  for (const { brush = "attract", width = 0.15, points, x, y } of strokes) {
-    pen.strokeStyle = look[BRUSHES[brush]];
-    pen.lineWidth = width * SIZE;
-    pen.beginPath();
-    for (const [px, py] of points ?? [[x, y]]) for (const _ of [0, 1]) pen.lineTo(px * SIZE, (1 - py) * SIZE); // a dot is a line, too
-    pen.stroke();
-  }
+  for (const { brush = "attract", width = 0.15, points, x, y } of strokes) drawLine(pen, points ?? [[x, y]], width, SIZE, look[BRUSHES[brush]]);
   return canvas;
 }

@@ -1,7 +1,7 @@
 // The drawing: strokes by finger, pen, mouse or keys, painted at once in this page alone.
 // What a stroke asks for is decided by the server; nothing here knows.
 
-import { look, onLook, pattern } from "./ground.js";
+import { drawLine, look, onLook, pattern } from "./ground.js";
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const STEP = 0.02; // of a key, in map widths; five times as much with Shift
@@ -247,15 +247,14 @@ export class Pen {
     const { canvas, strength } = this, side = canvas.width, pen = canvas.getContext("2d");
     this.dirty = this.fadesSince !== null && strength > 0; // goes on fading
     pen.clearRect(0, 0, side, side);
-    pen.lineCap = pen.lineJoin = "round";
     for (const { brush, width, points } of strength > 0 ? this.strokes : []) {
       pen.globalCompositeOperation = "destination-out"; // later strokes replace earlier ones
       pen.globalAlpha = 1;
-      line(pen, points, width * side, side, "#000");
+      drawLine(pen, points, width, side, "#000");
       if (brush === "erase") continue;
       pen.globalCompositeOperation = "source-over";
       pen.globalAlpha = strength;
-      line(pen, points, width * side, side, this.patterns[inkOf(brush)] ??= hatched(pen, brush));
+      drawLine(pen, points, width, side, this.patterns[inkOf(brush)] ??= hatched(pen, brush));
     }
     pen.globalCompositeOperation = "source-over";
     pen.globalAlpha = 1;
@@ -264,6 +263,7 @@ export class Pen {
 
   paintCursor(pen, side) {
     const x = this.cursor.x * side, y = (1 - this.cursor.y) * side;
+    pen.lineCap = "round";
     pen.setLineDash(this.down.has("keys") ? [] : [6, 4]);
     pen.beginPath();
     pen.arc(x, y, this.width / 2 * side, 0, 7);
@@ -278,16 +278,6 @@ export class Pen {
     }
     pen.setLineDash([]);
   }
-}
-
-function line(pen, points, width, side, style) {
-  const [[x0, y0]] = points;
-  pen.strokeStyle = style;
-  pen.lineWidth = width;
-  pen.beginPath();
-  pen.moveTo(x0 * side, (1 - y0) * side);
-  for (const [x, y] of points) pen.lineTo(x * side, (1 - y) * side);
-  pen.stroke();
 }
 
 function inkOf(brush) { return { attract: look.asked, repel: look.away }[brush] ?? look.ink; }

@@ -2,10 +2,10 @@
 
 import { turningPoint, untilTheEnd } from "./chart.js";
 import { button, byId, make, on } from "./elements.js";
-import { clock, NAMES, SIDES } from "./words.js";
+import { clock, NAMES, SIDES, TICKS } from "./words.js";
 
 const BEFORE_TICKS = 30; // a capture is seen from a moment before it on
-const STEPS = { arrowleft: -1, arrowright: 1 }, TICKS = 30, FRAME_TICKS = 3; // of an arrow, and with Shift
+const STEPS = { arrowleft: -1, arrowright: 1 }, FRAME_TICKS = 3; // of an arrow, and with Shift
 const SEEK_EVERY_MS = 100; // the server takes so many messages a second and no more
 
 export class Replay {
@@ -74,7 +74,7 @@ export class Replay {
     this.chart.set(sizes, turn);
     this.captures = [];
     for (let second = 1; second < sizes.length; second++) {
-      const gain = sizes[second][0] - sizes[second - 1][0], tick = Math.max(30 * (second - 1) - BEFORE_TICKS, 0);
+      const gain = sizes[second][0] - sizes[second - 1][0], tick = Math.max(TICKS * (second - 1) - BEFORE_TICKS, 0);
       if (gain) this.captures.push({ tick, line: this.line(tick, second - 1, gain, sizes[second], turn === second) });
     }
     byId("log").replaceChildren(...this.captures.map(({ line }) => line));
@@ -82,7 +82,7 @@ export class Replay {
 
   line(tick, second, gain, [red, blue], isTurn) {
     const team = gain < 0 ? 1 : 0;
-    const text = `${clock(30 * second)} ${NAMES[team]} +${Math.abs(gain)}: red ${red}, blue ${blue}${isTurn ? ", the turn" : ""}`;
+    const text = `${clock(TICKS * second)} ${NAMES[team]} +${Math.abs(gain)}: red ${red}, blue ${blue}${isTurn ? ", the turn" : ""}`;
     return make("li", { className: SIDES[team] }, button([make("span", { className: "shape" }), text], () => this.goTo(tick)));
   }
 
@@ -116,7 +116,7 @@ export class Replay {
 
   tell() {
     const { value, max } = byId("moment");
-    this.chart.show(value / 30);
+    this.chart.show(value / TICKS);
     const now = this.captures.findLast(({ tick }) => tick <= value)?.line;
     if (now !== this.now) {
       this.now?.setAttribute("aria-current", "false");
@@ -129,6 +129,6 @@ export class Replay {
 }
 
 function inWords(tick) {
-  const seconds = Math.floor(tick / 30), minutes = Math.floor(seconds / 60);
+  const seconds = Math.floor(tick / TICKS), minutes = Math.floor(seconds / 60);
   return `${minutes ? `${minutes} minutes ` : ""}${seconds % 60} seconds`;
 }

@@ -1,6 +1,6 @@
 // Why a game was won or lost: how many drones stood close together when drones were captured, computed from the frames.
 
-import { NAMES, SIDES } from "./words.js";
+import { NAMES, SIDES, TICKS } from "./words.js";
 
 const REACH = 0.1; // map widths; drones this near to one drone are within a fifth of the board of each other
 const JUMP_TICKS = 30; // what happened between frames farther apart was not seen
@@ -30,11 +30,11 @@ export class Story {
 
   // What a team's captures before a turn had in common, to who sits in a seat; nothing if not all was seen.
   why(team, second, seat) {
-    const within = (span) => this.captures.filter(({ tick }) => tick > 30 * (second - span) && tick <= 30 * second);
+    const within = (span) => this.captures.filter(({ tick }) => tick > TICKS * (second - span) && tick <= TICKS * second);
     const gained = (span) => within(span).reduce((sum, one) => sum + (one.team === team ? one.taken : -one.taken), 0);
     let span = Math.min(DECISIVE_S, second); // or as many of them as ended with a gain
     while (span > 0 && gained(span) <= 0) span--;
-    if (!span || this.since > Math.max(30 * (second - span), 30)) return "";
+    if (!span || this.since > Math.max(TICKS * (second - span), TICKS)) return "";
     const gain = gained(span), drones = gain === 1 ? "1 drone" : `${gain} drones`, time = span === 1 ? "a second" : `${span} seconds`;
     const own = within(span).filter((one) => one.team === team), most = own.reduce((a, b) => (b.crowd / b.of > a.crowd / a.of ? b : a));
     const who = seat === team ? "you" : SIDES[team], whose = seat === 1 - team ? "your" : `${SIDES[1 - team]}’s`;

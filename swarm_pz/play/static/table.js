@@ -11,7 +11,7 @@ import { count, counts, progress } from "./progress.js";
 import { recall } from "./store.js";
 import { Story } from "./story.js";
 import { freeSides } from "./waiting.js";
-import { called, clock, NAMES, SIDES } from "./words.js";
+import { called, clock, NAMES, SIDES, TICKS } from "./words.js";
 
 const NO_LESSON = { stop() {}, over() {}, sent() {}, watch() {}, held: false, running: false, room: null };
 const HIDDEN = { opponents: "your opponents", ground: "ground that captures", trails: "trails", target: "your target" };
@@ -158,18 +158,21 @@ export class Table {
     byId("controls").hidden = this.seat === null || ["replay", "over"].includes(phase);
     if (this.replay || phase === "replay") this.showReplay();
     if (ended && this.seat !== null) {
-      const opponent = room[SIDES[1 - this.seat]];
-      if (counts(room, opponent, this.lesson.running)) count(opponent.name, room.outcome === SIDES[this.seat]);
+      const own = SIDES[this.seat], other = SIDES[1 - this.seat], opponent = room[other];
+      if (counts(room, opponent, this.lesson.running)) count(opponent.name, room.outcome === own, room.outcome === other);
     }
     this.cover.show(room, this.seat, this.lastTick);
     this.controls.show();
     this.controls.pen.dirty = true; // what is placed is shown while one may place it
     if (began && this.seat !== null && this.controls.pen.hint) this.news.answer(this.controls.pen.hint);
     if (ended) this.end();
-    if (began || entered || opened) requestAnimationFrame(() => this.focus()); // once it is shown
+    if (began || entered || opened || (ended && !this.lesson.running)) requestAnimationFrame(() => this.focus()); // once it is shown
   }
 
-  focus() { (byId("ready").checkVisibility() ? byId("ready") : byId("arena")).focus({ preventScroll: true }); }
+  focus() {
+    const first = this.room?.phase === "over" ? ["next-game", "ready", "go-home"] : ["ready"];
+    byId(first.find((id) => byId(id).checkVisibility()) ?? "arena").focus({ preventScroll: true });
+  }
 
   // Begin with another game.
   forget() {
@@ -202,9 +205,9 @@ export class Table {
 
   // Time goes up here as in what happened, in the result and in recordings; and how long a game may last.
   showTime(tick) {
-    const { settings, phase, last_tick: last } = this.room, limit = phase === "replay" ? last / 30 : settings.time_limit;
+    const { settings, phase, last_tick: last } = this.room, limit = phase === "replay" ? last / TICKS : settings.time_limit;
     byId("time").textContent = clock(tick);
-    byId("time-of").textContent = limit === null ? "no limit" : `of ${clock(30 * limit)}`;
+    byId("time-of").textContent = limit === null ? "no limit" : `of ${clock(TICKS * limit)}`;
   }
 
   async showReplay() {

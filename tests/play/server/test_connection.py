@@ -1,13 +1,11 @@
 """One client's connection, over a socket that keeps what it is sent: order, fresh frames, and patience."""
 
 import asyncio
-from types import SimpleNamespace
 
 import pytest
 from starlette.websockets import WebSocketDisconnect
 
 from swarm_pz.play import protocol
-from swarm_pz.play.server import connection as module
 from swarm_pz.play.server.connection import Connection
 
 pytestmark = pytest.mark.anyio
@@ -46,14 +44,6 @@ async def talk():
     connection.close()
     await asyncio.wait_for(sender, 30)
     assert socket.closed == (1008 if socket.fault is None else None)
-
-
-@pytest.fixture
-def clock(monkeypatch):
-    """Give a clock that goes on when it is told."""
-    made = SimpleNamespace(now=100.0)
-    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: made.now))
-    return made
 
 
 def pong(number):

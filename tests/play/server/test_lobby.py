@@ -5,7 +5,6 @@ import os
 import threading
 import time
 from collections import Counter
-from types import SimpleNamespace
 
 import pytest
 
@@ -32,14 +31,6 @@ def lobby(tmp_path):
     yield made
     made.close()
     assert not made.rooms
-
-
-@pytest.fixture
-def clock(monkeypatch):
-    """Give a clock that goes on when it is told."""
-    made = SimpleNamespace(now=1000.0)
-    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: made.now))
-    return made
 
 
 @pytest.fixture

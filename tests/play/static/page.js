@@ -64,11 +64,9 @@ class Context {
   createRadialGradient() { return { addColorStop() {} }; }
 
   createImageData(width, height) { return { data: new Uint8ClampedArray(4 * width * height) }; }
-
-  measureText() { return { width: 0 }; }
 }
 for (const part of ["moveTo", "lineTo", "arc", "rect"]) Context.prototype[part] = function (...to) { this.path.push([part, ...to]); };
-for (const idle of ["save", "restore", "translate", "rotate", "setTransform", "setLineDash", "closePath", "fillText", "strokeText", "putImageData"]) {
+for (const idle of ["save", "restore", "translate", "rotate", "setLineDash", "closePath", "fillText", "strokeText", "putImageData"]) {
   Context.prototype[idle] = () => {};
 }
 
@@ -80,7 +78,7 @@ class Element extends EventTarget {
     const { hidden, checked, value = "", min, max, width = 300, height = 150 } = attributes;
     Object.assign(this, {
       tag, attributes, children: [], dataset: {}, className: attributes.class ?? "", onclick: null, onchange: null, type: "", title: "",
-      hidden: hidden !== undefined, checked: checked !== undefined, disabled: false, value, min, max, href: "", download: "", maxLength: 0,
+      hidden: hidden !== undefined, checked: checked !== undefined, disabled: false, value, min, max, href: "", download: "",
       width: Number(width), height: Number(height), open: false,
     });
   }
@@ -129,8 +127,6 @@ class Element extends EventTarget {
   setAttribute(name, value) { this.attributes[name] = String(value); }
 
   getAttribute(name) { return this.attributes[name] ?? null; }
-
-  hasAttribute(name) { return name in this.attributes; }
 
   toggleAttribute(name, on) {
     if (on) this.attributes[name] = "";
@@ -236,21 +232,9 @@ function go(_, __, address) { location.hash = address.startsWith("#") ? address 
 
 // A connection to nobody, which keeps what is said; Python reads it afterwards as the server does.
 export class Line extends EventTarget {
-  said = [];
+  said = []; isOpen = true; table = SERVER; seat = null; lastSeat = null; offsetMs = 0; roundTripMs = 0;
 
   system = "ergodic"; // what flies the seat
-
-  isOpen = true;
-
-  table = SERVER;
-
-  seat = null;
-
-  lastSeat = null;
-
-  offsetMs = 0;
-
-  roundTripMs = 0;
 
   now() { return time.ms; }
 

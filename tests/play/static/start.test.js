@@ -22,15 +22,15 @@ test("opponents unlock one by one, and a game that is won counts where the sides
   assert.deepEqual(told(), [[false, "next"], [true, "after a"], [true, "after b"]]);
   count("a", true);
   count("a", true);
-  assert.deepEqual([told(), progress(rungs)], [[[false, "✓ beaten"], [false, "next"], [true, "after b"]], { beaten: ["a"], streak: 2, next: "b" }]);
+  assert.deepEqual([told(), progress(rungs)], [[[false, "✓ beaten"], [false, "next"], [true, "after b"]], { beaten: ["a"], streak: 2, lost: [], next: "b" }]);
   count("b", false);
   for (const button of buttons()) button.click();
   assert.deepEqual([chosen, progress(rungs).streak], [["a", "b"], 0]);
   for (const name of ["b", "c"]) count(name, true);
   assert.equal(progress(rungs).next, "c", "the last one again");
-  for (const nonsense of ["5", "null", '{"beaten": 5, "streak": {}}']) {
+  for (const nonsense of ["5", "null", '{"beaten": 5, "streak": {}, "lost": 5}']) {
     localStorage.setItem("swarm-pz.progress", nonsense);
-    assert.deepEqual(progress(rungs), { beaten: [], streak: 0, next: "a" });
+    assert.deepEqual(progress(rungs), { beaten: [], streak: 0, lost: [], next: "a" });
   }
   const policy = { kind: "policy" }, game = { settings: { red: 10, blue: 10, speed: 1 } }, uneven = { settings: { red: 20, blue: 10, speed: 1 } };
   assert.deepEqual([counts(game, policy, false), counts(uneven, policy, false), counts(game, { kind: "person" }, false), counts(game, policy, true)],
@@ -118,6 +118,15 @@ test("a result tells who won and why, leads to the turn and to who comes next", 
   assert.deepEqual([at("next-game").hidden, at("next-game").textContent], [false, "Next: halo"]);
   at("next-game").click();
   assert.deepEqual(begun.map(({ seat, opponent }) => [seat, opponent]), [["red", "halo"]]);
+  const helps = ["halo", "blind_ring", "blind_ring"].map((opponent) => {
+    count(opponent, false);
+    over({ outcome: "blue" });
+    return at("streak").textContent.replace(/ring.*/, "ring");
+  });
+  assert.deepEqual(helps, ["", "", "Draw one ring"]);
+  count("blind_ring", false, false);
+  over({ outcome: "draw" });
+  assert.equal(at("streak").textContent, "", "not two in a row any more");
 });
 
 test("why drones were lost is told of what was seen, and of nothing else", () => {

@@ -475,7 +475,8 @@ test("a game that one wins unlocks the next opponent, one that one loses does no
     assert.deepEqual(table.story.captures, []);
     line.hear("room", fixtures.room);
     table.story.captures.push({});
-    line.hear("room", { ...fixtures.room, phase: "over", outcome });
-    assert.deepEqual(beaten(), of, outcome);
+    line.hear("room", { ...fixtures.room, phase: "over", outcome, red: { ...fixtures.room.red, ready: false } });
+    time.frame();
+    assert.deepEqual([beaten(), document.activeElement.id], [of, "ready"], outcome);
   }
 });
