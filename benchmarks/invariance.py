@@ -2,9 +2,9 @@
 
     python -m benchmarks.invariance --table docs/tables/invariance.csv
 
-Trains methods of `benchmarks.algorithms` in teams of 10, one run each, and plays them and `hunter`. Stopped, it goes
-on with what is trained. A policy that is invariant answers a turned board with its own answer turned, and drones that
-are renumbered with its own answer.
+Plays `hunter` and the first run of some methods of `benchmarks.algorithms`, which learned in teams of 10; trains what
+is not trained yet. Stopped, it goes on with what is trained. A policy that is invariant answers a turned board with its
+own answer turned, and drones that are renumbered with its own answer.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from swarm_pz.simulator.spawn import Seed
 SIZES, AS_IS = (3, 10, 30, 100), "as it is"
 HEAD = "policy", "drones a team", "shown", "won", "drawn", "lost", "share of drones", "answer moved", "answer uneven"
 LISTS = "ppo-lists"
-"""As `ppo-mlp`, but it sees lists of drones, one entry after the other; so it only plays the size it has learned."""
+"""As `ppo-sets`, but its network takes the lists entry after entry. Both only play the size that they have learned."""
 
 
 class Changed:
@@ -89,21 +89,22 @@ def play(name: str, player: str, how: str, size: int, games: int) -> tuple[Any, 
 def main() -> None:
     """Train what is not trained yet, play, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--commands", type=int, default=204_800, help="that each run learns from")
+    parser.add_argument("--commands", type=int, default=Budget().commands, help="that each run learns from")
     parser.add_argument("--games", type=int, default=100)
-    parser.add_argument("--out", type=Path, default=Path("runs/invariance"), help="folder of policies")
+    parser.add_argument("--out", type=Path, default=Path("runs/algorithms"), help="folder of policies")
     parser.add_argument("--table", type=Path, default=Path("runs/invariance/table.csv"))
     options = parser.parse_args()
     sets = METHODS["ppo-sets"]
     layers = partial(sets.learner, features_extractor_class=CombinedExtractor)
     METHODS[LISTS] = dataclasses.replace(sets, learner=layers)
     rows: list[tuple[Any, ...]] = [HEAD]
-    for name in ("hunter", "ppo", "ppo-mlp", LISTS):
+    for name in ("hunter", "ppo", "ppo-mlp", "ppo-sets", LISTS):
         player = name
         if name in METHODS:
-            run(name, 0, Budget(commands=options.commands, points=1, games=50), options.out)
+            run(name, 0, Budget(commands=options.commands), options.out)
             player = str(options.out / f"{name}-0")
-        shown = [("renumbered", 10), (AS_IS, 10)] if name == LISTS else [("turned", 10), *((AS_IS, n) for n in SIZES)]
+        sees_lists = name in (LISTS, "ppo-sets")
+        shown = [("renumbered", 10), (AS_IS, 10)] if sees_lists else [("turned", 10), *((AS_IS, n) for n in SIZES)]
         for how, size in shown:
             rows.append(play(name, player, how, size, options.games))
             print(*rows[-1], flush=True)
