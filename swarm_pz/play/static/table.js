@@ -170,8 +170,9 @@ export class Table {
   }
 
   focus() {
-    const first = this.room?.phase === "over" ? ["next-game", "ready", "go-home"] : ["ready"];
-    byId(first.find((id) => byId(id).checkVisibility()) ?? "arena").focus({ preventScroll: true });
+    // After a game not a button: whoever is about to press a key for the game would press that.
+    const first = byId(this.room?.phase === "over" ? "cover-text" : "ready");
+    (first.checkVisibility() ? first : byId("arena")).focus({ preventScroll: true });
   }
 
   // Begin with another game.

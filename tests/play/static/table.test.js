@@ -477,6 +477,6 @@ test("a game that one wins unlocks the next opponent, one that one loses does no
     table.story.captures.push({});
     line.hear("room", { ...fixtures.room, phase: "over", outcome, red: { ...fixtures.room.red, ready: false } });
     time.frame();
-    assert.deepEqual([beaten(), document.activeElement.id], [of, "ready"], outcome);
+    assert.deepEqual([beaten(), document.activeElement.id], [of, "cover-text"], outcome);
   }
 });
