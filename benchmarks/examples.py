@@ -57,6 +57,7 @@ EXAMPLES = {
         "BenchMARL: IPPO, a group and a network a side, in self-play", "benchmarl", "benchmarl", "torchrl", "tensordict"
     ),
     "rllib_selfplay": _alone("RLlib: PPO, two policies in self-play, on ParallelPettingZooEnv", "rllib", "ray"),
+    "jax_ppo": _alone("JAX: PPO in self-play, games and learning under one jit", "jax", "jax", "optax"),
 }
 
 

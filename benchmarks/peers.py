@@ -30,7 +30,7 @@ SECONDS = 1.5
 ANSWER = "swarm-pz peers: "
 """Begins the lines that a contender's process answers with; libraries print what they like."""
 
-Step = Callable[[], None]
+Step = Callable[[], object]
 
 
 def swarm_pz(games: int, threads: int) -> tuple[Step, int]:
@@ -51,6 +51,15 @@ def swarm_pz(games: int, threads: int) -> tuple[Step, int]:
         taken += 1
 
     return step, games * simulator.config.num_drones * 10
+
+
+def swarm_pz_in_jax(games: int, threads: int) -> tuple[Step, int]:
+    """Return a function that plays one second of E games in JAX, with observations, and the drone-steps in it."""
+    from swarm_pz.config import GameConfig, ObservationConfig
+    from swarm_pz.jax.speed import make_jax_step
+
+    config = GameConfig(observation=ObservationConfig(grid=10))
+    return make_jax_step(config, games, threads), games * config.num_drones * 10
 
 
 def vmas(scenario: str, games: int, threads: int, **arguments: Any) -> tuple[Step, int]:
@@ -124,6 +133,7 @@ def jaxmarl(name: str, games: int, _threads: int) -> tuple[Step, int]:
 ELEVEN = {"n_blue_agents": 10, "n_red_agents": 10, "ai_red_agents": False, "ai_blue_agents": False}
 CONTENDERS: dict[str, tuple[Callable[..., tuple[Step, int]], str, str, tuple[int, ...]]] = {
     "swarm-pz": (swarm_pz, "10 against 10", "drone-steps: a control solve, 3 ticks, captures", (64, 256)),
+    "swarm-pz in JAX": (swarm_pz_in_jax, "10 against 10", "drone-steps, and what both sides see", (64, 512, 4096)),
     "VMAS football": (partial(vmas, "football", **ELEVEN), "10 against 10", "agent-steps", (64, 512, 2048)),
     "VMAS simple_tag": (partial(vmas, "simple_tag"), "3 against 1", "agent-steps", (512, 4096, 16384)),
     "MAgent2 battle": (magent_battle, "81 against 81", "agent-steps", (1,)),

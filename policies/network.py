@@ -8,33 +8,14 @@ orientations, whose kernels are one kernel, turned and mirrored.
 
 from __future__ import annotations
 
-from functools import cache
-
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from swarm_pz.errors import ConfigError
+from swarm_pz.policies.symmetry import ORIENTATIONS, kernel_places
 
-ORIENTATIONS = 8
 LARGEST = 2560
 """Bound on width times cells a side: a card from elsewhere must not ask for all memory."""
-
-
-def turn(image: NDArray[np.int64], orientation: int) -> NDArray[np.int64]:
-    """Return an image (..., a, a) mirrored if the orientation is 4 or more, then turned by its rest of 4."""
-    mirrored = image[..., ::-1] if orientation >= 4 else image
-    return np.rot90(mirrored, orientation % 4, axes=(-2, -1))
-
-
-@cache
-def _relative() -> NDArray[np.int64]:
-    """Return (8, 8): which orientation leads from the first to the second, h^-1 h'."""
-    probe = np.arange(4).reshape(2, 2)
-    views = [turn(probe, orientation).tobytes() for orientation in range(ORIENTATIONS)]
-    after = [[views.index(turn(turn(probe, b), a).tobytes()) for b in range(ORIENTATIONS)] for a in range(ORIENTATIONS)]
-    return np.array([[row.index(second) for second in range(ORIENTATIONS)] for row in after])
 
 
 class GroupConv(nn.Module):
@@ -65,14 +46,7 @@ class GroupConv(nn.Module):
         self.bias = nn.Parameter(torch.zeros(outputs))
         self.size, self.padding = size, padding
         self._kernel: Tensor | None = None
-        # Where in `weight` each entry of the full kernel (8 outputs, sources * inputs, size, size) stands.
-        places = np.arange(self.weight.numel()).reshape(self.weight.shape)
-        kernels = [
-            turn(places if lifts else places[:, :, _relative()[orientation]], orientation).swapaxes(1, 2)
-            for orientation in range(ORIENTATIONS)
-        ]
-        full = np.stack(kernels).reshape(ORIENTATIONS * outputs, sources * inputs, size, size)
-        self.register_buffer("places", torch.from_numpy(np.ascontiguousarray(full)), persistent=False)
+        self.register_buffer("places", torch.from_numpy(kernel_places(tuple(self.weight.shape))), persistent=False)
 
     def _full_kernel(self) -> Tensor:
         places = self.get_buffer("places")

@@ -30,6 +30,7 @@ from swarm_pz.simulator import Simulator
 
 MAX_DRONES = 102_400
 """Sizes with more drones in all games together are left out."""
+JAX, MOST_DRONES_IN_JAX = "jax", 200
 MIN_SECONDS = 0.3
 """Of one measurement."""
 _COMMANDS = 8
@@ -134,8 +135,8 @@ def measure(
     apis : dict of str to callable
         `parallel_env` is measured with one game and one thread only.
     games, drones, threads : sequence of int
-        Sizes; `drones` are those of both teams, even. Left out are sizes above `MAX_DRONES` and
-        more threads than games or cores.
+        Sizes; `drones` are those of both teams, even. Left out are sizes above `MAX_DRONES`, more threads than games
+        or cores, and what an API cannot do: `is_measured` tells.
     grid : int
         Cells a side of the observations.
     repeats : int
@@ -149,21 +150,18 @@ def measure(
     """
     cores = os.cpu_count() or 1
     speeds = []
-    sizes = [(count, size) for size in drones for count in games if count * size <= MAX_DRONES]
-    if not any(workers <= min(cores, count) for count, _ in sizes for workers in threads):
+    pairs = [(count, size) for size in drones for count in games]
+    keys = [[one for one in itertools.product(apis, threads) if is_measured(*one, *pair, cores)] for pair in pairs]
+    if not any(keys):
         raise ConfigError(
             f"nothing to measure: at least one size must have at most {MAX_DRONES:,} drones in all games together "
             f"and as many games and cores ({cores}) as threads, got {games} games, {drones} drones, {threads} threads"
         )
-    for number, (count, size) in enumerate(sizes, start=1):
+    sizes = [(*pair, measured) for pair, measured in zip(pairs, keys, strict=True) if measured]
+    for number, (count, size, measured) in enumerate(sizes, start=1):
         log(f"[{number}/{len(sizes)}] {count} games of {size} drones")
         config = GameConfig(drones_per_team=size // 2, observation=ObservationConfig(grid=grid))
-        steps = {
-            (api, workers): make(config, count, workers)
-            for api, make in apis.items()
-            for workers in threads
-            if workers <= min(cores, 1 if api == "parallel_env" else count) and (api != "parallel_env" or count == 1)
-        }
+        steps = {(api, workers): apis[api](config, count, workers) for api, workers in measured}
         for step in steps.values():
             step()
         rounds = [{key: count * steps_per_second(step) for key, step in steps.items()} for _ in range(repeats)]
@@ -184,6 +182,15 @@ def measure(
                 )
             )
     return speeds
+
+
+def is_measured(api: str, threads: int, games: int, drones: int, cores: int) -> bool:
+    """Tell whether an API is measured at a size: JAX takes all threads by itself, and small swarms only."""
+    if api == JAX:
+        return threads == 1 and drones <= MOST_DRONES_IN_JAX
+    if games * drones > MAX_DRONES or threads > min(cores, games):
+        return False
+    return api != "parallel_env" or games == threads == 1
 
 
 def steps_per_second(step: Step) -> float:

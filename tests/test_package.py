@@ -31,7 +31,7 @@ def test_the_package_and_its_kernels_import_nothing_heavy_and_folders_of_the_use
     for name in ("policies", "training", "tests", "benchmarks"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("MINE = True\n")
-    heavy = ["torch", "stable_baselines3", "PIL", "pygame", "matplotlib", "tyro", "rich", "scipy.linalg"]
+    heavy = ["torch", "stable_baselines3", "PIL", "pygame", "matplotlib", "tyro", "rich", "scipy.linalg", "jax"]
     heavy += ["swarm_pz.policies", "swarm_pz.training"]
     code = (
         f"import sys, swarm_pz; swarm_pz.Simulator().reset([0]); print([it for it in {heavy} if it in sys.modules]); "

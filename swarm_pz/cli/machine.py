@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib
 import importlib.util
 import itertools
 import time
@@ -130,6 +131,7 @@ def bench(
     repeats: int = 3,
     json: Path | None = None,
     plot: Path | None = None,
+    jax: bool = False,
 ) -> None:
     """Measure how fast the simulator and the environments are here.
 
@@ -141,6 +143,7 @@ def bench(
         repeats: Measurements of each, of which the median is shown.
         json: Write the figures to this file, too.
         plot: Draw the figures into this file, too.
+        jax: Measure games in JAX, too, on the device that it finds; on an accelerator with --games up to 65536.
     """
     from swarm_pz import bench as speed
 
@@ -157,10 +160,16 @@ def bench(
     else:
         apis |= {f"SwarmVecEnv, {name}": functools.partial(_make_vec_env_step, name) for name in ("uniform", "ring")}
     apis["parallel_env"] = speed.make_parallel_env_step
+    in_jax = importlib.import_module("swarm_pz.jax.speed") if jax else None
+    if in_jax is not None:
+        apis[speed.JAX] = in_jax.make_jax_step
+        print(f"games in JAX are on {in_jax.device()}")
     speeds = speed.measure(apis, games=games, drones=drones, threads=threads, grid=grid, repeats=repeats, log=say)
     config = GameConfig(observation=ObservationConfig(grid=grid))
     say("phases")
     figures = speed.to_dict(speeds, speed.phases(config), config)
+    if in_jax is not None:
+        figures["jax"] = in_jax.describe(config)
     tables.print_speeds(figures)
     if json is not None:
         write_json(figures, json, config)

@@ -132,6 +132,13 @@ def print_speeds(figures: dict[str, Any]) -> None:
         title="of one drone-step, 64 games of 20, one thread",
     )
     print(f"a game's state takes {figures['bytes_per_game'] / 1024:.0f} KiB")
+    if "jax" in figures:
+        print(
+            "in JAX, on {device}: a drone-step has {operations:,.0f} operations and moves {bytes:,.0f} bytes, a game's "
+            "state takes {bytes_per_game:,} bytes, and a step compiles in {compile_s:.1f} s of the processor".format(
+                **figures["jax"]
+            )
+        )
 
 
 def print_study(rows: Sequence[Any]) -> None:

@@ -86,8 +86,8 @@ def observe(
         return _entities(simulator, teams, rows, time_left)
     observations = np.empty((len(rows), len(observation.channels), observation.grid, observation.grid), np.uint8)
     config = simulator.config
-    coarse_cells, brightness = _coarse_cells(observation.grid), _brightness(config.trail_ticks)
-    interpolation = _coarse_interpolation(observation.grid, config.command_cells)
+    coarse_cells, brightness = _coarse_cells(observation.grid), brightness_of_ages(config.trail_ticks)
+    interpolation = coarse_interpolation(observation.grid, config.command_cells)
     channels, games = _numbers(observation.channels), Shown.of(simulator.games)
 
     def paint(places: NDArray[np.int64]) -> None:
@@ -134,14 +134,14 @@ def _coarse_cells(grid: int) -> NDArray[np.uint16]:
 
 
 @cache
-def _brightness(trail_ticks: int) -> NDArray[np.uint8]:
+def brightness_of_ages(trail_ticks: int) -> NDArray[np.uint8]:
     """Brightness of a trail by its age in ticks: 255 for now, falling to 0."""
     ages = np.arange(trail_ticks)
     return ((255 * (trail_ticks - ages) + trail_ticks // 2) // trail_ticks).astype(np.uint8)
 
 
 @cache
-def _coarse_interpolation(grid: int, cells: int) -> NDArray[np.float64]:
+def coarse_interpolation(grid: int, cells: int) -> NDArray[np.float64]:
     """Interpolate a command on the full grid and average blocks of it, along one axis."""
     full = interpolation_matrix(GRID_CELLS, cells)
     return np.ascontiguousarray(full.reshape(grid, GRID_CELLS // grid, cells).mean(axis=1))

@@ -5,7 +5,8 @@ import pytest
 import torch
 
 from swarm_pz.errors import ConfigError
-from swarm_pz.policies.network import ORIENTATIONS, Actor, Critic, GroupConv, turn
+from swarm_pz.policies.network import ORIENTATIONS, Actor, Critic, GroupConv
+from swarm_pz.policies.symmetry import turn
 
 
 def turned(images, orientation):

@@ -1,0 +1,229 @@
+"""PPO against itself in one file, as PureJaxRL has it: games, network and learning are one function under `jit`.
+
+python examples/jax_ppo.py --commands 786432
+
+The folder that it leaves is a player: swarm-pz evaluate runs/jax_ppo --opponent ring
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+import optax
+from jax import lax, random
+from jax import numpy as jnp
+
+from swarm_pz import GameConfig, ObservationConfig
+from swarm_pz.config import AGENTS
+from swarm_pz.evaluation import play_match
+from swarm_pz.evaluation.provenance import provenance
+from swarm_pz.jax import Params, make_params, reset, step
+from swarm_pz.jax.network import decide, density_of, features_of, init_weights
+from swarm_pz.policies.learned import FORMAT, LearnedPolicy
+from swarm_pz.policies.symmetry import ORIENTATIONS, kernel_places
+from swarm_pz.training.config import TrainConfig
+
+RECIPE = TrainConfig(
+    game=GameConfig(observation=ObservationConfig(grid=10)),
+    num_envs=64,  # games, each of which gives two rows a step: what either side sees and does
+    rollout=64,
+    batch_size=1024,
+    epochs=3,
+    learning_rate=6e-4,  # at the start; it falls linearly to a twentieth
+    gamma=0.98,
+    gae_lambda=0.95,
+    clip_range=0.2,
+    log_std=-0.7,  # logarithm of the exploration's standard deviation at the start, and at the end
+    final_log_std=-2.0,
+)
+CRITIC_FEATURES, VALUE_WEIGHT, LARGEST_GRADIENT = 16, 0.5, 0.5
+
+
+class Learner(NamedTuple):
+    """All that an update changes: the network, its optimizer's state, the games, and what both sides see of them."""
+
+    network: dict[str, Any]
+    optimizer: Any
+    states: Any
+    seen: dict[str, jax.Array]
+    key: jax.Array
+    updates: jax.Array
+
+
+class Step(NamedTuple):
+    """A step of all games: a row for each side of each game, red's first."""
+
+    seen: jax.Array
+    actions: jax.Array
+    log_probs: jax.Array
+    values: jax.Array
+    rewards: jax.Array
+    over: jax.Array
+
+
+def rows_of(config: TrainConfig) -> int:
+    """Return the commands of both sides between two updates."""
+    return 2 * config.num_envs * config.rollout
+
+
+def both(values: dict[str, jax.Array]) -> jax.Array:
+    """Return the rows of red, then those of blue."""
+    return jnp.concatenate([values[agent] for agent in AGENTS])
+
+
+def answer(network: dict[str, Any], seen: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Turn images (n, 9, 10, 10) into mean actions (n, 5, 5) and values (n,)."""
+    features, critic = features_of(network["actor"], seen / np.float32(255)), network["critic"]
+    kernel = critic["kernel"].reshape(-1)[kernel_places(critic["kernel"].shape)]
+    summary = features.reshape(len(seen), -1) @ kernel.reshape(len(kernel), -1).T
+    summary = jax.nn.relu(summary + jnp.tile(critic["bias"], ORIENTATIONS))
+    summary = summary.reshape(-1, ORIENTATIONS, CRITIC_FEATURES).mean(axis=1)  # of a turned board the same
+    return decide(network["actor"], features), summary @ critic["worth"]
+
+
+def log_prob(actions: jax.Array, means: jax.Array, std: jax.Array) -> jax.Array:
+    """Return logarithms (n,) of Gaussian densities, without what cancels out in ratios."""
+    return -0.5 * jnp.square((actions - means) / std).sum(axis=(1, 2))
+
+
+def optimizer_of(config: TrainConfig) -> optax.GradientTransformation:
+    """Return what turns gradients into changes."""
+    changes = config.epochs * config.total_steps // min(config.batch_size, rows_of(config))
+    rate = optax.linear_schedule(config.learning_rate, config.learning_rate / 20, changes)
+    return optax.chain(optax.clip_by_global_norm(LARGEST_GRADIENT), optax.adam(rate, eps=1e-5))
+
+
+@partial(jax.jit, static_argnames="config")
+def begin(config: TrainConfig, key: jax.Array, params: Params) -> Learner:
+    """Return a learner that has learned nothing, and games at their starts."""
+    to_actor, to_kernel, to_worth, to_games, key = random.split(key, 5)
+    view, cells = config.game.observations[0], config.action_cells
+    shape = (CRITIC_FEATURES, config.width // ORIENTATIONS, ORIENTATIONS, cells, cells)
+    worth = random.normal(to_worth, (CRITIC_FEATURES,))
+    network = {
+        "actor": init_weights(to_actor, len(view.channels), view.grid // cells, cells, config.width),
+        "critic": {
+            "kernel": random.normal(to_kernel, shape) * np.sqrt(2 / np.prod(shape[1:])),
+            "bias": jnp.zeros(CRITIC_FEATURES),
+            "worth": worth / jnp.linalg.norm(worth),
+        },
+    }
+    seen, states = jax.vmap(reset, (0, None))(random.split(to_games, config.num_envs), params)
+    return Learner(network, optimizer_of(config).init(network), states, seen, key, jnp.int32(0))
+
+
+def advantages(config: TrainConfig, steps: Step, last: jax.Array) -> jax.Array:
+    """Return generalised advantage estimates (steps, rows).
+
+    A draw on time is an end as a win is: the limit is a rule, both sides see the time left, and nothing follows.
+    """
+
+    def before(carried, step):
+        running, following = carried
+        discount = config.gamma * ~step.over
+        running = step.rewards + discount * (following + config.gae_lambda * running) - step.values
+        return (running, step.values), running
+
+    return lax.scan(before, (jnp.zeros_like(last), last), steps, reverse=True)[1]
+
+
+def loss_of(network, steps: Step, gains: jax.Array, std: jax.Array, clip: float):
+    """Return the clipped objective with the critic's error, and what is told of them."""
+    means, values = answer(network, steps.seen)
+    log_ratio = log_prob(steps.actions, means, std) - steps.log_probs
+    ratio, error = jnp.exp(log_ratio), jnp.square(values - steps.values - gains).mean()
+    scaled = (gains - gains.mean()) / (gains.std() + 1e-8)
+    gain = jnp.minimum(scaled * ratio, scaled * jnp.clip(ratio, 1 - clip, 1 + clip)).mean()
+    told = {"error": error, "kl": (ratio - 1 - log_ratio).mean(), "clipped": (jnp.abs(ratio - 1) > clip).mean()}
+    return VALUE_WEIGHT * error - gain, told
+
+
+@partial(jax.jit, static_argnames="config", donate_argnames="learner")
+def update(config: TrainConfig, learner: Learner, params: Params) -> tuple[Learner, dict[str, jax.Array]]:
+    """Play all games for some steps, and learn from what both sides did."""
+    count, optimizer = rows_of(config), optimizer_of(config)
+    done = learner.updates * count / config.total_steps
+    std = jnp.exp(config.log_std + done * (config.final_log_std - config.log_std))
+    to_games, to_epochs, key = random.split(learner.key, 3)
+
+    def play(carried, key):
+        states, seen = carried
+        to_actions, to_starts = random.split(key)
+        rows = both(seen)
+        means, values = answer(learner.network, rows)
+        actions = means + std * random.normal(to_actions, means.shape)
+        commands = dict(zip(AGENTS, jnp.split(density_of(actions), 2), strict=True))  # which clips actions to [-1, 1]
+        starts = random.split(to_starts, config.num_envs)
+        seen, states, rewards, dones, infos = jax.vmap(step, (0, 0, 0, None))(starts, states, commands, params)
+        told = {"captures": infos["captured"], "ends": dones["__all__"], "wins": infos["outcome"] > 0}
+        kept = Step(rows, actions, log_prob(actions, means, std), values, both(rewards), both(dones))
+        return (states, seen), (kept, jax.tree.map(jnp.sum, told))
+
+    games, (steps, played) = lax.scan(play, (learner.states, learner.seen), random.split(to_games, config.rollout))
+    _, last = answer(learner.network, both(games[1]))
+    data = jax.tree.map(lambda kept: kept.reshape(count, *kept.shape[2:]), (steps, advantages(config, steps, last)))
+
+    def improve(carried, rows):
+        network, state = carried
+        part, gains = jax.tree.map(lambda kept: kept[rows], data)
+        gradients, told = jax.grad(loss_of, has_aux=True)(network, part, gains, std, config.clip_range)
+        changes, state = optimizer.update(gradients, state)
+        return (optax.apply_updates(network, changes), state), told
+
+    orders = jax.vmap(random.permutation, (0, None))(random.split(to_epochs, config.epochs), count)
+    batches = orders.reshape(-1, min(config.batch_size, count))
+    learned, told = lax.scan(improve, (learner.network, learner.optimizer), batches)
+    told = jax.tree.map(jnp.sum, played) | jax.tree.map(jnp.mean, told)
+    return Learner(*learned, *games, key, learner.updates + 1), told
+
+
+def train(config: TrainConfig) -> LearnedPolicy:
+    """Return a policy that plays the mean action of what was learned."""
+    began, params, count = time.monotonic(), make_params(config.game), rows_of(config)
+    learner, updates = begin(config, random.key(config.seed), params), config.total_steps // count
+    for number in range(1, updates + 1):
+        learner, told = update(config, learner, params)
+        if number % 5 == 1 or number == updates:
+            print(
+                f"{number * count:>9,} commands, {time.monotonic() - began:.0f} s: {told['captures'] / count:.3f} "
+                f"captures a command, {told['wins']} of {told['ends']} games won, "
+                f"value error {told['error']:.4f}, KL {told['kl']:.4f}, clipped {told['clipped']:.1%}",
+                flush=True,
+            )
+    view, training = config.game.observations[0], config.to_dict()
+    training.pop("opponents")  # there were none but itself
+    card = {"format": FORMAT, "channels": list(view.channels), "grid": view.grid, "action_cells": config.action_cells}
+    card |= {"width": config.width, "config_hash": config.game.hash, "training": training, "steps": config.total_steps}
+    card |= {"seconds": round(time.monotonic() - began, 1), **provenance(config.game, " ".join(sys.argv))}
+    return LearnedPolicy(card, jax.tree.map(np.array, learner.network["actor"]), config.game, "jax_ppo")
+
+
+def main() -> None:
+    """Train, save, and play matches."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--commands", type=int, default=786_432, help="commands to learn from, of both sides")
+    parser.add_argument("--games", type=int, default=100, help="games against each opponent, even")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, default=Path("runs/jax_ppo"))
+    asked = parser.parse_args()
+
+    commands = max(asked.commands // rows_of(RECIPE), 1) * rows_of(RECIPE)
+    train(RECIPE.replace(total_steps=commands, seed=asked.seed)).write(asked.out)
+    print(f"commands seen: {commands}")
+
+    for opponent in ("noise", "uniform"):
+        match = play_match(str(asked.out), opponent, games=asked.games, seed=1, config=RECIPE.game, threads=2)
+        match.write(asked.out / f"{opponent}.json")
+        low, high = match.share_interval()
+        print(f"against {opponent}: {match.standing()}, share {match.share():.2f} [{low:.2f}, {high:.2f}]")
+
+
+if __name__ == "__main__":
+    main()

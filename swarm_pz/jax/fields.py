@@ -1,0 +1,49 @@
+"""Cells and capture fields, in whole numbers: so rounding decides no capture."""
+
+from __future__ import annotations
+
+import numpy as np
+from jax import lax
+from jax import numpy as jnp
+
+from swarm_pz.config import GRID_CELLS, GameConfig
+from swarm_pz.jax.params import MOST_DRONES, Array
+from swarm_pz.kernels.capture import BORDER, ring_weights
+
+_WEIGHTS = ring_weights(MOST_DRONES * GameConfig().trail_ticks)[BORDER:-BORDER, BORDER:-BORDER]
+_FIXED = 29
+"""Bits after the point of a coordinate from which its cell is computed: all that a float32 of 1/64 or more has."""
+
+
+def cells_of(positions: Array) -> Array:
+    """Return the cells (N,), row * 50 + column. A coordinate times 50 is not rounded: a float32 could round it up."""
+    fixed = (positions * np.float32(2**_FIXED)).astype(jnp.int32)  # what is cut off lies within the first cell
+    high, low = fixed >> 16, fixed & 0xFFFF
+    along = (GRID_CELLS * high + (GRID_CELLS * low >> 16)) >> (_FIXED - 16)
+    column, row = jnp.minimum(along, GRID_CELLS - 1).T
+    return row * GRID_CELLS + column
+
+
+def fields_of(occupancy: Array) -> Array:
+    """Return both capture fields (2, 50, 50), whole numbers in units of `swarm_pz.kernels.capture.FIELD_UNIT`.
+
+    The ring of 16 cells is a square of 5 x 5 less one of 3 x 3.
+    """
+    framed = jnp.pad(occupancy, ((0, 0), (BORDER, BORDER), (BORDER, BORDER)))
+    size = GRID_CELLS
+    narrow = framed[:, 1 : size + 1] + framed[:, 2 : size + 2] + framed[:, 3 : size + 3]
+    wide = narrow + framed[:, :size] + framed[:, 4:]
+    narrow, wide = lax.optimization_barrier((narrow, wide))  # else they are added up anew for each column
+    inner = narrow[:, :, 1 : size + 1] + narrow[:, :, 2 : size + 2] + narrow[:, :, 3 : size + 3]
+    outer = sum(wide[:, :, d : d + size] for d in range(2 * BORDER + 1))
+    return _WEIGHTS * (outer - inner).astype(jnp.int32)
+
+
+def limits_of(fields: Array, threshold: Array) -> Array:
+    """Return the values (2,) above which fields capture: the whole part of maximum * threshold / `PARTS`."""
+    most = fields.max(axis=(1, 2)).astype(jnp.uint32)
+    # In halves of 16 bits, since 32 times 32 bits are too many.
+    high, low, of_high, of_low = most >> 16, most & 0xFFFF, threshold >> 16, threshold & 0xFFFF
+    one, other = high * of_low + (low * of_low >> 16), low * of_high
+    carried = (one & 0xFFFF) + (other & 0xFFFF) >> 16
+    return (high * of_high + (one >> 16) + (other >> 16) + carried).astype(jnp.int32)

@@ -1,0 +1,362 @@
+"""The default game as pure functions, for one game: `jax.vmap` over games, `jax.lax.scan` over steps.
+
+The rules and equations are those of `swarm_pz.kernels`, to whose states tests hold every tick. Everything is float32
+and whole numbers. Two things lie otherwise, for accelerators: drones are places with a mask, so that a game of any size
+has the same shapes; and capture fields are added up anew from occupancies at every tick, as differences of sums over
+squares, since a dense image is quicker there than scattered updates.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jax import lax
+from jax import numpy as jnp
+
+from swarm_pz.config import (
+    AGENTS,
+    BLUE,
+    GRID_CELLS,
+    RED,
+    TICKS_PER_CONTROL_PERIOD,
+    TICKS_PER_SECOND,
+    GameConfig,
+)
+from swarm_pz.errors import CommandError
+from swarm_pz.jax.fields import cells_of, fields_of, limits_of
+from swarm_pz.jax.observations import observe
+from swarm_pz.jax.params import Array, Params
+from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
+from swarm_pz.simulator.commands import coefficient_matrix
+
+_RULES = GameConfig()
+_CONTROLLER = ergodic_parameters(_RULES)
+_CELLS, _MODES, _HORIZON = _RULES.command_cells, _RULES.controller.modes, _RULES.controller.horizon
+_TRAIL = _RULES.trail_ticks
+_TIMES = np.array(_CONTROLLER.times, np.float32)
+_FREQUENCIES = (np.pi * np.arange(_MODES)).astype(np.float32)
+_MATRIX = coefficient_matrix(_MODES, _CELLS).astype(np.float32)
+_TICK = np.float32(1 / TICKS_PER_SECOND)
+_COSINE, _SINE = (
+    [np.float32((-1) ** (n // 2) * math.pi**n / math.factorial(n)) for n in range(first, 13, 2)] for first in (0, 1)
+)
+"""Taylor's factors of cos(pi x) and sin(pi x) / x, in powers of x squared."""
+_ABSENT = -1
+_NEVER = -(10**6)
+
+
+class State(NamedTuple):
+    """All that changes in a game of N places for drones."""
+
+    tick: Array
+    """int32: since the start."""
+    positions: Array
+    """float32 (N, 2), map widths."""
+    velocities: Array
+    """float32 (N, 2), map widths a second."""
+    accelerations: Array
+    """float32 (N, 2), map widths per second squared, held between solves."""
+    teams: Array
+    """int8 (N,): 0 red, 1 blue, -1 nobody."""
+    trails: Array
+    """int16 (T, N): cells, row * 50 + column, by the tick modulo T; -1 where there is no past."""
+    occupancy: Array
+    """int16 (2, 50, 50): ticks that each team's trails count in each cell."""
+    memory: Array
+    """float32 (K, K, N): each drone's decayed sums of F_k."""
+    memory_weight: Array
+    """float32 (N,): their weight."""
+    targets: Array
+    """float32 (2, A, A): the commands in force; each sums to 1."""
+    capture_ticks: Array
+    """int32 (N,): of each drone's last capture."""
+    captures: Array
+    """int32 (2,): drones that each team has taken."""
+    recaptures: Array
+    """int32 (2,): of these, drones that it had lost within the last second."""
+
+
+def reset(key: Array, params: Params) -> tuple[dict[str, Any], State]:
+    """Begin a game: drones near corners, at rest, as the simulator's starts are distributed."""
+    spawn = _RULES.spawn
+    drawn = jax.random.uniform(key, (4, params.drones))  # of one stream: each takes long to compile
+    corners = jnp.where(drawn[:2] < 0.5, spawn.inset, 1.0 - spawn.inset).T
+    angle, distance = 2.0 * np.pi * drawn[2], spawn.radius * jnp.sqrt(drawn[3])
+    offsets = distance[:, None] * jnp.stack([jnp.cos(angle), jnp.sin(angle)], axis=1)
+    return begin(jnp.clip(corners + offsets, 0.0, 1.0), params)
+
+
+def begin(positions: Array, params: Params) -> tuple[dict[str, Any], State]:
+    """Begin a game with drones at rest at some positions (N, 2), red's first."""
+    places, (red, blue) = params.drones, params.sizes
+    number = jnp.arange(places)
+    still = jnp.zeros((places, 2), jnp.float32)
+    state = State(
+        tick=jnp.int32(0),
+        positions=positions.astype(jnp.float32),
+        velocities=still,
+        accelerations=still,
+        teams=jnp.where(number < red, RED, jnp.where(number < red + blue, BLUE, _ABSENT)).astype(jnp.int8),
+        trails=jnp.full((_TRAIL, places), -1, jnp.int16),
+        occupancy=jnp.zeros((2, GRID_CELLS, GRID_CELLS), jnp.int16),
+        memory=jnp.zeros((_MODES, _MODES, places), jnp.float32),
+        memory_weight=jnp.zeros(places, jnp.float32),
+        targets=jnp.full((2, _CELLS, _CELLS), 1.0 / _CELLS**2, jnp.float32),
+        capture_ticks=jnp.full(places, _NEVER, jnp.int32),
+        captures=jnp.zeros(2, jnp.int32),
+        recaptures=jnp.zeros(2, jnp.int32),
+    )
+    return see(state, params), state
+
+
+def step(
+    key: Array, state: State, actions: dict[str, Array], params: Params
+) -> tuple[dict[str, Any], State, dict[str, Array], dict[str, Array], dict[str, Array]]:
+    """Hold a command of each side for a command period; a game that ends is followed by a new one.
+
+    Parameters
+    ----------
+    key : PRNG key
+        Of the next game's start.
+    state : State
+    actions : dict of float array (10, 10)
+        Densities of `red_0` and `blue_0` in [0, 1], rows from the bottom up. Values beyond are clipped, NaN is 0, and
+        `infos` counts both.
+    params : Params
+
+    Returns
+    -------
+    observations : dict
+        Of each side; after an end those of the next game.
+    state : State
+    rewards, dones, infos : dict
+        As of the parallel environment, and `dones["__all__"]`. `infos` are of the game that went on, each (2,) for red
+        and blue: `size`, `captured`, `lost`, `recaptured`, `outcome` (1 won, -1 lost), `time_s`, `truncated` (time is
+        up: a draw), and `clipped`, how many values of its command were not in [0, 1].
+
+    Raises
+    ------
+    CommandError
+        If a side is missing, or a command has another shape; when it is traced.
+    """
+    seen, after, rewards, dones, infos = step_once(state, actions, params)
+    done, begun = dones["__all__"], reset(key, params)
+    seen, after = jax.tree.map(lambda new, old: jnp.where(done, new, old), begun, (seen, after))
+    return seen, after, rewards, dones, infos
+
+
+def step_once(
+    state: State, actions: dict[str, Array], params: Params
+) -> tuple[dict[str, Any], State, dict[str, Array], dict[str, Array], dict[str, Array]]:
+    """As `step`, without a new game after an end; a game that has ended stays as it is, with rewards of 0."""
+    commands, clipped = _read(actions)
+    goes_on = _goes_on(state, params.limit_ticks)
+    before = state
+    after = advance(
+        state._replace(targets=_targets(commands)),
+        jnp.minimum(state.tick + params.step_ticks, params.limit_ticks),
+        params,
+    )
+    sizes = sizes_of(after.teams)
+    decided = goes_on & (sizes.min() == 0)
+    won = jnp.where(sizes == 0, -1, 1) * decided
+    captured, recaptured = after.captures - before.captures, after.recaptures - before.recaptures
+    gained = (captured[RED] - captured[BLUE]).astype(jnp.float32)
+    worth = _RULES.reward
+    red = worth.size_change * gained / (0.5 * params.sizes.sum()) + worth.outcome * won[RED]
+    done = after.tick >= params.limit_ticks
+    truncated = goes_on & ~decided & done
+    done |= sizes.min() == 0
+    infos = {
+        "size": sizes,
+        "captured": captured,
+        "lost": captured[::-1],
+        "recaptured": recaptured,
+        "outcome": won,
+        "time_s": jnp.full(2, after.tick / TICKS_PER_SECOND),
+        "truncated": jnp.full(2, truncated),
+        "clipped": clipped,
+    }
+    rewards = dict(zip(AGENTS, (red, 0.0 - red), strict=True))
+    return see(after, params), after, rewards, dict.fromkeys((*AGENTS, "__all__"), done), infos
+
+
+def sizes_of(teams: Array) -> Array:
+    """Return the drones (2,) of red and blue."""
+    return jnp.stack([(teams == team).sum(dtype=jnp.int32) for team in (RED, BLUE)])
+
+
+def advance(state: State, until: Array, params: Params) -> State:
+    """Advance to a tick, or to the one that decides the game."""
+    periods = -(-params.step_ticks // TICKS_PER_CONTROL_PERIOD)
+
+    def one_tick(_: int, state: State) -> State:
+        return advance_tick(state, until, params.threshold)
+
+    def period(_: int, state: State) -> State:
+        # Without the barrier, the compiler repeats the solve for every use of what it gives.
+        state = lax.optimization_barrier(solve(state, _goes_on(state, until)))
+        return lax.fori_loop(0, TICKS_PER_CONTROL_PERIOD, one_tick, state)
+
+    return lax.fori_loop(0, periods, period, state)
+
+
+def _goes_on(state: State, until: Array) -> Array:
+    return (state.tick < until) & (sizes_of(state.teams).min() > 0)
+
+
+def see(state: State, params: Params) -> dict[str, Any]:
+    """Return what both sides see."""
+    fields = fields_of(state.occupancy)
+    limits = limits_of(fields, params.threshold)
+    return {agent: observe(state, fields, limits, team, params) for team, agent in enumerate(AGENTS)}
+
+
+def _read(actions: dict[str, Array]) -> tuple[Array, Array]:
+    """Return commands (2, A, A) in [0, 1], and how many values (2,) of each were not."""
+    if sorted(actions) != sorted(AGENTS):
+        raise CommandError(f"actions must have the keys {' and '.join(AGENTS)}, got {', '.join(map(str, actions))}")
+    for agent, action in actions.items():
+        if jnp.shape(action) != (_CELLS, _CELLS):
+            raise CommandError(
+                f"the action of {agent} must be a density of shape {(_CELLS, _CELLS)} for one game, got shape "
+                f"{jnp.shape(action)}: jax.vmap maps over many games"
+            )
+    given = jnp.stack([jnp.asarray(actions[agent], jnp.float32) for agent in AGENTS])
+    kept = jnp.clip(jnp.nan_to_num(given, nan=0.0), 0.0, 1.0)
+    return kept, (kept != given).sum(axis=(1, 2), dtype=jnp.int32)
+
+
+def _targets(commands: Array) -> Array:
+    """Scale commands (2, A, A) so that each sums to 1; an empty one becomes uniform."""
+    most = commands.max(axis=(1, 2), keepdims=True)
+    scaled = jnp.where(most > 0.0, commands / jnp.where(most > 0.0, most, 1.0), 1.0)
+    return scaled / scaled.sum(axis=(1, 2), keepdims=True)
+
+
+def _harmonics(places: Array) -> tuple[Array, Array]:
+    """Return cos(pi k x) and sin(pi k x), (K, ...), to 1e-6.
+
+    The nearest whole number n to k x gives the sign, and what is left goes into a Taylor series: each entry by itself,
+    since tables that are put together from rows take a processor five times as long.
+    """
+    turns = jnp.arange(_MODES, dtype=jnp.float32).reshape(-1, *[1] * places.ndim) * places
+    whole = jnp.floor(turns + 0.5)
+    left = turns - whole
+    sign, square = 1.0 - 2.0 * (whole - 2.0 * jnp.floor(0.5 * whole)), left * left
+    return sign * _polynomial(_COSINE, square), sign * left * _polynomial(_SINE, square)
+
+
+def _polynomial(factors: list[np.float32], x: Array) -> Array:
+    result = factors[-1]
+    for factor in factors[-2::-1]:
+        result = result * x + factor
+    return result
+
+
+def solve(state: State, goes_on: Array) -> State:
+    """Choose all accelerations; the steps are those of `swarm_pz.kernels.controllers.ergodic.ergodic`.
+
+    Tables are `[mode, place]`, and point h of drone n is place h * N + n: what is summed lies side by side.
+    """
+    of_team = (state.teams == jnp.arange(2)[:, None]).astype(jnp.float32)  # (2, N)
+    positions, velocities = state.positions.T, state.velocities.T
+    with jax.default_matmul_precision("highest"):
+        (cos_x, _), (cos_y, _) = _harmonics(positions[0]), _harmonics(positions[1])
+        # Who was captured since the last solve remembers nothing.
+        decay = jnp.where(state.capture_ticks > state.tick - TICKS_PER_CONTROL_PERIOD, 0.0, _CONTROLLER.decay)
+        memory = decay * state.memory + cos_x[:, None] * cos_y[None, :]  # (K, K, N)
+        weight = decay * state.memory_weight + 1.0
+        share = of_team / (jnp.maximum(of_team.sum(axis=1, keepdims=True), 1.0) * (weight + _HORIZON))
+
+        ahead = (positions[:, None] + _TIMES[1:, None] * velocities[:, None]).reshape(2, -1)  # (2, H N)
+        (cos_x, sin_x), (cos_y, sin_y) = _harmonics(ahead[0]), _harmonics(ahead[1])
+        past = jnp.einsum("tn,kln->tkl", share, memory)
+        coming = jnp.einsum("tp,kp,lp->tkl", jnp.tile(share, _HORIZON), cos_x, cos_y)
+        wanted = jnp.einsum("tab,bk,al->tkl", state.targets, _MATRIX, _MATRIX)
+        error = _CONTROLLER.spectrum * (past + coming - wanted / wanted[:, :1, :1])  # (2, K, K)
+
+        is_blue = jnp.tile(state.teams == BLUE, _HORIZON)
+
+        def across(images: Array, table: Array) -> Array:
+            """Sum images (2, K, K) over k2 with a table (K, places), at each place its team's: (K, places)."""
+            red, blue = (images.reshape(-1, _MODES) @ table).reshape(2, _MODES, -1)
+            return jnp.where(is_blue, blue, red)
+
+        along_x = -(_FREQUENCIES[:, None] * sin_x * across(error, cos_y)).sum(axis=0)
+        along_y = -(cos_x * across(error * _FREQUENCIES, sin_y)).sum(axis=0)
+    margin = _CONTROLLER.wall_margin
+    beyond = jnp.maximum(ahead - (1.0 - margin), 0.0) + jnp.minimum(ahead - margin, 0.0)
+    gradient = jnp.stack([along_x, along_y]) + 2.0 * _CONTROLLER.wall_weight * beyond
+    costate = (_TIMES[:-1, None] * gradient.reshape(2, _HORIZON, -1)).sum(axis=1)
+    accelerations = -_CONTROLLER.inverse_control_weight * _TIMES[1] * costate.T
+    size = jnp.sqrt((accelerations**2).sum(axis=1, keepdims=True))
+    limit = _CONTROLLER.max_acceleration
+    accelerations = jnp.where(size > limit, accelerations * (limit / jnp.where(size > limit, size, 1.0)), accelerations)
+    is_there = (state.teams != _ABSENT)[:, None]
+    return state._replace(
+        accelerations=jnp.where(goes_on, jnp.where(is_there, accelerations, 0.0), state.accelerations),
+        memory=jnp.where(goes_on, memory, state.memory),
+        memory_weight=jnp.where(goes_on, weight, state.memory_weight),
+    )
+
+
+def _count(occupancy: Array, cells: Array, ticks: Array) -> Array:
+    """Add ticks (...) to cells of an occupancy, counted row by row; where the cell is -1, nowhere."""
+    place = jnp.where(cells >= 0, cells, occupancy.size)
+    return occupancy.reshape(-1).at[place].add(ticks, mode="drop").reshape(occupancy.shape)
+
+
+def advance_tick(state: State, until: Array, threshold: Array) -> State:
+    """Move, leave trails, capture: in the order of `swarm_pz.kernels.game.advance_game`."""
+    goes_on = _goes_on(state, until)
+    moves = goes_on & (state.teams != _ABSENT)
+    velocities = state.velocities + jnp.where(moves[:, None], state.accelerations * _TICK, 0.0)
+    there = state.positions + jnp.where(moves[:, None], velocities * _TICK, 0.0)
+    positions = jnp.clip(there, 0.0, 1.0)
+    velocities = jnp.where(there == positions, velocities, 0.0)
+
+    cells, slot, teams = cells_of(positions), state.tick % _TRAIL, state.teams.astype(jnp.int32)
+    oldest = state.trails[slot].astype(jnp.int32)
+    newest = jnp.where(moves, cells, oldest)
+    trails = state.trails.at[slot].set(newest.astype(jnp.int16))
+    places, ones = teams * GRID_CELLS**2, jnp.ones(len(teams), jnp.int16)
+    changed = jnp.stack([jnp.where(oldest >= 0, places + oldest, -1), jnp.where(newest >= 0, places + newest, -1)])
+    occupancy = _count(state.occupancy, changed, jnp.stack([-ones, ones]))
+    positions, velocities, cells, trails, occupancy = lax.optimization_barrier(
+        (positions, velocities, cells, trails, occupancy)
+    )
+    tick = state.tick + goes_on
+
+    fields = fields_of(occupancy)
+    limits = limits_of(fields, threshold)
+    opposing = jnp.clip(1 - teams, 0, 1)
+    captured = moves & (fields.reshape(2, -1)[opposing, cells] > limits[opposing])
+
+    def hand_over(carried: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Move the trails of captured drones from their teams to the others."""
+        _, occupancy = carried
+        cells = jnp.where(captured, trails, -1).astype(jnp.int32)
+        ticks = jnp.broadcast_to(jnp.where(teams == RED, -1, 1).astype(jnp.int16), cells.shape)
+        gained = _count(jnp.zeros_like(occupancy[RED]), cells, ticks)
+        return jnp.bool_(False), occupancy + jnp.stack([gained, -gained])
+
+    # A loop of one round at most: of many games side by side, it costs nothing where none has a capture.
+    _, occupancy = lax.while_loop(lambda carried: carried[0], hand_over, (captured.any(), occupancy))
+    winners = jnp.stack([(captured & (teams == 1 - team)).sum(dtype=jnp.int32) for team in (RED, BLUE)])
+    again = captured & (tick - state.capture_ticks <= TICKS_PER_SECOND)
+    winners_again = jnp.stack([(again & (teams == 1 - team)).sum(dtype=jnp.int32) for team in (RED, BLUE)])
+    return state._replace(
+        tick=tick,
+        positions=positions,
+        velocities=velocities,
+        teams=jnp.where(captured, 1 - teams, teams).astype(jnp.int8),
+        trails=trails,
+        occupancy=occupancy,
+        capture_ticks=jnp.where(captured, tick, state.capture_ticks),
+        captures=state.captures + winners,
+        recaptures=state.recaptures + winners_again,
+    )

@@ -1,0 +1,117 @@
+"""What a game's functions are told: numbers that may change between calls, and shapes that compile anew."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from bisect import bisect_right
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import numpy as np
+from jax import numpy as jnp
+
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
+from swarm_pz.config.base import check, check_count
+
+Array = Any
+"""An array of JAX: its own type says nothing of shapes."""
+PARTS = 2**32
+"""A threshold is a whole number of these, rounded up: so 0.9 of 100 is not less than 90."""
+MOST_DRONES = 200
+"""Of both teams: the occupancy of more does not fit into int16."""
+GRIDS = (10, 25, 50)
+_MAY_DIFFER = ("drones_per_team", "time_limit", "command_period", "capture", "observation")
+
+
+@partial(
+    jax.tree_util.register_dataclass,
+    data_fields=["sizes", "step_ticks", "limit_ticks", "threshold", "times_left", "shares"],
+    meta_fields=["drones", "grid"],
+)
+@dataclass(frozen=True)
+class Params:
+    """Numbers of a game; make them by `make_params`.
+
+    Attributes
+    ----------
+    sizes : int32 array (2,)
+        Drones of red and blue at the start.
+    step_ticks, limit_ticks : int32
+        Ticks of a command period, and until a draw.
+    threshold : uint32
+        Share of a capture field's maximum above which it captures, in units of 1 / `PARTS`.
+    times_left : int32 array (255,)
+        Last tick at which the channel `time_left` is at least as bright as 1, 2, ..., 255.
+    shares : uint8 array (drones + 1,)
+        Brightness of the channel `own_share`, by the number of own drones.
+    drones : int
+        Places for drones, N. Static: another value compiles anew.
+    grid : int
+        Cells a side of the observed images; 0: lists of drones. Static.
+    """
+
+    sizes: Array
+    step_ticks: Array
+    limit_ticks: Array
+    threshold: Array
+    times_left: Array
+    shares: Array
+    drones: int
+    grid: int
+
+
+def make_params(config: GameConfig | None = None, *, drones: int | None = None) -> Params:
+    """Return the parameters of a game.
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+        The default one if not given. Its teams' sizes, times, threshold and observation may be any that fit; games
+        that differ in the first three can be stacked and mapped over, and share what was compiled.
+    drones : int, optional
+        Places for drones, at least the drones of both teams, which is the default. Games of all sizes up to it share
+        what was compiled.
+
+    Raises
+    ------
+    ConfigError
+        If a rule is not the default one, or something else is not there in JAX; it is named.
+    """
+    rules, default = GameConfig() if config is None else config, GameConfig()
+    for field in dataclasses.fields(GameConfig):
+        value, expected = getattr(rules, field.name), getattr(default, field.name)
+        is_known = field.name in _MAY_DIFFER or value == expected
+        check(is_known, field.name, value, f"{expected}, since games in JAX have no other")
+    capture = CaptureConfig(threshold=rules.capture.threshold)
+    check(rules.capture == capture, "capture", rules.capture, f"{capture}, since games in JAX have no other")
+    total = rules.num_drones
+    check(total <= MOST_DRONES, "drones_per_team", rules.drones_per_team, f"at most {MOST_DRONES} of both teams")
+    places = total if drones is None else check_count(drones, "drones", total, MOST_DRONES)
+    limit = rules.limit_ticks
+
+    def dimness(tick: int) -> int:
+        return -int(255.0 * (1.0 - tick / limit) + 0.5)
+
+    return Params(
+        sizes=jnp.array(rules.team_sizes, jnp.int32),
+        step_ticks=jnp.int32(rules.step_ticks),
+        limit_ticks=jnp.int32(limit),
+        threshold=jnp.uint32(math.ceil(capture.threshold * PARTS)),
+        times_left=jnp.array([bisect_right(range(limit + 1), -k, key=dimness) - 1 for k in range(1, 256)], jnp.int32),
+        shares=jnp.array(np.minimum(255.0 * np.arange(places + 1) / total + 0.5, 255.0).astype(np.uint8)),
+        drones=places,
+        grid=_grid_of(rules.observation),
+    )
+
+
+def _grid_of(observation: ObservationConfig | tuple[ObservationConfig, ObservationConfig]) -> int:
+    """Return the cells a side of the images asked for, or 0 for lists of drones."""
+    expected = f"the default channels on a grid of {', '.join(map(str, GRIDS))}, or entities, the same for both sides"
+    if isinstance(observation, ObservationConfig) and observation.kind == "entities":
+        return 0
+    found = [grid for grid in GRIDS if observation == ObservationConfig(grid=grid)]
+    check(bool(found), "observation", observation, expected)
+    return found[0]

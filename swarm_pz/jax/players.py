@@ -1,0 +1,109 @@
+"""Players that choose their commands under `jit`: scripts, and learned policies by their weights."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import numpy as np
+from jax import numpy as jnp
+from safetensors import SafetensorError
+from safetensors.numpy import load_file
+
+from swarm_pz.config import CHANNELS, GameConfig
+from swarm_pz.errors import CheckpointError
+from swarm_pz.jax.network import Weights, decide, density_of, features_of
+from swarm_pz.jax.params import GRIDS, Array
+from swarm_pz.policies import zoo
+from swarm_pz.spaces.densities import cell_centres
+
+_X, _Y = (jnp.asarray(axis, jnp.float32) for axis in cell_centres(GameConfig().command_cells))
+
+
+class Player(NamedTuple):
+    """A tactic.
+
+    Attributes
+    ----------
+    grid : int
+        Cells a side of the images that it sees.
+    act : callable
+        From a key and uint8 images (9, grid, grid) to a density (10, 10) in [0, 1].
+    """
+
+    grid: int
+    act: Callable[[Array, Array], Array]
+
+
+def _uniform(key: Array, seen: Array) -> Array:
+    del key, seen
+    return jnp.ones_like(_X)
+
+
+def _noise(key: Array, seen: Array) -> Array:
+    del seen
+    return jax.random.uniform(key, _X.shape)
+
+
+def _halo(key: Array, seen: Array) -> Array:
+    del key, seen
+    return _ring_around(0.5, 0.5, 0.15)
+
+
+def _ring(key: Array, seen: Array) -> Array:
+    del key
+    image = seen[CHANNELS.index("opposing_positions")].astype(jnp.float32)
+    places = (jnp.arange(image.shape[-1]) + 0.5) / image.shape[-1]
+    total = image.sum()
+    x, y = (jnp.where(total > 0, image.sum(axis=axis) @ places / jnp.maximum(total, 1.0), 0.5) for axis in (0, 1))
+    return _ring_around(x, y, 0.08)
+
+
+def _ring_around(x: Array | float, y: Array | float, width: float, radius: float = 0.25) -> Array:
+    density = jnp.exp(-(((jnp.hypot(_X - x, _Y - y) - radius) / width) ** 2))
+    return density / density.max()
+
+
+SCRIPTS = {"uniform": Player(10, _uniform), "noise": Player(10, _noise), "halo": Player(10, _halo)}
+SCRIPTS |= {"ring": Player(25, _ring)}
+"""Those of `swarm_pz.policies.scripted` that play here, too."""
+
+
+def player_of(weights: Weights, grid: int) -> Player:
+    """Return the player that plays a network's mean action."""
+
+    def act(key: Array, seen: Array) -> Array:
+        del key
+        return density_of(decide(weights, features_of(weights, seen[None] / np.float32(255.0)))[0])
+
+    return Player(grid, act)
+
+
+def load(name: str | Path) -> Player:
+    """Return a script by its name, or a learned policy: one that ships, or a folder that training wrote.
+
+    Raises
+    ------
+    CheckpointError
+        If there is no such player, or it looks at what games in JAX do not show.
+    """
+    if name in SCRIPTS:
+        return SCRIPTS[str(name)]
+    folder = getattr(zoo, str(name)).folder if hasattr(zoo, str(name)) else Path(name)
+    try:
+        card = json.loads((folder / "policy.json").read_text())
+        weights = {key: jnp.asarray(values) for key, values in load_file(folder / "policy.safetensors").items()}
+    except (OSError, ValueError, SafetensorError) as error:
+        raise CheckpointError(
+            f"a player must be one of {', '.join(SCRIPTS)}, or a learned policy's name or folder, got {str(name)!r}: "
+            f"{error}"
+        ) from error
+    if card.get("channels") != list(CHANNELS) or card.get("grid") not in GRIDS:
+        raise CheckpointError(
+            f"{name} must look at the default channels on a grid of {', '.join(map(str, GRIDS))}, which is what games "
+            f"in JAX show; its card says {card.get('channels')} and {card.get('grid')}"
+        )
+    return player_of(weights, card["grid"])

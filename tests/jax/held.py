@@ -1,0 +1,168 @@
+"""The game in JAX, held to the simulator: one step from the simulator's own state at every control period.
+
+`python -m tests.jax.held` compares 50 games of a minute, of 1 to 40 drones a team.
+"""
+
+import argparse
+from collections import Counter
+
+import jax
+import numpy as np
+
+from swarm_pz.config import (
+    AGENTS,
+    CHANNELS,
+    CONTROL_PERIOD,
+    GRID_CELLS,
+    TICKS_PER_CONTROL_PERIOD,
+    GameConfig,
+    ObservationConfig,
+)
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.jax import State, make_params, see, step_once
+from tests.play.engine_cases import random_density
+
+LARGEST = 40
+PLACES = 2 * LARGEST
+PERIODS = 100
+"""Control periods that are compared at once: games of all lengths share what was compiled."""
+SEEN = (ObservationConfig(grid=10), ObservationConfig(grid=25), ObservationConfig(kind="entities"))
+CLOSE = {"positions": 1e-6, "velocities": 1e-5, "accelerations": 1e-4, "memory": 1e-4, "memory_weight": 1e-5}
+"""How far floats may be from the simulator's; whole numbers must be the same."""
+
+
+def state_of(games, places=PLACES):
+    """Return the simulator's only game as a state with some places for drones."""
+    empty = places - games.teams.shape[1]
+    teams, trails = games.teams[0], games.trails[0]
+    occupancy = np.zeros((2, GRID_CELLS**2), np.int16)
+    for team in (0, 1):
+        cells = trails[:, teams == team]
+        np.add.at(occupancy[team], cells[cells >= 0], 1)
+    never = np.int32(-(10**6))
+    values = {
+        "tick": games.ticks[0].astype(np.int32),
+        "teams": np.append(teams, np.full(empty, -1)).astype(np.int8),
+        "trails": np.pad(trails, ((0, 0), (0, empty)), constant_values=-1).astype(np.int16),
+        "occupancy": occupancy.reshape(2, GRID_CELLS, GRID_CELLS),
+        "memory": np.pad(games.memory[0], ((0, 0), (0, 0), (0, empty))),
+        "memory_weight": np.pad(games.memory_weight[0], (0, empty)),
+        "targets": games.targets[0].astype(np.float32),
+        "capture_ticks": np.pad(np.maximum(games.capture_ticks[0], never), (0, empty), constant_values=never),
+    }
+    values |= {name: np.pad(getattr(games, name)[0], ((0, empty), (0, 0))) for name in list(CLOSE)[:3]}
+    values |= {name: getattr(games, name)[0].astype(np.int32) for name in ("captures", "recaptures")}
+    return State(**values)._replace(capture_ticks=values["capture_ticks"].astype(np.int32))
+
+
+def play(seed, seconds):
+    """Return a game's rules, and of each control period: the state before, commands, the state after, result, views."""
+    generator = np.random.default_rng(seed)
+    sizes = tuple(int(size) for size in generator.integers(1, LARGEST + 1, size=2))
+    limit, threshold = generator.choice([seconds / 2, 2.0 * seconds]), generator.choice([0.5, 0.75, 0.9])
+    rules = GameConfig(drones_per_team=sizes, time_limit=limit, command_period=CONTROL_PERIOD)
+    rules = rules.replace(capture=rules.capture.replace(threshold=threshold))
+    env, periods = BatchEnv(rules), []
+    env.reset([seed])
+    while env.running[0] and len(periods) < 10 * seconds:
+        if len(periods) % 10 == 0:
+            commands = np.stack([random_density(generator) for _ in range(2)])
+        before = state_of(env.simulator.games)
+        result = env.step(commands[None])
+        seen = [[env.observe(observation, side) for side in (0, 1)] for observation in SEEN]
+        periods.append((before, commands, state_of(env.simulator.games), result, seen))
+    return rules, periods
+
+
+@jax.jit
+def step_all(states, commands, params):
+    """Take a step of many states; what is seen is compared in `see_all`, and not computed here."""
+    actions = {agent: commands[:, side] for side, agent in enumerate(AGENTS)}
+    return jax.vmap(step_once, (0, 0, None))(states, actions, params)[1:]
+
+
+see_all = jax.jit(jax.vmap(see, (0, None)))
+
+
+def stacked(trees):
+    """Stack equal trees, the last one again and again up to `PERIODS`."""
+    every = [*trees, *[trees[-1]] * (PERIODS - len(trees))]
+    return jax.tree.map(lambda *leaves: np.stack(leaves), *every)
+
+
+def compare(seed, seconds, found):
+    """Compare a game, and count what differs into `found`.
+
+    Rounding can put a drone into the cell beside it: such a step is a tie, which is counted and not compared.
+    """
+    rules, periods = play(seed, seconds)
+    params = make_params(rules, drones=PLACES)
+    for begin in range(0, len(periods), PERIODS):
+        befores, commands, afters, results, views = zip(*periods[begin : begin + PERIODS], strict=True)
+        count, theirs = len(befores), stacked(afters)
+        given = step_all(stacked(befores), stacked(commands), params)
+        mine, rewards, dones, infos = jax.tree.map(np.asarray, given)
+        differing = mine.trails != theirs.trails
+        cells = np.abs(mine.trails.astype(int) - theirs.trails)[differing]
+        assert np.isin(cells, (1, GRID_CELLS)).all(), f"game {seed}: a drone is in another part of the board"
+        same = np.flatnonzero(~differing.any(axis=(1, 2))[:count])
+        # Who was captured forgets at once there, and at the next solve here.
+        is_old = theirs.capture_ticks <= theirs.tick[:, None] - TICKS_PER_CONTROL_PERIOD
+        knows = {"memory": (is_old & (theirs.teams >= 0))[:, None, None], "memory_weight": is_old & (theirs.teams >= 0)}
+        found["periods"] += count
+        found["ties"] += count - len(same)
+        for name, one, other in zip(State._fields, mine, theirs, strict=True):
+            far = np.abs(one[same].astype(float) - other[same])
+            if name.startswith("memory"):
+                far = far * knows[name][same]
+            if name in CLOSE:
+                found[f"most of {name}"] = max(found[f"most of {name}"], float(far.max(initial=0.0)))
+            elif name != "targets":
+                found[f"other {name}"] += int((far > 0).reshape(len(far), -1).any(axis=1).sum())
+        for row in same:
+            result, red = results[row], float(rewards[AGENTS[0]][row])
+            ends = bool(result.terminated[0]), bool(result.truncated[0])
+            found["other rewards"] += abs(red - result.rewards[0, 0]) > 1e-6 or red != -rewards[AGENTS[1]][row]
+            found["other ends"] += (bool(dones["__all__"][row]), infos["truncated"][row].all()) != (any(ends), ends[1])
+            for name in ("captured", "recaptured"):
+                found["other infos"] += (infos[name][row] != getattr(result, name)[0]).any()
+            found["ends"] += any(ends)
+            found["captures"] += int(result.captured.sum())
+        for number, observation in enumerate(SEEN):
+            shown = see_all(theirs, make_params(rules.replace(observation=observation), drones=PLACES))
+            for side, agent in enumerate(AGENTS):
+                for row, view in enumerate(views):
+                    one = jax.tree.map(lambda values, row=row: np.asarray(values[row]), shown[agent])
+                    compare_views(one, jax.tree.map(lambda values: values[0], view[number][side]), rules, found)
+    return found
+
+
+def compare_views(mine, theirs, rules, found):
+    """Compare what a side sees in both; kernels round halves of fields either way, as the processor multiplies."""
+    if isinstance(theirs, dict):
+        for name, values in theirs.items():
+            shown = mine[name][: len(values)]
+            found["other lists"] += not np.allclose(shown, values, rtol=0, atol=1e-6) or mine[name][len(values) :].any()
+        return
+    for channel, one, other in zip(CHANNELS, mine, theirs, strict=True):
+        far = np.abs(one.astype(int) - other)
+        if channel.endswith("capture_field") or channel == "own_target":
+            found[f"{channel}, by 1"] += int((far == 1).sum())
+            far = far * (far > 1)
+        found[f"other {channel}"] += bool(far.any())
+
+
+def main():
+    """Compare many games, and print what was found."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--games", type=int, default=50)
+    parser.add_argument("--seconds", type=int, default=60)
+    options = parser.parse_args()
+    found = Counter()
+    for seed in range(options.games):
+        compare(seed, options.seconds, found)
+        print(seed + 1, dict(found), flush=True)
+
+
+if __name__ == "__main__":
+    main()
