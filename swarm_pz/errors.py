@@ -44,6 +44,10 @@ class PolicyError(SwarmError, ValueError):
     """A policy is unknown, cannot be loaded, or answered nonsense."""
 
 
+class ForfeitError(PolicyError):
+    """A player's program was late, ended, or answered nonsense: it loses the game."""
+
+
 class KindError(PolicyError):
     """A policy answers commands of another kind than those that fly its team."""
 

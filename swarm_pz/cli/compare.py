@@ -45,7 +45,7 @@ def evaluate(
     Half of the games are played from each side, with the same seeds for both sides.
 
     Args:
-        policy: Name of a policy, a folder that training wrote, or FILE.py:NAME, a tactic in a file.
+        policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
         opponent: Name of a policy, or a folder that training wrote.
         games: Number of games, even; 200 if not given, and 1,000 with exploit.
         seed: Seed of the match, or of the first exploiter.
@@ -167,7 +167,7 @@ def tournament(
     A tournament that was stopped goes on where it was; more players or games may be added later.
 
     Args:
-        players: Names of policies, folders that training wrote, or FILE.py:NAME; all installed policies if none.
+        players: Names of policies, folders that training wrote, FILE.py:NAME, or exec:PROGRAM; all installed policies if none.
         games: Games of every two players, even, half from each side.
         seed: Seed of the tournament; all pairings play the same starts.
         budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.

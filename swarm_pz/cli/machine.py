@@ -43,7 +43,7 @@ def render(
     With the same players, seed and rules it is that game of swarm-pz evaluate.
 
     Args:
-        policy: Name of a policy, a folder that training wrote, or FILE.py:NAME, a tactic in a file.
+        policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
         opponent: Name of a policy, or a folder that training wrote.
         out: File to write: .gif or .mp4, or .png for a picture.
         seed: Seed of the match.
@@ -96,7 +96,7 @@ def diagnose(
     With the same players, seed and rules it is that game of swarm-pz evaluate.
 
     Args:
-        policy: Name of a policy, a folder that training wrote, or FILE.py:NAME, a tactic in a file.
+        policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
         opponent: Name of a policy, or a folder that training wrote.
         out: File to write, .png, .pdf or .svg.
         json: Write the curves to this file, too.

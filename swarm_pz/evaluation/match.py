@@ -185,7 +185,11 @@ def play_match(
     check(games % 2 == 0, "games", games, "an even number, half for each side")
     config = config if config is not None else GameConfig()
     players = load_players(policy, opponent, config)
-    played: list[Game] = []
+    loaded, played = [players], list[Game]()
+
+    def make() -> tuple[Player, Player]:
+        # After a forfeit a program has ended, and is started again.
+        return loaded.pop() if loaded else load_players(policy, opponent, config)
 
     def report(ended: int) -> None:
         if progress is not None:
@@ -193,7 +197,7 @@ def play_match(
 
     for start in range(0, games, _BATCH):
         numbers = range(start, min(start + _BATCH, games))
-        played += play_or_forfeit(lambda: players, numbers, progress=report, seed=seed, config=config, threads=threads)
+        played += play_or_forfeit(make, numbers, progress=report, seed=seed, config=config, threads=threads)
     names = name_of(policy), name_of(opponent)
     return MatchResult(
         policy=names[0],

@@ -23,7 +23,7 @@ from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check_choice, check_count
 from swarm_pz.config.installed import FAULTS
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import CommandError, FlightError, PolicyError
+from swarm_pz.errors import CommandError, FlightError, ForfeitError, PolicyError
 from swarm_pz.policy import Player, load_players, name_of
 from swarm_pz.simulator.spawn import check_seed
 
@@ -105,7 +105,7 @@ class FaultError(PolicyError):
 
 
 class GroundedError(FaultError):
-    """A control system raised, answered nonsense or took too long: the side that it flies forfeits."""
+    """A control system or a player's program failed, answered nonsense or took too long: its side forfeits."""
 
 
 @contextmanager
@@ -113,7 +113,7 @@ def policy_errors(place: int, name: str) -> Iterator[None]:
     """Turn whatever a policy does wrong in this context into a FaultError that says where."""
     try:
         yield
-    except FlightError as error:  # its control system cannot serve the policy's densities
+    except (FlightError, ForfeitError) as error:  # a control system may be unable to serve the policy's densities
         raise GroundedError(place, str(error)) from error
     except PolicyError as error:
         raise FaultError(place, str(error)) from error

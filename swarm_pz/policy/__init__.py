@@ -14,6 +14,7 @@ from swarm_pz.policy.names import (
     name_of,
     registered,
 )
+from swarm_pz.policy.program import Program
 from swarm_pz.policy.protocol import Player, Policy, PolicyFactory, PrivilegedPolicy, answers_of
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "Policy",
     "PolicyFactory",
     "PrivilegedPolicy",
+    "Program",
     "about",
     "allow_files",
     "answers_of",

@@ -4,13 +4,14 @@ Names resolve through the entry-point group `swarm_pz.policies`, so that other p
 their own: each entry point is a callable that takes the game's `GameConfig` and returns a policy.
 Folders resolve through the group `swarm_pz.policy_folders`: each entry point is named as a file that such
 a folder holds, and is a callable that takes the folder and the `GameConfig`.
-A tactic in a file of Python is named FILE.py:NAME. Such a file runs code, so `load` takes those alone that the command
-line named: see `allow_files`.
+A tactic in a file of Python is named FILE.py:NAME, a program in any language exec:PROGRAM. These run code, so `load`
+takes those alone that the command line named: see `allow_files`.
 """
 
 from __future__ import annotations
 
 import copy
+import functools
 import importlib.metadata
 import importlib.util
 import os
@@ -27,34 +28,38 @@ from swarm_pz.config.installed import FAULTS, entry_points, origin, registered_i
 from swarm_pz.config.system import ControlSystem, serves_densities
 from swarm_pz.errors import CheckpointError, KindError, PolicyError, SwarmError, nearest
 from swarm_pz.policy.model_policy import Model, ModelPolicy
+from swarm_pz.policy.program import Program
 from swarm_pz.policy.protocol import ANY, Player, Policy, PrivilegedPolicy, answers_of
 
 GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
 _ALLOWED = "SWARM_PZ_FILES"
 """Environment variable with the allowed names in files, one a line: processes that this one starts have it, too."""
+_EXEC = "exec:"
 _FACTORY = "a tactic (its function stands below @tactic), or a callable from a GameConfig to a policy"
-_IN_FILE = re.compile(r"(?:--[\w.-]+=)?(.+\.py:\w+)")
+_IN_FILE = re.compile(r"(?:--[\w.-]+=)?(.+\.py:\w+|exec:.*)")
 
 
 def allow_files(words: Sequence[str]) -> None:
-    """Allow, from now on, those names in files alone that stand on a command line."""
+    """Allow, from now on, those names in files and programs alone that stand on a command line."""
     os.environ[_ALLOWED] = "\n".join(found[1] for word in words if (found := _IN_FILE.fullmatch(word)))
 
 
 @dataclass(frozen=True)
 class _InFile:
-    """What stands for an entry point where a name is FILE.py:NAME."""
+    """What stands for an entry point where a name is FILE.py:NAME or exec:PROGRAM."""
 
     value: str
 
     def load(self) -> Any:
-        """Return what the file calls by that name."""
-        file, name = self.value.rsplit(":", 1)
+        """Return what the file calls by that name, or what starts the program."""
         if self.value not in os.environ.get(_ALLOWED, "").split("\n"):
             raise PolicyError(
-                f"{self.value!r} is in a file, and files run code: the command line alone may name one; in Python, "
-                "import it"
+                f"{self.value!r} runs code of a file or a program: the command line alone may name one; in Python, "
+                "import it, or make a swarm_pz.policy.Program"
             )
+        if self.value.startswith(_EXEC):
+            return functools.partial(Program, line=self.value.removeprefix(_EXEC))
+        file, name = self.value.rsplit(":", 1)
         module = _module_of(file)
         if not hasattr(module, name):
             own = [key for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__]

@@ -1,0 +1,335 @@
+"""Players in any language: a program that reads what it sees and writes commands, one JSON object a line.
+
+docs/bots.md has the protocol. The program runs as whoever started the game: the limits here keep a mistake from hanging
+or filling a machine; they are no sandbox.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import queue
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import weakref
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, GameConfig, ObservationConfig
+from swarm_pz.config.values import check_densities
+from swarm_pz.errors import CommandError, ConfigError, ForfeitError, PolicyError
+from swarm_pz.files import explain
+from swarm_pz.simulator.spawn import Seed
+from swarm_pz.spaces.observation import Observations, of_game
+
+VERSION = 1
+SECONDS = 10.0
+"""Longest wait for a line."""
+LINE_BYTES = 2**20
+"""Longest line that a program may write."""
+MEMORY_BYTES = 2**30
+"""Data that a program may hold, where the system can limit it."""
+FILE_BYTES = 2**26
+"""Largest file that it may write, likewise."""
+_KEPT_LINES = 20
+"""Last lines of its standard error that are kept."""
+_ENVIRONMENT = ("PATH", "LANG", "SYSTEMROOT")
+"""All that it inherits."""
+_FAILED: dict[str, str] = {}
+"""Programs that did not answer the greeting, and how: they are not started again, since each takes long to fail."""
+
+
+class Program:
+    """Plays the densities that a program answers.
+
+    Parameters
+    ----------
+    config : GameConfig
+        The game that it will play.
+    line : str
+        The program and its arguments, as for a shell, but none runs it. Words `NAME=VALUE` before the program are its
+        environment.
+
+    Attributes
+    ----------
+    observation : ObservationConfig
+        What it asked to see.
+    digest : str
+        Of the program's file and its arguments.
+
+    Raises
+    ------
+    PolicyError
+        If there is no such program.
+    """
+
+    answers = "density"
+
+    def __init__(self, config: GameConfig, line: str = "") -> None:
+        self.name, self._line = f"exec:{line}", line
+        self._cells = config.command_cells
+        words, environment = _read(self.name, line)
+        self.digest = _digest(words)
+        self.observation = ObservationConfig(grid=1)
+        self._turn = 0
+        if line in _FAILED:
+            return
+        self._pipe = _Pipe(self.name, words, environment)
+        try:
+            self.observation = self._greet(config)
+        except ForfeitError as error:
+            _FAILED[line] = str(error)
+
+    def _greet(self, config: GameConfig) -> ObservationConfig:
+        self._pipe.send(_greeting(config))
+        told = self._pipe.receive("answer the greeting")
+        if told.get("swarm_pz") != VERSION:
+            raise self._pipe.fault(f'must answer the greeting with "swarm_pz": {VERSION}, got {_shown(told)}')
+        try:
+            return ObservationConfig.from_dict(told.get("observation", {}))
+        except ConfigError as error:
+            raise self._pipe.fault(f"asked to see what there is not: {error}") from error
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Tell the program of new games.
+
+        Raises
+        ------
+        ForfeitError
+            If it did not answer the greeting as the protocol says.
+        """
+        if (fault := _FAILED.get(self._line)) is not None:
+            raise ForfeitError(fault)
+        for seed, row in zip(seeds, rows.tolist(), strict=True):
+            self._pipe.send({"begin": row, "seed": int(np.random.default_rng(seed).integers(2**31))})
+
+    def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Show the program n observations, and return its n densities (n, A, A).
+
+        Raises
+        ------
+        ForfeitError
+            If an answer is late, wrong or missing; the program is ended.
+        """
+        first = self._turn
+        for place, row in enumerate(rows.tolist()):
+            self._pipe.send({"turn": self._turn, "game": row, "see": _plain(of_game(observations, place))})
+            self._turn += 1
+        return np.stack([self._density(turn) for turn in range(first, self._turn)])
+
+    def _density(self, turn: int) -> NDArray[np.float64]:
+        told = self._pipe.receive(f"answer turn {turn}")
+        if told.get("turn") != turn:
+            raise self._pipe.fault(f'must answer "turn": {turn}, got {_shown(told)}')
+        try:
+            return check_densities(told.get("density"), (self._cells, self._cells), "density")
+        except CommandError as error:
+            raise self._pipe.fault(f"answered turn {turn} with no density: {error}") from error
+
+
+def _read(name: str, line: str) -> tuple[list[str], dict[str, str]]:
+    """Return the words that start a program, and its environment."""
+    environment = {key: os.environ[key] for key in _ENVIRONMENT if key in os.environ}
+    try:
+        words = shlex.split(line)
+    except ValueError as error:
+        raise PolicyError(f"{name} cannot be read as a shell would: {error}") from error
+    while words and "=" in words[0] and words[0].split("=", 1)[0].isidentifier():
+        key, value = words.pop(0).split("=", 1)
+        environment[key] = value
+    if not words:
+        raise PolicyError(f"expected a program after exec:, as exec:./bot, got {name!r}")
+    found = shutil.which(words[0])
+    if found is None:
+        raise PolicyError(f"there is no program {words[0]!r} that can be run; got {name!r}")
+    return [str(Path(found).resolve()), *words[1:]], environment
+
+
+def _digest(words: list[str]) -> str:
+    """Return a digest of a program's arguments, and of every file among its words: an interpreter's script is one."""
+    content = hashlib.sha256(json.dumps(words[1:]).encode())
+    for word in words:
+        if Path(word).is_file():
+            with Path(word).open("rb") as file:
+                content.update(hashlib.file_digest(file, "sha256").digest())
+    return content.hexdigest()[:32]
+
+
+def _greeting(config: GameConfig) -> dict[str, Any]:
+    return {
+        "swarm_pz": VERSION,
+        "rules": {
+            "drones_per_team": config.team_sizes,
+            "time_limit": config.time_limit,
+            "command_period": config.command_period,
+            "command_cells": config.command_cells,
+        },
+        "kinds": ["grids", "entities", "drones"],
+        "grids": [grid for grid in range(1, GRID_CELLS + 1) if GRID_CELLS % grid == 0],
+        "channels": CHANNELS + MOTION_CHANNELS,
+        "limits": {"seconds": SECONDS, "line_bytes": LINE_BYTES, "memory_bytes": MEMORY_BYTES},
+    }
+
+
+def _plain(seen: Any) -> Any:
+    """Return what is seen as lists and numbers; floats with six digits, which JSON writes short."""
+    if isinstance(seen, dict):
+        return {name: _plain(values) for name, values in seen.items()}
+    return seen.tolist() if seen.dtype.kind in "iu" else np.round(seen.astype(np.float64), 6).tolist()
+
+
+def _shown(told: Any) -> str:
+    text = json.dumps(told)
+    return text if len(text) <= 80 else f"{text[:80]}..."
+
+
+class _Pipe:
+    """A program that runs, and the lines to and from it; threads keep either side from waiting for ever."""
+
+    def __init__(self, name: str, words: list[str], environment: dict[str, str]) -> None:
+        self._name = name
+        self._fault: str | None = None
+        try:
+            self._process = subprocess.Popen(  # noqa: S603  (what the player named)
+                words,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                env=environment,
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise PolicyError(f"{name} cannot be started: {explain(error)}") from error
+        _limit(self._process.pid)
+        self._outbox: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._inbox, self._errors = _Inbox(), deque[str](maxlen=_KEPT_LINES)
+        for work, stream, box in (
+            (_write, self._process.stdin, self._outbox),
+            (_read_lines, self._process.stdout, self._inbox),
+            (_keep_lines, self._process.stderr, self._errors),
+        ):
+            threading.Thread(target=work, args=(stream, box), daemon=True).start()
+        self._end = weakref.finalize(self, _end, self._process, self._outbox, self._inbox)
+
+    def send(self, message: dict[str, Any]) -> None:
+        """Write a line, some time."""
+        if self._fault is not None:
+            raise ForfeitError(self._fault)
+        self._outbox.put(json.dumps(message, separators=(",", ":")).encode() + b"\n")
+
+    def receive(self, what: str) -> dict[str, Any]:
+        """Return the next line that the program writes."""
+        try:
+            line = self._inbox.get()
+        except queue.Empty:
+            raise self.fault(f"must {what} within {SECONDS:g} s") from None
+        if len(line) > LINE_BYTES:
+            raise self.fault(f"must {what} with a line of at most {LINE_BYTES:,} bytes")
+        if not line:
+            raise self.fault(f"must {what}, but {self._how_it_ended()}")
+        try:
+            told = json.loads(line)
+        except (ValueError, RecursionError):
+            told = None
+        if not isinstance(told, dict):
+            raise self.fault(f"must {what} with a JSON object, got {_shown(line.decode(errors='replace').strip())}")
+        return told
+
+    def _how_it_ended(self) -> str:
+        try:
+            status = self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            return "closed its output"
+        return f"ended by signal {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+
+    def fault(self, what: str) -> ForfeitError:
+        """End the program, and return an error that tells why, with the last line of its standard error."""
+        self._end()
+        said = f"; it wrote: {self._errors[-1]}" if self._errors else ""
+        self._fault = f"{self._name} {what}{said}"
+        return ForfeitError(self._fault)
+
+
+class _Inbox:
+    """Lines that were read and not fetched, a few at most: the rest waits in the program."""
+
+    def __init__(self) -> None:
+        self._lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self._room = threading.Semaphore(4)
+        self.is_closed = False
+
+    def put(self, line: bytes) -> None:
+        """Add a line, when there is room."""
+        self._room.acquire()
+        self._lines.put(line)
+
+    def get(self) -> bytes:
+        """Return the next line; raise `queue.Empty` if none comes in time."""
+        line = self._lines.get(timeout=SECONDS)
+        self._room.release()
+        return line
+
+    def close(self) -> None:
+        """Let who reads lines end."""
+        self.is_closed = True
+        self._room.release()
+
+
+def _limit(process: int) -> None:
+    """Limit the memory and the files of a process, where the system can."""
+    if sys.platform != "linux":
+        return
+    import resource
+
+    # Not the address space, of which some languages reserve much and use little.
+    limits = {resource.RLIMIT_DATA: MEMORY_BYTES, resource.RLIMIT_FSIZE: FILE_BYTES, resource.RLIMIT_CORE: 0}
+    for limit, most in limits.items():
+        try:
+            resource.prlimit(process, limit, (most, most))
+        except ProcessLookupError:  # it has ended
+            return
+
+
+def _write(stream: IO[bytes], outbox: queue.SimpleQueue[bytes | None]) -> None:
+    with contextlib.suppress(OSError), stream:  # if it reads no more, its missing answer will tell
+        while (line := outbox.get()) is not None:
+            stream.write(line)
+            stream.flush()
+
+
+def _read_lines(stream: IO[bytes], inbox: _Inbox) -> None:
+    """Pass lines on, at most a byte longer than is allowed, and an empty one at the end."""
+    with stream:
+        line = b"begin"
+        while line and not inbox.is_closed:
+            line = stream.readline(LINE_BYTES + 1)
+            inbox.put(line)
+
+
+def _keep_lines(stream: IO[bytes], kept: deque[str]) -> None:
+    with stream:
+        while line := stream.readline(200):
+            kept.append(line.decode(errors="replace").strip())
+
+
+def _end(process: subprocess.Popen[bytes], outbox: queue.SimpleQueue[bytes | None], inbox: _Inbox) -> None:
+    """Kill a program and what it started, and let the threads end."""
+    if sys.platform == "win32":
+        process.kill()
+    else:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    outbox.put(None)
+    inbox.close()

@@ -1,0 +1,174 @@
+"""Programs play as policies do, and those that misbehave forfeit by name, without leaving a process."""
+
+import gc
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import PolicyError
+from swarm_pz.evaluation.match import play_match
+from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
+from swarm_pz.policy import Program, allow_files, load, program
+
+BOTS = Path(__file__).parents[2] / "examples" / "bots"
+SHORT = GameConfig(drones_per_team=2, time_limit=3.0)
+GREET = (
+    'import json, os, sys, time\nprint(json.dumps({"swarm_pz": 1, "observation": {"kind": "entities"}}), flush=True)\n'
+)
+READ = "for line in sys.stdin:\n    told = json.loads(line)\n    if 'see' not in told: continue\n    "
+ANSWER = "print(json.dumps({'turn': told['turn'], 'density': [[0.5] * 10] * 10}), flush=True)\n"
+LATE = {
+    "is silent": ("import time\ntime.sleep(600)", "within 0.5 s"),
+    "greets and is silent": (GREET + "time.sleep(600)", "within 0.5 s"),
+    "answers late": (GREET + READ + "time.sleep(600); " + ANSWER, "within 0.5 s"),
+    "leaves a child": (GREET + "if os.fork() == 0:\n    tell()\n    time.sleep(600)\n", "within 0.5 s"),
+    "reads nothing": (GREET + "time.sleep(600)\n#" + "x" * 10, "within 0.5 s"),
+}
+WRONG = {
+    "floods": ("while True: print('{}', flush=True)", "swarm_pz"),
+    "writes a huge line": ("import sys\nwhile True: sys.stdout.write('x' * 1000)", "bytes"),
+    "answers NaN": (GREET + READ + ANSWER.replace("0.5", "float('nan')"), "no density"),
+    "answers too much": (GREET + READ + ANSWER.replace("0.5", "7.0"), "no density"),
+    "answers another shape": (GREET + READ + ANSWER.replace("* 10]", "* 9]"), "no density"),
+    "answers text": (GREET + READ + ANSWER.replace("[[0.5] * 10] * 10", "'much'"), "no density"),
+    "answers another turn": (GREET + READ + ANSWER.replace("told['turn']", "99"), '"turn": 0'),
+    "answers no JSON": (GREET + READ + "print('hello', flush=True)", "JSON object"),
+    "answers a list": (GREET + READ + "print('[1]', flush=True)", "JSON object"),
+    "answers very deep JSON": (GREET + READ + "print('[' * 100000, flush=True)", "JSON object"),
+    "ends at once": ("", "ended with status 0"),
+    "ends in a game": (GREET + READ + "sys.exit('out of ideas')", "status 1; it wrote: out of ideas"),
+    "ends by a signal": (GREET + READ + "os.kill(os.getpid(), 11)", "SIGSEGV"),
+    "closes its output": (GREET + "os.close(1)\ntime.sleep(600)", "closed its output"),
+    "closes its input": (GREET + "os.close(0)\nsys.exit(3)", "ended with status 3"),
+    "ignores the greeting": ('print(\'{"turn": 0, "density": []}\', flush=True)', "swarm_pz"),
+    "asks for what there is not": (GREET.replace("entities", "minds"), "observation.kind"),
+    "fills its errors": (GREET + READ + "\n    while True: sys.stderr.write('x' * 999 + '\\n')", "within 0.5 s"),
+    "fills the memory": (GREET + READ + "b = bytearray(2**32); " + ANSWER, "MemoryError"),
+}
+TELL = "import os\ndef tell(): open(os.environ['PIDS'], 'a').write(f'{os.getpid()}\\n')\ntell()\n"
+
+
+@pytest.fixture
+def bad(tmp_path):
+    """Return what makes the name of a program in Python, and the numbers of processes that it had."""
+    file, pids = tmp_path / "bot.py", tmp_path / "pids"
+
+    def make(text):
+        file.write_text(TELL + text)
+        name = f"exec:PIDS={pids} {sys.executable} {file}"
+        allow_files([name])
+        return name
+
+    yield make, lambda: list(map(int, pids.read_text().split()))
+    program._FAILED.clear()
+
+
+def is_gone(process):
+    """Tell whether a process has ended; one that nobody asked for its status has, too."""
+    status = Path(f"/proc/{process}/stat")
+    return not status.exists() or status.read_text().rsplit(")", 1)[1].split()[0] == "Z"
+
+
+@pytest.mark.parametrize("what", [*LATE, *WRONG])
+def test_a_program_that_misbehaves_forfeits_by_name_and_leaves_no_process(what, bad, monkeypatch):
+    make, processes = bad
+    text, said = {**LATE, **WRONG}[what]
+    if "0.5 s" in said:
+        monkeypatch.setattr(program, "SECONDS", 0.5)
+    name = make(text)
+    result = play_match(name, "noise", games=2, config=SHORT)
+    assert [game.outcome for game in result.games] == ["loss", "loss"]
+    assert all(game.forfeit.startswith(name) for game in result.forfeits) and len(result.forfeits) == 2
+    assert "0.5 s" in said or all(said in game.forfeit for game in result.forfeits), result.forfeits[0].forfeit
+    gc.collect()
+    assert processes() and all(map(is_gone, processes()))
+
+
+def test_a_tournament_goes_on_after_a_forfeit(bad, tmp_path):
+    name = bad[0](GREET + READ + "sys.exit(5)")
+    tournament = Tournament((name, "noise", "uniform"), TournamentConfig(games=2, game=SHORT), tmp_path / "out", load)
+    tournament.play(1)
+    assert [len(tournament.between(*pair)) for pair in tournament.pairings()] == [2, 2, 2]
+    for one, other in tournament.pairings():
+        reasons = [game.forfeit for game in tournament.between(one, other)]
+        assert all(f"{name}: {name} must answer turn 0, but ended with status 5" in reason for reason in reasons) == (
+            name in (one, other)
+        )
+
+
+def compiled(bot, tmp_path):
+    """Return the line that runs a starter; None where its compiler is not there."""
+    source, made = str(BOTS / bot), str(tmp_path / "bot")
+    compilers = {"ring.cpp": ["g++", "-O2", "-o", made], "ring.rs": ["rustc", "-O", "-o", made]}
+    runs = {"ring.py": sys.executable, "ring.js": "node"}
+    if bot in runs:
+        return f"{runs[bot]} {source}" if shutil.which(runs[bot]) else None
+    if not shutil.which(compilers[bot][0]):
+        return None
+    subprocess.run([*compilers[bot], source], check=True)  # noqa: S603
+    return made
+
+
+@pytest.mark.parametrize("bot", sorted(path.name for path in BOTS.iterdir()))
+def test_starters_answer_alike(bot, tmp_path):
+    line = compiled(bot, tmp_path)
+    if line is None:
+        pytest.skip("its compiler is not there")
+    policy, rows = Program(GameConfig(), line), np.arange(2)
+    policy.reset([1, 2], rows)
+    images = np.zeros((2, 1, 10, 10), np.uint8)
+    images[0, 0, 1, 2] = images[0, 0, 3, 2] = 64
+    x, y = np.meshgrid(*[(np.arange(10) + 0.5) / 10] * 2)
+    for place, (column, row) in enumerate([(0.25, 0.25), (0.5, 0.5)]):
+        expected = np.exp(-(((np.hypot(x - column, y - row) - 0.25) / 0.1) ** 2))
+        assert np.abs(policy.act(images, rows)[place] - expected).max() < 1e-5
+    assert len((BOTS / bot).read_text().splitlines()) < 120
+
+
+def test_games_are_the_same_again_and_seeds_and_rules_are_told(bad):
+    text = (
+        "import json, random, sys\n"
+        "for line in sys.stdin:\n"
+        "    told = json.loads(line)\n"
+        "    if 'swarm_pz' in told:\n"
+        "        assert told['rules']['drones_per_team'] == [2, 2] and told['grids'][-1] == 50, told\n"
+        "        print(json.dumps({'swarm_pz': 1, 'observation': {'grid': 5}}), flush=True)\n"
+        "    elif 'begin' in told:\n"
+        "        random.seed(told['seed'])\n"
+        "    else:\n"
+        "        assert len(told['see']) == 9 and len(told['see'][0]) == 5\n"
+        "        density = [[random.random() for _ in range(10)] for _ in range(10)]\n"
+        "        print(json.dumps({'turn': told['turn'], 'density': density}), flush=True)\n"
+    )
+    name = bad[0](text)
+    first, second = (play_match(name, "noise", games=2, seed=3, config=SHORT) for _ in range(2))
+    assert not first.forfeits and first.summary()["unique_games"] == 2
+    assert [game.fingerprint for game in first.games] == [game.fingerprint for game in second.games]
+
+
+def test_it_inherits_only_what_is_named(monkeypatch):
+    monkeypatch.setenv("SECRET", "1")
+    seen = "import json, os; print(json.dumps({'env': sorted(os.environ)}), flush=True)"
+    policy = Program(SHORT, f"GIVEN=1 {sys.executable} -c {json.dumps(seen)}")
+    with pytest.raises(PolicyError, match=r'got .*"GIVEN"') as error:
+        policy.reset([0], np.zeros(1, np.int64))
+    assert "SECRET" not in str(error.value) and "PATH" in str(error.value)
+    program._FAILED.clear()
+
+
+def test_names_of_programs_are_taken_from_the_command_line_alone(monkeypatch):
+    monkeypatch.setenv("SWARM_PZ_FILES", "")
+    with pytest.raises(PolicyError, match="command line alone"):
+        load("exec:./bot", SHORT)
+    allow_files(["exec:./no_such_bot", "exec:"])
+    for name, said in (("exec:./no_such_bot", "no program './no_such_bot'"), ("exec:", "expected a program")):
+        with pytest.raises(PolicyError, match=said):
+            load(name, SHORT)
+    assert os.environ["SWARM_PZ_FILES"]
