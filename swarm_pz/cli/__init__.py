@@ -49,6 +49,7 @@ def commands_of(program: str) -> dict[str, Callable[..., None]]:
         "league": learn.league,
         "evaluate": compare.evaluate,
         "tournament": compare.tournament,
+        "season": compare.season,
         "benchmark": standard.benchmark,
         "export": learn.export,
         "play": table.play,

@@ -1,11 +1,11 @@
-"""Commands that compare: ``evaluate``, ``tournament`` and ``policies``."""
+"""Commands that compare: ``evaluate``, ``tournament``, ``season`` and ``policies``."""
 
 from __future__ import annotations
 
 import json as json_module
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
@@ -18,6 +18,7 @@ from swarm_pz.policy import kind_of
 
 if TYPE_CHECKING:
     from swarm_pz.evaluation.match import MatchResult
+    from swarm_pz.evaluation.tournament import Tournament
 
 _NAMED = 6
 """Lost games that are named; a file of results has all of them."""
@@ -167,7 +168,8 @@ def tournament(
     A tournament that was stopped goes on where it was; more players or games may be added later.
 
     Args:
-        players: Names of policies, folders that training wrote, FILE.py:NAME, or exec:PROGRAM; all installed policies if none.
+        players: Names of policies, folders that training wrote, FILE.py:NAME, or exec:PROGRAM; all installed
+            policies if none.
         games: Games of every two players, even, half from each side.
         seed: Seed of the tournament; all pairings play the same starts.
         budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
@@ -178,14 +180,20 @@ def tournament(
     """
     need("cli", "choix", "matplotlib")
     from swarm_pz import policies
-    from swarm_pz.evaluation import ladder
     from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
-    from swarm_pz.evaluation.workers import open_pool
 
     config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
     check_folder(out)
     with progress("players", "loading players"):
         field = Tournament(players or able(game), config, out, policies.load, command())
+    _play_on(field, processes, ray)
+    _write_ladder(field)
+
+
+def _play_on(field: Tournament, processes: int, ray: str | None) -> None:
+    """Play what is missing of a tournament, until it is asked to stop."""
+    from swarm_pz.evaluation.workers import open_pool
+
     with (
         goes_on_with(command()),
         open_pool(processes, ray) as pool,
@@ -193,19 +201,74 @@ def tournament(
         stops_at_safe_points() as should_stop,
     ):
         field.play(progress=show, should_stop=should_stop, pool=pool)
-    print_rules(game)
+
+
+def _write_ladder(field: Tournament) -> dict[str, Any]:
+    """Rate the players of a tournament, write and print the ladder, and return its figures."""
+    from swarm_pz.evaluation import ladder
+
+    print_rules(field.config.game)
     with progress("players", "rating players"):
         figures = ladder.make_ladder(field)
     for name, text in (
         ("ladder.json", json_module.dumps(figures, indent=2) + "\n"),
         ("ladder.md", ladder.to_markdown(figures, "ladder.png")),
     ):
-        with draft_of(out / name) as draft:
+        with draft_of(field.folder / name) as draft:
             draft.write_text(text)
-    with draft_of(out / "ladder.png") as draft:
+    with draft_of(field.folder / "ladder.png") as draft:
         ladder.plot(figures, draft)
     tables.print_ladder(figures)
-    print(f"ladder: {out / 'ladder.md'}, {out / 'ladder.json'}, {out / 'ladder.png'}")
+    print("ladder: " + ", ".join(str(field.folder / f"ladder.{kind}") for kind in ("md", "json", "png")))
+    return figures
+
+
+def season(
+    folder: Path,
+    /,
+    games: int = 40,
+    seed: int = 0,
+    budget_ms: float = 2000.0,
+    field: bool = True,
+    allow_programs: bool = False,
+    processes: int = 2,
+    ray: str | None = None,
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Play the entries in a folder against each other and the benchmark's field, and write the season's page.
+
+    Called again, it plays only what is new: see docs/season.md.
+
+    Args:
+        folder: Holds the folder `entries`; gets games.jsonl, index.html, ladder.md, ladder.json and ladder.png.
+        games: Games of every two players, even, half from each side.
+        seed: Seed of the season; all pairings play the same starts.
+        budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
+        field: Play against the opponents of the benchmark's track `field`, too.
+        allow_programs: Run entries that are programs. They can do whatever you can.
+        processes: Processes that share the games.
+        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
+        game: The rules.
+    """
+    need("cli", "choix", "matplotlib")
+    need("train", "jinja2")
+    from swarm_pz.evaluation import season as seasons
+    from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
+    from swarm_pz.standard import Protocol
+
+    config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
+    check_folder(folder)
+    with progress("players", "loading players"):
+        entries = seasons.Entries.read(folder, game, allow_programs=allow_programs)
+        others = [one.name for track in Protocol.read().tracks if track.name == "field" for one in track.trials]
+        tournament = Tournament((*entries.folders, *(others if field else ())), config, folder, entries, command())
+    for name, reason in entries.left_out.items():
+        print(f"left out: {name}: {reason}")
+    _play_on(tournament, processes, ray)
+    figures = _write_ladder(tournament)
+    with draft_of(folder / seasons.PAGE) as draft:
+        draft.write_text(seasons.render(figures, entries), encoding="utf-8")
+    print(f"page: {folder / seasons.PAGE}")
 
 
 def list_policies() -> None:

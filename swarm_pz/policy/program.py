@@ -60,6 +60,8 @@ class Program:
     line : str
         The program and its arguments, as for a shell, but none runs it. Words `NAME=VALUE` before the program are its
         environment.
+    folder : Path, optional
+        Where it runs; the present one if not given.
 
     Attributes
     ----------
@@ -76,20 +78,22 @@ class Program:
 
     answers = "density"
 
-    def __init__(self, config: GameConfig, line: str = "") -> None:
-        self.name, self._line = f"exec:{line}", line
+    def __init__(self, config: GameConfig, line: str, folder: Path | None = None) -> None:
+        self.name = f"exec:{line}"
+        place = Path.cwd() if folder is None else folder.resolve()
         self._cells = config.command_cells
-        words, environment = _read(self.name, line)
-        self.digest = _digest(words)
+        words, environment = _read(self.name, line, place)
+        self.digest = _digest(words, place)
+        self._key = f"{place} {line}"
         self.observation = ObservationConfig(grid=1)
         self._turn = 0
-        if line in _FAILED:
+        if self._key in _FAILED:
             return
-        self._pipe = _Pipe(self.name, words, environment)
+        self._pipe = _Pipe(self.name, words, environment, place)
         try:
             self.observation = self._greet(config)
         except ForfeitError as error:
-            _FAILED[line] = str(error)
+            _FAILED[self._key] = str(error)
 
     def _greet(self, config: GameConfig) -> ObservationConfig:
         self._pipe.send(_greeting(config))
@@ -109,7 +113,7 @@ class Program:
         ForfeitError
             If it did not answer the greeting as the protocol says.
         """
-        if (fault := _FAILED.get(self._line)) is not None:
+        if (fault := _FAILED.get(self._key)) is not None:
             raise ForfeitError(fault)
         for seed, row in zip(seeds, rows.tolist(), strict=True):
             self._pipe.send({"begin": row, "seed": int(np.random.default_rng(seed).integers(2**31))})
@@ -138,7 +142,7 @@ class Program:
             raise self._pipe.fault(f"answered turn {turn} with no density: {error}") from error
 
 
-def _read(name: str, line: str) -> tuple[list[str], dict[str, str]]:
+def _read(name: str, line: str, place: Path) -> tuple[list[str], dict[str, str]]:
     """Return the words that start a program, and its environment."""
     environment = {key: os.environ[key] for key in _ENVIRONMENT if key in os.environ}
     try:
@@ -150,18 +154,18 @@ def _read(name: str, line: str) -> tuple[list[str], dict[str, str]]:
         environment[key] = value
     if not words:
         raise PolicyError(f"expected a program after exec:, as exec:./bot, got {name!r}")
-    found = shutil.which(words[0])
+    found = shutil.which(str(place / words[0]) if Path(words[0]).name != words[0] else words[0])
     if found is None:
         raise PolicyError(f"there is no program {words[0]!r} that can be run; got {name!r}")
-    return [str(Path(found).resolve()), *words[1:]], environment
+    return [found, *words[1:]], environment
 
 
-def _digest(words: list[str]) -> str:
+def _digest(words: list[str], place: Path) -> str:
     """Return a digest of a program's arguments, and of every file among its words: an interpreter's script is one."""
     content = hashlib.sha256(json.dumps(words[1:]).encode())
     for word in words:
-        if Path(word).is_file():
-            with Path(word).open("rb") as file:
+        if (place / word).is_file():
+            with (place / word).open("rb") as file:
                 content.update(hashlib.file_digest(file, "sha256").digest())
     return content.hexdigest()[:32]
 
@@ -197,7 +201,7 @@ def _shown(told: Any) -> str:
 class _Pipe:
     """A program that runs, and the lines to and from it; threads keep either side from waiting for ever."""
 
-    def __init__(self, name: str, words: list[str], environment: dict[str, str]) -> None:
+    def __init__(self, name: str, words: list[str], environment: dict[str, str], place: Path) -> None:
         self._name = name
         self._fault: str | None = None
         try:
@@ -207,6 +211,7 @@ class _Pipe:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 env=environment,
+                cwd=place,
                 start_new_session=True,
             )
         except OSError as error:

@@ -1,0 +1,111 @@
+"""A season: players that were sent in, each a folder, whom a tournament plays; it goes on when one more comes.
+
+Who sends a folder is a stranger. Policies in it are safetensors or ONNX, which run no code; programs do, and only play
+where the host allows them.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import PolicyError, ResultsError, SwarmError, require_extra
+from swarm_pz.files import read_toml
+from swarm_pz.policy import Player, Program, load, registered
+
+ENTRIES, CARD, PAGE = "entries", "entry.toml", "index.html"
+_NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
+_FIELDS = {"by": 60, "link": 200, "exec": 300, "digest": 32}
+"""Fields of a card, and the letters that each may have."""
+
+
+@dataclass(frozen=True)
+class Entries:
+    """The entries of a season by name, which load as players; other names are those of installed policies.
+
+    Attributes
+    ----------
+    folders : dict of str to Path
+    cards : dict of str to dict
+        What `entry.toml` of each says, nothing where it has none.
+    left_out : dict of str to str
+        Folders that do not play, and why.
+    """
+
+    folders: dict[str, Path] = field(default_factory=dict)
+    cards: dict[str, dict[str, str]] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, season: Path, game: GameConfig, *, allow_programs: bool) -> Entries:
+        """Read the folders in `entries` of a season; one that cannot play is left out.
+
+        Raises
+        ------
+        ResultsError
+            If there is no such folder.
+        """
+        place, found = season / ENTRIES, cls()
+        if not place.is_dir():
+            raise ResultsError(f"{season} must hold a folder {ENTRIES}, with a folder of each entry in it")
+        for folder in sorted(path for path in place.iterdir() if not path.name.startswith(".")):
+            try:
+                card = _check(folder, allow_programs=allow_programs)
+                found.folders[folder.name], found.cards[folder.name] = folder, card
+                found(folder.name, game)
+            except SwarmError as error:
+                found.left_out[folder.name] = str(error)
+                found.folders.pop(folder.name, None)
+        return found
+
+    def __call__(self, name: str, game: GameConfig) -> Player:
+        """Make a player."""
+        if name not in self.folders:
+            return load(name, game)
+        folder, card = self.folders[name], self.cards[name]
+        player = Program(game, card["exec"], folder) if "exec" in card else load(folder, game)
+        made = str(getattr(player, "digest", ""))
+        if made != card.get("digest", made):
+            raise PolicyError(f"{name} must have the digest {card['digest']} of its {CARD}, got {made}")
+        return player
+
+    def folder_of(self, name: str) -> Path | None:
+        """Return an entry's folder, for other machines."""
+        return self.folders.get(name)
+
+
+def _check(folder: Path, *, allow_programs: bool) -> dict[str, str]:
+    """Return an entry's card; raise what is wrong with the folder."""
+    if folder.is_symlink() or not folder.is_dir() or not _NAME.fullmatch(folder.name):
+        raise ResultsError("an entry is a folder, no link, named by 1 to 40 of a to z, 0 to 9 and '-'")
+    if folder.name in registered():
+        raise ResultsError("an installed player has that name: choose another one")
+    card = read_toml(folder / CARD) if (folder / CARD).is_file() else {}
+    for key, value in card.items():
+        if key not in _FIELDS or not isinstance(value, str) or len(value) > _FIELDS[key] or not value.isprintable():
+            raise ResultsError(
+                f"{CARD} must hold texts alone, in letters: {', '.join(f'{k} {n}' for k, n in _FIELDS.items())}; got "
+                f"{key} = {value!r:.80}"
+            )
+    if not card.get("link", "https://").startswith("https://"):
+        raise ResultsError(f"a link must begin with https://, got {card['link']!r}")
+    if "exec" in card and not allow_programs:
+        raise PolicyError("it is a program, and programs play only with --allow-programs")
+    return card
+
+
+def render(ladder: dict[str, Any], entries: Entries) -> str:
+    """Return the season's page: one file that fetches nothing but the picture beside it."""
+    page: str = _template().render(ladder=ladder, entries=entries)
+    return page
+
+
+@cache
+def _template() -> Any:
+    jinja2 = require_extra("jinja2", "train")
+    text = Path(__file__).with_name("season.html.jinja").read_text()
+    return jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text)
