@@ -137,7 +137,7 @@ class Program:
         if told.get("turn") != turn:
             raise self._pipe.fault(f'must answer "turn": {turn}, got {_shown(told)}')
         try:
-            return check_densities(told.get("density"), (self._cells, self._cells), "density")
+            return check_densities(told.get("density", ()), (self._cells, self._cells), "density")
         except CommandError as error:
             raise self._pipe.fault(f"answered turn {turn} with no density: {error}") from error
 
