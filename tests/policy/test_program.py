@@ -56,9 +56,15 @@ TELL = "import os\ndef tell(): open(os.environ['PIDS'], 'a').write(f'{os.getpid(
 
 
 @pytest.fixture
-def bad(tmp_path):
-    """Return what makes the name of a program in Python, and the numbers of processes that it had."""
-    file, pids = tmp_path / "bot.py", tmp_path / "pids"
+def bad(tmp_path, monkeypatch):
+    """Return what makes the name of a program in Python, and the numbers of all processes that it had."""
+    file, pids, started = tmp_path / "bot.py", tmp_path / "pids", []
+    pids.touch()
+
+    class Popen(subprocess.Popen):
+        def __init__(self, *args, **options):
+            super().__init__(*args, **options)
+            started.append(self.pid)
 
     def make(text):
         file.write_text(TELL + text)
@@ -66,7 +72,8 @@ def bad(tmp_path):
         allow_files([name])
         return name
 
-    yield make, lambda: list(map(int, pids.read_text().split()))
+    monkeypatch.setattr(program.subprocess, "Popen", Popen)
+    yield make, lambda: [*started, *map(int, pids.read_text().split())]
     program._FAILED.clear()
 
 
