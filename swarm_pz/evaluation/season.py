@@ -19,7 +19,7 @@ from swarm_pz.policy import Player, Program, load, registered
 
 ENTRIES, CARD, PAGE = "entries", "entry.toml", "index.html"
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
-_FIELDS = {"by": 60, "link": 200, "exec": 300, "digest": 32}
+FIELDS = {"by": 60, "link": 200, "exec": 300, "digest": 32}
 """Fields of a card, and the letters that each may have."""
 
 
@@ -86,9 +86,9 @@ def _check(folder: Path, *, allow_programs: bool) -> dict[str, str]:
         raise ResultsError("an installed player has that name: choose another one")
     card = read_toml(folder / CARD) if (folder / CARD).is_file() else {}
     for key, value in card.items():
-        if key not in _FIELDS or not isinstance(value, str) or len(value) > _FIELDS[key] or not value.isprintable():
+        if key not in FIELDS or not isinstance(value, str) or len(value) > FIELDS[key] or not value.isprintable():
             raise ResultsError(
-                f"{CARD} must hold texts alone, in letters: {', '.join(f'{k} {n}' for k, n in _FIELDS.items())}; got "
+                f"{CARD} must hold texts alone, in letters: {', '.join(f'{k} {n}' for k, n in FIELDS.items())}; got "
                 f"{key} = {value!r:.80}"
             )
     if not card.get("link", "https://").startswith("https://"):
