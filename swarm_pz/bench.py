@@ -30,7 +30,9 @@ from swarm_pz.simulator import Simulator
 
 MAX_DRONES = 102_400
 """Sizes with more drones in all games together are left out."""
-JAX, MOST_DRONES_IN_JAX = "jax", 200
+JAX = "jax"
+MOST_DRONES_IN_JAX = 200
+"""Of both teams, as `swarm_pz.jax.params` has it, which this module does not import."""
 MIN_SECONDS = 0.3
 """Of one measurement."""
 _COMMANDS = 8

@@ -67,8 +67,12 @@ def _ring_around(x: Array | float, y: Array | float, width: float, radius: float
     return density / density.max()
 
 
-SCRIPTS = {"uniform": Player(10, _uniform), "noise": Player(10, _noise), "halo": Player(10, _halo)}
-SCRIPTS |= {"ring": Player(25, _ring)}
+SCRIPTS = {
+    "uniform": Player(10, _uniform),
+    "noise": Player(10, _noise),
+    "halo": Player(10, _halo),
+    "ring": Player(25, _ring),
+}
 """Those of `swarm_pz.policies.scripted` that play here, too."""
 
 

@@ -39,7 +39,8 @@ def state_of(games, places=PLACES):
     for team in (0, 1):
         cells = trails[:, teams == team]
         np.add.at(occupancy[team], cells[cells >= 0], 1)
-    never = np.int32(-(10**6))
+    never = -(10**6)
+    captured = np.maximum(games.capture_ticks[0], never).astype(np.int32)
     values = {
         "tick": games.ticks[0].astype(np.int32),
         "teams": np.append(teams, np.full(empty, -1)).astype(np.int8),
@@ -48,11 +49,14 @@ def state_of(games, places=PLACES):
         "memory": np.pad(games.memory[0], ((0, 0), (0, 0), (0, empty))),
         "memory_weight": np.pad(games.memory_weight[0], (0, empty)),
         "targets": games.targets[0].astype(np.float32),
-        "capture_ticks": np.pad(np.maximum(games.capture_ticks[0], never), (0, empty), constant_values=never),
+        "capture_ticks": np.pad(captured, (0, empty), constant_values=never),
     }
-    values |= {name: np.pad(getattr(games, name)[0], ((0, empty), (0, 0))) for name in list(CLOSE)[:3]}
+    values |= {
+        name: np.pad(getattr(games, name)[0], ((0, empty), (0, 0)))
+        for name in ("positions", "velocities", "accelerations")
+    }
     values |= {name: getattr(games, name)[0].astype(np.int32) for name in ("captures", "recaptures")}
-    return State(**values)._replace(capture_ticks=values["capture_ticks"].astype(np.int32))
+    return State(**values)
 
 
 def play(seed, seconds):
