@@ -106,11 +106,11 @@ def test_the_readmes_links_lead_somewhere():
 
 def test_what_the_players_page_calls_by_a_name_is_on_the_page_and_so_are_its_keys():
     static, page = ROOT / "swarm_pz/play/static", text_of("docs/play.md")
-    shown = (static / "index.html").read_text()
+    source = "".join(path.read_text() for path in sorted(static.glob("*.js")))
+    shown = (static / "index.html").read_text() + source
     named = re.findall(r"(?<!\*)\*([\w ]+)\*(?!\*)", page)
     assert {"Go here", "send when I lift", "More"} <= set(named)
     assert [name for name in named if name not in shown] == []
-    source = "".join(path.read_text() for path in sorted(static.glob("*.js")))
     acts = re.search(r"const acts = {(.*?)};", source, re.S)
     keys = set(re.findall(r'"?([^\s"]+?)"?: \(\) =>', acts[1])) - {"="}  # plus without Shift
     listed = set(re.findall(r"[^\s,|]+", " ".join(re.findall(r"^(\|[^|]*)\|", page.split("| key |")[1], re.M))))
