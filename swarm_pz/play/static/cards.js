@@ -10,7 +10,7 @@ export function opponentCards(policies, rungs, { beaten, next }, play) {
     const isBeaten = beaten.includes(name), isOpen = isBeaten || name === next, { about, card } = policies.find((policy) => policy.name === name);
     const canvas = make("canvas", { width: 144, height: 144, "aria-hidden": "true" });
     paintCard(canvas, card);
-    const how = isBeaten ? "✓ beaten" : isOpen ? "next" : `after ${called(rungs[i - 1])}`;
+    const how = isBeaten ? "✓ beaten" : isOpen ? "next" : `after ${called(rungs.slice(0, i).findLast((other) => !beaten.includes(other)))}`;
     const text = make("span", {}, make("strong", {}, called(name)), make("span", {}, about), make("small", {}, how));
     return make("li", {}, button([canvas, text], () => play(name), { className: "card", "data-opponent": name, disabled: !isOpen }));
   });

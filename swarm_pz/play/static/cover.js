@@ -44,7 +44,7 @@ export class Cover {
     byId("go-home").textContent = isDone ? "Go on" : "Back to the start";
     byId("go-home").classList.toggle("primary", Boolean(isDone));
     this.showNotice();
-    this.showResult(isOver && room.outcome !== "stopped", lastTick);
+    this.showResult(isOver && room.outcome !== "stopped");
     const waiting = this.waiting.show(room, seat), text = isOver ? this.result(lastTick) : `${this.unready ?? waiting}${this.pace}`;
     requestAnimationFrame(() => { byId("cover-text").textContent = text; }); // said once it is shown
   }
@@ -94,14 +94,14 @@ export class Cover {
     return `${won} after ${clock(Math.max(lastTick ?? 0, TICKS * (sizes.length - 1)))}. ${forfeit}`.trim();
   }
 
-  showResult(isShown, lastTick) {
+  showResult(isShown) {
     const ended = untilTheEnd(this.room), hasChart = isShown && ended.length > 1;
     const turn = hasChart ? turningPoint(ended) : null;
     byId("result-chart").hidden = !hasChart;
     byId("turning").hidden = byId("see").hidden = turn === null;
     if (hasChart) this.chart.set(ended, turn);
     if (turn === null) return;
-    const [red, blue] = ended[turn], when = clock(Math.min(TICKS * turn, lastTick ?? Infinity));
+    const [red, blue] = ended[turn], when = clock(TICKS * (turn - 1));
     byId("see").href = `#replay=${this.room.recording}@${TICKS * Math.max(turn - DECISIVE_S, 0)}`;
     const why = this.story.why(SIDES.indexOf(this.room.outcome), turn, this.seat);
     byId("turning").textContent = `The turn, at ${when}: ${why || `red ${red}, blue ${blue}.`}`;

@@ -26,7 +26,9 @@ test("opponents unlock one by one, and a game that is won counts where the sides
   count("b", false);
   for (const button of buttons()) button.click();
   assert.deepEqual([chosen, progress(rungs).streak], [["a", "b"], 0]);
-  for (const name of ["b", "c"]) count(name, true);
+  localStorage.setItem("swarm-pz.progress", '{"beaten": ["b"]}');
+  assert.equal(told()[2][1], "after a", "what is beaten already opens nothing");
+  for (const name of ["a", "b", "c"]) count(name, true);
   assert.equal(progress(rungs).next, "c", "the last one again");
   for (const nonsense of ["5", "null", '{"beaten": 5, "streak": {}, "lost": 5}']) {
     localStorage.setItem("swarm-pz.progress", nonsense);
@@ -105,12 +107,12 @@ test("a result tells who won and why, leads to the turn and to who comes next", 
     time.frame();
     return [at("cover-text").textContent, at("turning").textContent];
   };
-  assert.deepEqual(over(), ["You won after 0:02.", "The turn, at 0:02: red 15, blue 5."]);
+  assert.deepEqual(over(), ["You won after 0:02.", "The turn, at 0:01: red 15, blue 5."]);
   const told = over({ settings: { ...fixtures.room.settings, time_limit: 2, majority: true } });
   assert.equal(told[0], "You won: red 15, blue 5 when time was up.");
   story.take([], scene(3, [1, 0.2, 0.2]));
   story.take([0], scene(31, [0, 0.5, 0.5], [1, 0.55, 0.55], [1, 0.5, 0.42], [1, 0.9, 0.9], [0, 0.5, 0.5]));
-  assert.equal(over()[1], "The turn, at 0:02: 3 of blue’s 4 drones stood within a fifth of the board; you had flown around them, and gained 1 drone in 2 seconds.");
+  assert.equal(over()[1], "The turn, at 0:01: 3 of blue’s 4 drones stood within a fifth of the board; you had flown around them, and gained 1 drone in 2 seconds.");
   assert.deepEqual([at("see").href, at("recording").href, at("next-game").hidden], ["#replay=a.jsonl@0", "#replay=a.jsonl", true]);
   line.hear("welcome", { rungs: ["blind_ring", "halo"], addresses: [] });
   count("blind_ring", true);
