@@ -1,4 +1,7 @@
-"""What happens beside PPO: schedules, progress, evaluation without exploration, checkpoints."""
+"""What happens beside PPO: schedules, progress, evaluation without exploration, checkpoints.
+
+Curves have Stable-Baselines3's names; `share` is the share of drones at the end.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,9 @@ import numpy as np
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
+from swarm_pz.envs.reward import red_rewards
 from swarm_pz.errors import Stopped
-from swarm_pz.evaluation.match import play_match
+from swarm_pz.evaluation.match import MatchResult, play_match
 from swarm_pz.policy import Player, load
 from swarm_pz.training.checkpoint import random_streams_kept
 from swarm_pz.training.config import TrainConfig
@@ -84,6 +88,11 @@ class Account(RunCallback):
                 self.state.recent.append((bool(info["outcome"] > 0), float(info["share"])))
         return True
 
+    # Beside what SB3 says of its own buffer, which no success is in.
+    def _on_rollout_end(self) -> None:
+        self.logger.record("rollout/success_rate", self.state.training_win_rate())
+        self.logger.record("rollout/share", self.state.training_share())
+
 
 class Schedules(RunCallback):
     """Lowers the exploration with the steps, and holds the actor still while only the critic learns."""
@@ -133,11 +142,18 @@ class PeriodicEvaluation(RunCallback):
             "training_share": self.state.training_share(),
         }
         self.state.records.append(record)
-        for name in ("win_rate", "loss_rate", "share"):
-            self.logger.record(f"evaluation/{name}", record[name])
-        self.logger.record("train/win_rate", self.state.training_win_rate())
-        self.logger.record("train/share", record["training_share"])
+        self.logger.record("eval/mean_reward", _mean_reward(match))
+        for name, key in (("success_rate", "win_rate"), ("loss_rate", "loss_rate"), ("share", "share")):
+            self.logger.record(f"eval/{name}", record[key])
         self.logger.dump(self.num_timesteps)
+
+
+def _mean_reward(match: MatchResult) -> float:
+    """Return the mean return of the games, not discounted: rewards add up to that of one step from start to end."""
+    config, outcomes = match.config, np.array([game.outcome for game in match.games])
+    owned = np.array([[game.share * config.num_drones, config.team_sizes[game.side == "blue"]] for game in match.games])
+    gained = (owned[:, 0] - owned[:, 1]).round().astype(np.int64)
+    return float(red_rewards(config, gained, outcomes != "draw", outcomes == "win").mean())  # each side's as if red's
 
 
 class Checkpoint(RunCallback):

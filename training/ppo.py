@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList
-from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
+from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
 from swarm_pz import files, policies
@@ -29,11 +29,12 @@ from swarm_pz.training.callbacks import Account, Checkpoint, PeriodicEvaluation,
 from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Arrays, Story, add_prefix, with_prefix
 from swarm_pz.training.config import MAY_CHANGE, TrainConfig
 from swarm_pz.training.folders import SETTINGS, check_folder
+from swarm_pz.training.logs import RUN_NAME, TENSORBOARD, check_logs, open_logs
 from swarm_pz.training.networks import DronesPolicy, GridPolicy, as_policy, policy_class
 from swarm_pz.training.resumable_games import Opponent, ResumableGames
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
-HISTORY, TENSORBOARD = "history.json", "tensorboard"
+HISTORY = "history.json"
 
 
 class _Learner(PPO):
@@ -52,7 +53,7 @@ def _load_opponent(opponent: Opponent, game: GameConfig) -> Player:
 
 def clear(folder: Path) -> None:
     """Take away what a run has left in a folder, as far as another run could take it for its own."""
-    for name in (CHECKPOINT, HISTORY, WEIGHTS, CARD):
+    for name in (CHECKPOINT, HISTORY, RUN_NAME, WEIGHTS, CARD):
         (folder / name).unlink(missing_ok=True)
     shutil.rmtree(folder / TENSORBOARD, ignore_errors=True)
 
@@ -60,8 +61,8 @@ def clear(folder: Path) -> None:
 class Training:
     """One training run in a folder, begun afresh or resumed from its last checkpoint.
 
-    The folder holds ``config.json``, ``checkpoint.safetensors``, ``history.json``, TensorBoard's events and,
-    in the end, ``policy.safetensors`` with ``policy.json``. A resumed run is bit-identical to an uninterrupted one, on
+    The folder holds ``config.json``, ``checkpoint.safetensors``, ``history.json``, the curves and, in the end,
+    ``policy.safetensors`` with ``policy.json``. A resumed run is bit-identical to an uninterrupted one, on
     the same machine with the same versions and threads.
 
     Parameters
@@ -76,6 +77,8 @@ class Training:
         Where lines of progress go.
     command : str
         What was called to begin the run; it stands on the card of the policy.
+    log : sequence of str
+        Where the curves go, of `swarm_pz.training.logs.LOGS`.
     load_opponent : callable, optional
         Makes the opponents of unfinished games when these are restored; by name, if not given.
 
@@ -104,13 +107,15 @@ class Training:
         overwrite: bool = False,
         say: Callable[[str], None] = print,
         command: str = "",
+        log: Sequence[str] = (TENSORBOARD,),
         load_opponent: Callable[[Opponent, GameConfig], Player] = _load_opponent,
     ) -> None:
+        check_logs(log)
         check_folder(folder, resume=resume, overwrite=overwrite, mark=CHECKPOINT)
         self.config, self.folder, self.command = config, folder, command
         self.state = RunState(config)
         self.stored: Story = {}
-        self._say, self._load_opponent = say, load_opponent
+        self._say, self._load_opponent, self._log = say, load_opponent, log
         self._identity = _identity_of(config, load_all(config.opponents, config.game))
         self.env = ResumableGames(_make_env(config), config.opponents)
         self._monitor = VecMonitor(self.env)
@@ -230,8 +235,8 @@ class Training:
 
     @functools.cached_property
     def logger(self) -> Logger:
-        """TensorBoard's events of this sitting."""
-        return Logger(None, [TensorBoardOutputFormat(str(self.folder / TENSORBOARD))])
+        """What writes the curves of this sitting."""
+        return open_logs(self._log, self.folder, self.config.to_dict())
 
     def deal(self, opponents: Sequence[Player], names: Sequence[str]) -> None:
         """Give other opponents to the games that start from now on."""

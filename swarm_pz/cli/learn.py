@@ -33,6 +33,7 @@ def train(
     out: Path | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    log: str = "tensorboard",
     games: int = 100,
 ) -> None:
     """Train a tactic with PPO, measure it against uniform coverage and show the result.
@@ -42,6 +43,7 @@ def train(
         out: Folder of the run; runs/first if none is given, or the next free of runs/first-2, runs/first-3, ...
         resume: Go on from the folder's last checkpoint, by the run's own settings; without a folder, of the latest run.
         overwrite: Replace the run that the folder holds.
+        log: Where the curves go, with commas: tensorboard, in the folder, and trackio and wandb, if they are installed.
         games: Games of the evaluation at the end, even.
     """
     need("train", "torch", "stable_baselines3", "matplotlib")
@@ -52,7 +54,7 @@ def train(
 
     _check_games(games)
     out = folders.choose(out, RUNS["train"], resume=resume, overwrite=overwrite)
-    run = Training(config, out, resume=resume, overwrite=overwrite, say=say, command=command())
+    run = Training(config, out, resume=resume, overwrite=overwrite, say=say, command=command(), log=log.split(","))
     print_rules(config.game)
     with goes_on_with(resuming(out)):
         untrained = run.untrained()
