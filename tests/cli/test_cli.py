@@ -192,6 +192,7 @@ def test_a_log_is_told_now_and_then_and_not_more_often(monkeypatch, capsys):
         ("evaluate ring --resume", "left out without exploit, got (True, False)"),
         ("evaluate ring --processes 2", "processes must be left out without exploit, got 2"),
         ("export ring out", "only networks can be exported"),
+        ("export champion out --license mit", "card must be given with results or license"),
         ("study rum", "there is no command study 'rum'; did you mean 'run'"),
         (f"study {Path(__file__).parent}", "made by study tables FOLDER"),
         ("--preset paper study status .", "leave out --preset"),
