@@ -39,7 +39,7 @@ void write_ring(double x, double y, long cells) {
     std::cout << (row ? ",[" : "[[");
     for (long column = 0; column < cells; ++column) {
       const double away = std::hypot((column + 0.5) / cells - x, (row + 0.5) / cells - y);
-      std::cout << (column ? "," : "") << std::fixed << std::exp(-std::pow((away - 0.25) / 0.1, 2));
+      std::cout << (column ? "," : "") << std::exp(-std::pow((away - 0.25) / 0.1, 2));
     }
     std::cout << "]";
   }
@@ -47,6 +47,7 @@ void write_ring(double x, double y, long cells) {
 }
 
 int main() {
+  std::cout.precision(17);
   long cells = 10;
   for (std::string line; std::getline(std::cin, line);) {
     if (line.find("\"swarm_pz\"") != std::string::npos) {

@@ -263,7 +263,7 @@ def season(
         others = [one.name for track in Protocol.read().tracks if track.name == "field" for one in track.trials]
         tournament = Tournament((*entries.folders, *(others if field else ())), config, folder, entries, command())
     for name, reason in entries.left_out.items():
-        print(f"left out: {name}: {reason}")
+        print(tables.printable(f"left out: {name}: {reason}"))
     _play_on(tournament, processes, ray)
     figures = _write_ladder(tournament)
     with draft_of(folder / seasons.PAGE) as draft:

@@ -73,7 +73,7 @@ def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> N
     )
     for name, match in rows:
         for reason, count in Counter(game.forfeit for game in match.forfeits).items():
-            print(f"{name}: {count} of {len(match.games)} games are forfeits: {reason}")
+            print(f"{name}: {count} of {len(match.games)} games are forfeits: {printable(reason)}")
 
 
 def print_ladder(ladder: dict[str, Any]) -> None:

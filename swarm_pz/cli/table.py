@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
+from urllib.parse import quote
 
 import tyro
 
@@ -98,7 +99,7 @@ def play(
         port=port,
         allowed_hosts=allowed_hosts,
         folder=out,
-        page=f"play={opponent}" if opponent is not None else "ladder" if ladder else "",
+        page=f"play={quote(opponent, safe=':/')}" if opponent is not None else "ladder" if ladder else "",
         countdown_s=countdown,
         table=table,
         cards=_cards(),

@@ -42,7 +42,7 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
         entries.append(
             {
                 "player": name,
-                "kind": tournament.kind(name),
+                "kind": tournament.sorts[name],
                 "rating": round(float(ratings.values[i]), 1),
                 "rating_ci95": [round(float(ratings.low[i]), 1), round(float(ratings.high[i]), 1)],
                 "mixture_share": round(float(mixture[i]), 4),

@@ -94,17 +94,17 @@ def folder_lock(folder: Path) -> Iterator[None]:
 class Ledger:
     """A folder with one line for every finished game, in ``games.jsonl``, and the settings in ``tournament.json``.
 
-    Nothing is changed before the folder's lock is taken. A folder of another tournament, with other learned players (by
-    their digests) or with corrupt files raises a ResultsError.
+    Nothing is changed before the folder's lock is taken. A folder of another tournament, with players of other
+    digests or with corrupt files raises a ResultsError.
     """
 
-    def __init__(self, folder: Path, *, seed: int, budget_ms: float, game: GameConfig, learned: dict[str, str]) -> None:
-        self.folder, self._game, self._learned = folder, game, learned
+    def __init__(self, folder: Path, *, seed: int, budget_ms: float, game: GameConfig, digests: dict[str, str]) -> None:
+        self.folder, self._game, self._digests = folder, game, digests
         self._settings = {"seed": seed, "budget_ms": budget_ms}
         self._check()
 
     def _check(self) -> dict[str, str]:
-        """Check that the folder holds no other tournament; return the digests of its learned players."""
+        """Check that the folder holds no other tournament; return the digests of its players."""
         path = self.folder / SETTINGS
         if not path.exists():
             return {}
@@ -122,7 +122,7 @@ class Ledger:
             raise ResultsError(
                 f"{self.folder} holds a tournament with other {', '.join(differing)}; use another folder"
             )
-        if changed := [name for name, digest in self._learned.items() if learned.get(name, digest) != digest]:
+        if changed := [name for name, digest in self._digests.items() if learned.get(name, digest) != digest]:
             raise ResultsError(
                 f"{', '.join(changed)} changed since its games in {self.folder} were played; use another folder"
             )
@@ -134,7 +134,7 @@ class Ledger:
             **self._settings,
             "config_hash": self._game.hash,
             "game": self._game.to_dict(),
-            "learned": self._check() | self._learned,
+            "learned": self._check() | self._digests,
             **provenance(self._game, command),
         }
         with draft_of(self.folder / SETTINGS) as draft:

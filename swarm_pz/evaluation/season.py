@@ -39,6 +39,8 @@ class Entries:
     folders: dict[str, Path] = field(default_factory=dict)
     cards: dict[str, dict[str, str]] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
+    _made: dict[str, Player] = field(default_factory=dict)
+    """Players that were made to see whether they can be, until somebody asks for them: programs start once."""
 
     @classmethod
     def read(cls, season: Path, game: GameConfig, *, allow_programs: bool) -> Entries:
@@ -56,14 +58,16 @@ class Entries:
             try:
                 card = _check(folder, allow_programs=allow_programs)
                 found.folders[folder.name], found.cards[folder.name] = folder, card
-                found(folder.name, game)
-            except SwarmError as error:
+                found._made[folder.name] = found(folder.name, game)
+            except (SwarmError, OSError) as error:
                 found.left_out[folder.name] = str(error)
                 found.folders.pop(folder.name, None)
         return found
 
     def __call__(self, name: str, game: GameConfig) -> Player:
         """Make a player."""
+        if name in self._made:
+            return self._made.pop(name)
         if name not in self.folders:
             return load(name, game)
         folder, card = self.folders[name], self.cards[name]

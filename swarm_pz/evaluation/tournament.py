@@ -29,7 +29,7 @@ from swarm_pz.evaluation.processes import alarm
 from swarm_pz.evaluation.ratings import Results
 from swarm_pz.evaluation.rollout import FaultError, Game, play_or_forfeit
 from swarm_pz.evaluation.workers import open_pool, share
-from swarm_pz.policy import Player, PrivilegedPolicy, folder_of
+from swarm_pz.policy import Player, folder_of, sort_of
 
 _BLOCK = 20
 """Games that one process plays side by side."""
@@ -156,8 +156,8 @@ class Tournament:
 
     Attributes
     ----------
-    privileged : set of str
-        Players that see the simulator itself.
+    sorts : dict of str to str
+        What each player is, as of `sort_of`.
 
     Raises
     ------
@@ -175,11 +175,11 @@ class Tournament:
             raise CommandError(f"a tournament needs two or more players, each named once, got {list(players)}")
         self.config, self.folder, self._loader, self.command = config, folder, loader, command
         made = {name: loader(name, config.game) for name in self.players}
-        self.privileged = {name for name, player in made.items() if isinstance(player, PrivilegedPolicy)}
+        self.sorts = {name: sort_of(player) for name, player in made.items()}
         digests = {name: getattr(player, "digest", None) for name, player in made.items()}
-        self._learned = {name: digest for name, digest in digests.items() if digest is not None}
+        self._digests = {name: digest for name, digest in digests.items() if digest is not None}
         self._ledger = Ledger(
-            folder, seed=config.seed, budget_ms=config.budget_ms, game=config.game, learned=self._learned
+            folder, seed=config.seed, budget_ms=config.budget_ms, game=config.game, digests=self._digests
         )
         self.games = self._ledger.read()
 
@@ -194,12 +194,13 @@ class Tournament:
     def missing(self) -> list[tuple[str, str, list[int]]]:
         """Return what is still to be played: blocks of games of two players."""
         blocks = []
+        planned = {name for name, sort in self.sorts.items() if sort == "planned"}
         for one, other in self.pairings():
             numbers = [number for number in range(self.config.games) if (one, other, number) not in self.games]
-            size = _BLOCK // 10 if {one, other} & self.privileged else _BLOCK  # planners think game by game
+            size = _BLOCK // 10 if {one, other} & planned else _BLOCK  # planners think game by game
             blocks += [(one, other, numbers[start : start + size]) for start in range(0, len(numbers), size)]
         # Long ones first, so that no process works alone in the end.
-        return sorted(blocks, key=lambda block: not {block[0], block[1]} & self.privileged)
+        return sorted(blocks, key=lambda block: not {block[0], block[1]} & planned)
 
     def play(
         self,
@@ -257,14 +258,10 @@ class Tournament:
         bundles = {name: PolicyBundle.of(folder) for name, folder in folders.items() if folder is not None}
         for one, other, numbers in blocks:
             task = (self._loader, one, other, numbers, self.rules_of(one, other))
-            digests = {name: self._learned[name] for name in (one, other) if name in self._learned}
+            digests = {name: self._digests[name] for name in (one, other) if name in self._digests}
             yield (*task, digests, bundles.get(one), bundles.get(other)) if is_elsewhere else task
 
     # --- what the games say -----------------------------------------------------------------------
-
-    def kind(self, player: str) -> str:
-        """Return what a player is: "planned" (privileged), "learned" or "scripted"."""
-        return "planned" if player in self.privileged else "learned" if player in self._learned else "scripted"
 
     def between(self, one: str, other: str) -> list[PlayedGame]:
         """Return the finished games of two players in the order of their numbers, as the file has them."""

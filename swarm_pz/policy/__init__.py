@@ -13,6 +13,7 @@ from swarm_pz.policy.names import (
     load_players,
     name_of,
     registered,
+    sort_of,
 )
 from swarm_pz.policy.program import Program
 from swarm_pz.policy.protocol import Player, Policy, PolicyFactory, PrivilegedPolicy, answers_of
@@ -37,4 +38,5 @@ __all__ = [
     "load_players",
     "name_of",
     "registered",
+    "sort_of",
 ]

@@ -244,6 +244,15 @@ def name_of(policy: str | Path | Player | Model) -> str:
     return str(policy) if isinstance(policy, (str, Path)) else str(getattr(policy, "name", type(policy).__name__))
 
 
+def sort_of(player: Player) -> str:
+    """Return what a player is: "planned" (it sees the simulator), "learned", "scripted" or "program"."""
+    if isinstance(player, Program):
+        return "program"
+    if isinstance(player, PrivilegedPolicy):
+        return "planned"
+    return "scripted" if getattr(player, "digest", None) is None else "learned"
+
+
 def load_players(first: str | Player, second: str | Player, config: GameConfig) -> tuple[Player, Player]:
     """Load two policies that share nothing, even where the same object is given twice."""
     red, blue = config.team_systems

@@ -68,7 +68,7 @@ class Program:
     observation : ObservationConfig
         What it asked to see.
     digest : str
-        Of the program's file and its arguments.
+        Of its words; of those that are files, what they hold: the program, an interpreter's script.
 
     Raises
     ------
@@ -83,7 +83,7 @@ class Program:
         place = Path.cwd() if folder is None else folder.resolve()
         self._cells = config.command_cells
         words, environment = _read(self.name, line, place)
-        self.digest = _digest(words, place)
+        self.digest = _digest(line, place)
         self._key = f"{place} {line}"
         self.observation = ObservationConfig(grid=1)
         self._turn = 0
@@ -160,13 +160,15 @@ def _read(name: str, line: str, place: Path) -> tuple[list[str], dict[str, str]]
     return [found, *words[1:]], environment
 
 
-def _digest(words: list[str], place: Path) -> str:
-    """Return a digest of a program's arguments, and of every file among its words: an interpreter's script is one."""
-    content = hashlib.sha256(json.dumps(words[1:]).encode())
-    for word in words:
-        if (place / word).is_file():
-            with (place / word).open("rb") as file:
+def _digest(line: str, place: Path) -> str:
+    """Return a digest of a program's words, and of files among them what these hold: an interpreter's script is one."""
+    content = hashlib.sha256()
+    for word in shlex.split(line):
+        if os.path.isfile(path := place / word):  # noqa: PTH113  (Path.is_file raises where a word is too long)
+            with path.open("rb") as file:
                 content.update(hashlib.file_digest(file, "sha256").digest())
+        else:
+            content.update(hashlib.sha256(word.encode()).digest())
     return content.hexdigest()[:32]
 
 
@@ -217,6 +219,7 @@ class _Pipe:
         except OSError as error:
             raise PolicyError(f"{name} cannot be started: {explain(error)}") from error
         _limit(self._process.pid)
+        guard = _guard(self._process.pid)
         self._outbox: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._inbox, self._errors = _Inbox(), deque[str](maxlen=_KEPT_LINES)
         for work, stream, box in (
@@ -225,7 +228,7 @@ class _Pipe:
             (_keep_lines, self._process.stderr, self._errors),
         ):
             threading.Thread(target=work, args=(stream, box), daemon=True).start()
-        self._end = weakref.finalize(self, _end, self._process, self._outbox, self._inbox)
+        self._end = weakref.finalize(self, _end, self._process, guard, self._outbox, self._inbox)
 
     def send(self, message: dict[str, Any]) -> None:
         """Write a line, some time."""
@@ -256,7 +259,10 @@ class _Pipe:
             status = self._process.wait(1.0)
         except subprocess.TimeoutExpired:
             return "closed its output"
-        return f"ended by signal {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        if status >= 0:
+            return f"ended with status {status}"
+        named = {entry.value: entry.name for entry in signal.Signals}  # those for real time have no names
+        return f"ended by signal {named.get(-status, -status)}"
 
     def fault(self, what: str) -> ForfeitError:
         """End the program, and return an error that tells why, with the last line of its standard error."""
@@ -306,6 +312,14 @@ def _limit(process: int) -> None:
             return
 
 
+def _guard(process: int) -> subprocess.Popen[bytes] | None:
+    """Start what kills a program and its group once this process is gone, however it ended."""
+    if sys.platform == "win32":
+        return None
+    line = ["/bin/sh", "-c", 'read -r _; kill -s KILL -- "-$0"', str(process)]
+    return subprocess.Popen(line, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL, start_new_session=True)  # noqa: S603
+
+
 def _write(stream: IO[bytes], outbox: queue.SimpleQueue[bytes | None]) -> None:
     with contextlib.suppress(OSError), stream:  # if it reads no more, its missing answer will tell
         while (line := outbox.get()) is not None:
@@ -328,7 +342,12 @@ def _keep_lines(stream: IO[bytes], kept: deque[str]) -> None:
             kept.append(line.decode(errors="replace").strip())
 
 
-def _end(process: subprocess.Popen[bytes], outbox: queue.SimpleQueue[bytes | None], inbox: _Inbox) -> None:
+def _end(
+    process: subprocess.Popen[bytes],
+    guard: subprocess.Popen[bytes] | None,
+    outbox: queue.SimpleQueue[bytes | None],
+    inbox: _Inbox,
+) -> None:
     """Kill a program and what it started, and let the threads end."""
     if sys.platform == "win32":
         process.kill()
@@ -336,5 +355,8 @@ def _end(process: subprocess.Popen[bytes], outbox: queue.SimpleQueue[bytes | Non
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
     process.wait()
+    if guard is not None:
+        guard.kill()
+        guard.communicate()
     outbox.put(None)
     inbox.close()

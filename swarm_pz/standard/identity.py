@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from swarm_pz.policies.scripted import ScriptedPolicy, Tactic, View
-from swarm_pz.policy import Player, PrivilegedPolicy, Program, registered
+from swarm_pz.policy import Player, registered
 
 _OWN = ("swarm_pz.policies.", "swarm_pz.spaces.densities")
 """Modules whose code counts as a script's own; what is below them belongs to the version."""
@@ -31,15 +31,6 @@ def identity_of(name: str, player: Player) -> str:
         return source_digest(made)
     origin = point.dist.name if point.dist is not None else "swarm-pz"
     return f"{origin} {importlib.metadata.version(origin)}: {name}"
-
-
-def kind_of(player: Player) -> str:
-    """Return what a player is: "planned" (it sees the simulator), "learned", "scripted" or "program"."""
-    if isinstance(player, Program):
-        return "program"
-    if isinstance(player, PrivilegedPolicy):
-        return "planned"
-    return "scripted" if getattr(player, "digest", None) is None else "learned"
 
 
 def source_digest(tactic: Tactic) -> str:

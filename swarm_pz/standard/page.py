@@ -50,7 +50,7 @@ def render(report: dict[str, Any], head: str = "") -> str:
     return page
 
 
-KINDS = {"learned": "learned", "scripted": "scripted", "planned": "planned (sees the simulator)"}
+KINDS = {"learned": "learned", "scripted": "scripted", "planned": "planned (sees the simulator)", "program": "program"}
 
 
 def kinds_of(report: dict[str, Any]) -> str:

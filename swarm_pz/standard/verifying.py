@@ -16,11 +16,11 @@ from swarm_pz.evaluation.bundles import MOST_BYTES
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.evaluation.workers import silent
 from swarm_pz.kernels.cache import processor
-from swarm_pz.policy import Player, registered
+from swarm_pz.policy import Player, registered, sort_of
 from swarm_pz.standard import report as files
 from swarm_pz.standard.figures import ROBUST
 from swarm_pz.standard.games import LEARNED, Line, PlayerFactory, check_flies, play_again, siege_of
-from swarm_pz.standard.identity import identity_of, kind_of
+from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol
 from swarm_pz.standard.running import Entry, cost_of, describe
@@ -152,7 +152,7 @@ def _factory(report: dict[str, Any], folder: Path, given: Sequence[str], protoco
         found = identity_of(place, player)
         if found != told["digest"]:
             raise ResultsError(f"policy {place} is not the report's: expected digest {told['digest']!r}, got {found!r}")
-        if told["kind"] != (kind := kind_of(player)):
+        if told["kind"] != (kind := sort_of(player)):
             raise ResultsError(f"policy {place} is {kind}, the report says {str(told['kind'])[:70]!r}")
         if (cost := report["cost"]["policies"][number]) != cost_of(player):
             raise ResultsError(f"the report says that policy {place} cost {cost}, its card {cost_of(player)}")

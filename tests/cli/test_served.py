@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.play.recordings import playback
 from swarm_pz.play.recordings.format import Recording
@@ -37,6 +38,12 @@ def test_a_table_is_served_as_it_was_asked_for(served):
     assert how["table"].game == game and how["table"].min_command_interval == 0.75
     assert "█" in how["draw_code"]("http://127.0.0.2:8000/") and how["say"].func is print
     assert how["greeting"].startswith(f"rules: {game.rules_hash} ")
+
+
+def test_the_address_of_a_table_against_a_program_holds_no_space(served):
+    main(["play", "--opponent", f"exec:A=1 {sys.executable} -c 0"])
+    ((_, _, how),) = served
+    assert re.fullmatch(r"play=exec:A%3D1%20\S+%20-c%200", how["page"])
 
 
 @pytest.mark.parametrize(

@@ -163,7 +163,7 @@ def test_a_player_that_learned_on_is_refused_even_after_others_played_in_the_fol
     digest[0] = "b"
     enter("learned", "ring").play()
     enter("ring", "uniform").play()
-    assert enter("learned", "ring").kind("learned") == "learned"
+    assert enter("learned", "ring").sorts["learned"] == "learned"
     with pytest.raises(ResultsError, match="learned changed"):
         early.play()
     digest[0] = "c"
@@ -202,7 +202,7 @@ def test_players_and_numbers_that_cannot_be_are_refused(tmp_path):
 
 def test_planned_games_are_dealt_out_first_and_a_few_at_a_time(tmp_path):
     tournament = Tournament(("ring", "planner", "uniform"), CONFIG.replace(games=46), tmp_path, load)
-    assert (tournament.kind("planner"), tournament.kind("ring")) == ("planned", "scripted")
+    assert (tournament.sorts["planner"], tournament.sorts["ring"]) == ("planned", "scripted")
     blocks = tournament.missing()
     assert all("planner" in block for block in blocks[:46])
     assert [len(numbers) for *_, numbers in blocks] == [2] * 46 + [20, 20, 6]

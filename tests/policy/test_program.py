@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -96,6 +97,18 @@ def test_a_program_that_misbehaves_forfeits_by_name_and_leaves_no_process(what, 
     assert "0.5 s" in said or all(said in game.forfeit for game in result.forfeits), result.forfeits[0].forfeit
     gc.collect()
     assert processes() and all(map(is_gone, processes()))
+
+
+def test_a_program_ends_with_the_process_that_plays_even_where_that_is_killed(bad):
+    make, processes = bad
+    line = make("print('{\"swarm_pz\": 1}', flush=True)\nimport time\ntime.sleep(600)").removeprefix("exec:")
+    text = "import os, sys; from swarm_pz.config import GameConfig; from swarm_pz.policy import Program\n"
+    text += "player = Program(GameConfig(), sys.argv[1]); os.kill(os.getpid(), 9)"
+    subprocess.run([sys.executable, "-c", text, line], check=False)  # noqa: S603
+    end = time.monotonic() + 30.0
+    while not (len(processes()) == 2 and is_gone(processes()[1])):
+        assert time.monotonic() < end, processes()
+        time.sleep(0.05)
 
 
 def test_a_tournament_goes_on_after_a_forfeit(bad, tmp_path):

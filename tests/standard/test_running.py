@@ -1,16 +1,20 @@
 """A report is the same however it came about, and an entry that cannot be is refused."""
 
 import json
+import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from swarm_pz.errors import ConfigError, KindError, PolicyError, ResultsError, Stopped, WorkerError
-from swarm_pz.standard import Entry, attacks, run
+from swarm_pz.policy import allow_files
+from swarm_pz.standard import Entry, attacks, run, verify
 from swarm_pz.standard.report import COST, GAMES, read
 from tests.elsewhere import Elsewhere
 
+BOTS = Path(__file__).parents[2] / "examples" / "bots"
 TWO = Entry(policies=("champion", "ring"), name="two")
 
 
@@ -53,6 +57,20 @@ def test_other_machines_make_the_same_report_and_nothing_is_learned_twice(report
     other = replace(tiny, plain=tiny.plain | {"version": "other"})
     with pytest.raises(ResultsError, match="same protocol"):
         run(TWO, tmp_path / "other", protocol=other, baseline=reported)
+
+
+def test_a_program_can_be_an_entry_which_others_check_with_their_copy(tiny, tmp_path):
+    names = []
+    for place in ("mine", "theirs"):
+        (tmp_path / place).mkdir()
+        shutil.copy(BOTS / "ring.py", tmp_path / place)
+        names.append(f"exec:{sys.executable} {tmp_path / place / 'ring.py'}")
+    allow_files(names)
+    few = replace(tiny, robust=replace(tiny.robust, exploiters=1))
+    report = run(Entry(policies=(names[0],), name="robot"), tmp_path / "out", protocol=few)
+    assert [policy["kind"] for policy in report["policies"]] == ["program"]
+    assert not any(line.forfeit for line in read(tmp_path / "out")[1])
+    assert verify(tmp_path / "out", (names[1],), protocol=few, games=1).check.endswith("are the same games")
 
 
 def test_a_worker_with_another_policy_of_the_name_learns_nothing(tiny):

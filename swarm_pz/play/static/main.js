@@ -42,7 +42,7 @@ let saysFor = 0, forgets; // for how long what is said stays, and the timer that
 // What the address asks for; codes of rooms in whatever case.
 function wanted() {
   try {
-    const [name, value = ""] = decodeURIComponent(location.hash.slice(1)).split("=", 2);
+    const [, name, value] = /^([^=]*)=?(.*)$/s.exec(decodeURIComponent(location.hash.slice(1)));
     return { name, value: ROOMS.includes(name) ? value.toUpperCase() : value };
   } catch { return { name: "", value: "" }; }
 }

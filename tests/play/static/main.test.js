@@ -132,6 +132,11 @@ test("a game against a policy is opened, and begun once, by one click or an addr
   assert.deepEqual([view(), location.hash], ["table", "#room=ABCD"]);
 });
 
+test("an address may name a program with its environment", async () => {
+  await load("#play=exec:A%3D1%20./bot");
+  assert.equal(said("create").opponent, "exec:A=1 ./bot");
+});
+
 // --- leaving ----------------------------------------------------------------------------------------
 
 test("who leaves a running game gives up its seat, and of a game that ends meanwhile nothing is asked", async () => {
