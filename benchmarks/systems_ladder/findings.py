@@ -41,7 +41,7 @@ def _standing(contest: Contest, entrant: str) -> dict[str, Any]:
         "system": system,
         "player": player_name(entrant),
         "takes": system_of(system).takes,
-        "kind": contest.kind(entrant),
+        "kind": contest.sorts[entrant],
         "games": count,
         "wins": wins,
         "draws": draws,
