@@ -83,9 +83,9 @@ export class Lesson {
     this.step = step;
     const { title, text } = STEPS[step] ?? {
       title: "That is the game",
-      text: before + "Begin with a big ring, and leave it. Only if you are far behind, draw another around blue; never crowd. Own every drone to win, or most of them after two minutes.",
+      text: "Begin with a big ring, and leave it; never crowd. Own every drone to win, or most of them after two minutes.",
     };
-    this.hold(this.isLast ? title : `${step + 1} of ${STEPS.length}: ${title}`, text, this.isLast ? "Play" : "Try it");
+    this.hold(this.isLast ? title : `${step + 1} of ${STEPS.length}: ${title}`, before + text, this.isLast ? "Play" : "Try it");
   }
 
   hold(title, text, button) {
@@ -147,7 +147,7 @@ export class Lesson {
   over(isWon) {
     if (!this.running || this.isLast) return;
     const { isWon: hasToWin } = STEPS[this.step];
-    if (this.isDrawn && (isWon || !hasToWin)) return this.go(this.step + 1, isWon && !hasToWin ? LUCKY : "");
+    if (this.isDrawn && (isWon || !hasToWin)) return this.go(this.step + 1, !isWon ? "" : hasToWin ? "You won. " : LUCKY);
     this.hold("Once more", "Draw the dashed circle at once, when the game begins, and leave it so.", "Try it");
   }
 

@@ -39,9 +39,9 @@ export class Story {
     const own = within(span).filter((one) => one.team === team), most = own.reduce((a, b) => (b.crowd / b.of > a.crowd / a.of ? b : a));
     const who = seat === team ? "you" : SIDES[team], whose = seat === 1 - team ? "your" : `${SIDES[1 - team]}’s`;
     if (most.crowd >= 3 && 3 * most.crowd >= most.of) {
-      return `${most.crowd} of ${whose} ${most.of} drones stood within a fifth of the board; ${who} had flown around them, and gained ${drones} in ${time}.`;
+      return `${most.crowd} of ${whose} ${most.of} drones stood within a fifth of the board’s width; ${who} had flown around them, and gained ${drones} in ${time}.`;
     }
     const Who = seat === team ? "You" : NAMES[team];
-    return `${Who} gained ${drones} in ${time}, on ground that ${who} had flown around: ${whose} drones came few at a time.`;
+    return `${Who} gained ${drones} in ${time}, on ground that ${who} had flown around.`;
   }
 }
