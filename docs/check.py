@@ -81,6 +81,13 @@ def test_the_citation_is_of_this_version_its_holder_and_the_paper():
     assert ", ".join(f"{one['given-names']} {one['family-names']}" for one in paper["authors"]) in cited
 
 
+def test_workflows_do_nothing_that_scripts_do_not():
+    for path in (ROOT / ".github/workflows").glob("*.yml"):
+        jobs = yaml.safe_load(path.read_text())["jobs"].values()
+        calls = [step["run"] for job in jobs for step in job.get("steps", []) if "run" in step]
+        assert all(re.fullmatch(r"scripts/[a-z]+", call) and (ROOT / call).is_file() for call in calls), path.name
+
+
 def test_forms_ask_what_is_needed_to_try_it_again():
     asked = {}
     for path in sorted((ROOT / ".github/ISSUE_TEMPLATE").glob("*.yml")):

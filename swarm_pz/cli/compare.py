@@ -215,7 +215,7 @@ def _write_ladder(field: Tournament) -> dict[str, Any]:
         ("ladder.md", ladder.to_markdown(figures, "ladder.png")),
     ):
         with draft_of(field.folder / name) as draft:
-            draft.write_text(text)
+            draft.write_text(text, encoding="utf-8")
     with draft_of(field.folder / "ladder.png") as draft:
         ladder.plot(figures, draft)
     tables.print_ladder(figures)
