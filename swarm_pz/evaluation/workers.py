@@ -167,6 +167,11 @@ class BackgroundTasks:
         """Give a task to the pool; it is fetched by the name."""
         self._sent[name] = self.pool.submit(work, *arguments)
 
+    def check(self) -> None:
+        """Raise the error of a task that has failed, if any."""
+        for name in [name for name, future in self._sent.items() if future.done() and future.exception() is not None]:
+            self.fetch(name)
+
     def fetch(self, name: str, should_stop: Callable[[], bool] = never) -> Any:
         """Wait for a task, and return its result; raise Stopped if it should stop, a WorkerError if the worker died."""
         future = self._sent[name]

@@ -8,13 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import KindError, ResultsError
 from swarm_pz.evaluation.ledger import PlayedGame
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_block
 from swarm_pz.evaluation.workers import silent
 from swarm_pz.policies.scripted import Tactic
-from swarm_pz.policy import Player, folder_of, load
+from swarm_pz.policy import Player, Program, folder_of, load
 from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.protocol import Protocol, Track, Trial
 from swarm_pz.standard.siege import siege
@@ -187,7 +189,8 @@ def attacked(protocol: Protocol) -> Track:
 def check_flies(policy: str, protocol: Protocol) -> Player:
     """Return a policy, made for the protocol's game.
 
-    A KindError is raised if it does not answer densities, a ResultsError if it is all that a track has.
+    A KindError is raised if it does not answer densities, a ResultsError if it is all that a track has, a ForfeitError
+    if it is a program that does not answer.
     """
     try:
         player = load(policy, protocol.game)
@@ -198,4 +201,6 @@ def check_flies(policy: str, protocol: Protocol) -> Player:
         ) from error
     for track in protocol.tracks:
         track.opponents(identity_of(policy, player))
+    if isinstance(player, Program):
+        player.reset([0], np.zeros(1, np.int64))  # raises if it did not answer the greeting
     return player

@@ -88,7 +88,7 @@ def run(
         If an opponent is not the one that the protocol names, the folder holds another entry's work, the baseline is of
         another protocol, or a policy is the only opponent of a track.
     PolicyError
-        If a policy is unknown, or does not answer densities.
+        If a policy is unknown or does not answer densities, or (a ForfeitError) is a program that fails.
     WorkerError
         If a worker died, or has other policies than are here; what was finished is kept.
     """
@@ -134,6 +134,7 @@ def run(
                 learning.append(attacks.Learning(background, protocol, work, Path(place), policies[policy], seed))
                 learning[-1].begin(should_stop, say)
             for track in protocol.tracks:
+                background.check()  # who cannot be learned against need not play for hours
                 say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
                 play(track, PlayerFactory(policies, track.trials), digests=digests)
             searched = []

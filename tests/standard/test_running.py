@@ -1,6 +1,7 @@
 """A report is the same however it came about, and an entry that cannot be is refused."""
 
 import json
+import shlex
 import shutil
 import sys
 from dataclasses import replace
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_pz.errors import ConfigError, KindError, PolicyError, ResultsError, Stopped, WorkerError
+from swarm_pz.errors import ConfigError, ForfeitError, KindError, PolicyError, ResultsError, Stopped, WorkerError
 from swarm_pz.policy import allow_files
 from swarm_pz.standard import Entry, attacks, run, verify
 from swarm_pz.standard.report import COST, GAMES, read
@@ -71,6 +72,16 @@ def test_a_program_can_be_an_entry_which_others_check_with_their_copy(tiny, tmp_
     assert [policy["kind"] for policy in report["policies"]] == ["program"]
     assert not any(line.forfeit for line in read(tmp_path / "out")[1])
     assert verify(tmp_path / "out", (names[1],), protocol=few, games=1).check.endswith("are the same games")
+
+
+def test_a_program_that_fails_is_refused_before_games_are_played(tiny, tmp_path):
+    greets = "import sys; print('{\"swarm_pz\": 1}', flush=True); [sys.exit(3) for line in sys.stdin if 'see' in line]"
+    for text, said in (("0", "must answer the greeting"), (greets, "but ended with status 3")):
+        name = f"exec:{sys.executable} -c {shlex.quote(text)}"
+        allow_files([name])
+        with pytest.raises(ForfeitError, match=said):
+            run(Entry(policies=(name,), name="robot"), tmp_path / said[:3], protocol=tiny)
+    assert not list(tmp_path.glob("*/work/uniform"))
 
 
 def test_a_worker_with_another_policy_of_the_name_learns_nothing(tiny):
