@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -223,7 +224,11 @@ def export(
             from swarm_pz.cli import model_card
 
             story, digest = ({}, "") if learned is None else (learned.card, learned.digest)
-            model_card.write(out, story, digest, results, license)
+            try:
+                model_card.write(out, story, digest, results, license)
+            except BaseException:  # so that the same command can be given again
+                shutil.rmtree(out)
+                raise
     print(f"wrote {out}; try it: {program()} evaluate {out}")
 
 

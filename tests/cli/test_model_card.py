@@ -69,7 +69,7 @@ def test_the_results_of_a_report_are_only_those_of_its_own_policies(tmp_path):
         card_of(tmp_path / "another", digest="other", report=ENTRY)
 
 
-def test_export_writes_the_card_of_the_policy_that_it_exported(monkeypatch):
+def test_export_writes_the_card_of_the_policy_that_it_exported(monkeypatch, refused):
     monkeypatch.setattr(exporting, "export_learned", exported)
     run("export champion out --card")
     text = Path("out/README.md").read_text()
@@ -77,3 +77,5 @@ def test_export_writes_the_card_of_the_policy_that_it_exported(monkeypatch):
     assert card["command"] in text and all(f"against {name} " in text for name in card["results"]["against"])
     run("export champion bare")
     assert not Path("bare/README.md").exists()
+    assert "give the report of this policy" in refused(f"export champion again --card --results {ENTRY}")
+    assert not Path("again").exists()
