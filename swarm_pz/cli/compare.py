@@ -47,7 +47,7 @@ def evaluate(
 
     Args:
         policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
-        opponent: Name of a policy, or a folder that training wrote.
+        opponent: Named in the same ways.
         games: Number of games, even; 200 if not given, and 1,000 with exploit.
         seed: Seed of the match, or of the first exploiter.
         json: Write the figures to this file, too.

@@ -44,7 +44,7 @@ def render(
 
     Args:
         policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
-        opponent: Name of a policy, or a folder that training wrote.
+        opponent: Named in the same ways.
         out: File to write: .gif or .mp4, or .png for a picture.
         seed: Seed of the match.
         pair: Number of the pair of games from one start.
@@ -97,7 +97,7 @@ def diagnose(
 
     Args:
         policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
-        opponent: Name of a policy, or a folder that training wrote.
+        opponent: Named in the same ways.
         out: File to write, .png, .pdf or .svg.
         json: Write the curves to this file, too.
         seed: Seed of the match.

@@ -120,11 +120,13 @@ class Ledger:
         differing += ["rules"] if game.rules_hash != self._game.rules_hash else []
         if differing:
             raise ResultsError(
-                f"{self.folder} holds a tournament with other {', '.join(differing)}; use another folder"
+                f"{self.folder} holds a tournament with other {', '.join(differing)}; give the same options as then, "
+                "or use another folder"
             )
         if changed := [name for name, digest in self._digests.items() if learned.get(name, digest) != digest]:
             raise ResultsError(
-                f"{', '.join(changed)} changed since its games in {self.folder} were played; use another folder"
+                f"{', '.join(changed)} changed since its games in {self.folder} were played; undo the change and play "
+                "the new version under another name, or use another folder"
             )
         return learned
 

@@ -185,7 +185,8 @@ def _make(policy: str, config: GameConfig) -> object:
     elif Path(policy).is_dir():
         point, arguments = _reader_of(Path(policy)), (Path(policy), config)
     elif Path(policy).exists():
-        hint = f"; name the tactic in it, too: {policy}:NAME" if policy.endswith(".py") else ""
+        python = policy.endswith(".py")
+        hint = f"; name the tactic in it, too: {policy}:NAME" if python else f"; a program is exec:{policy}"
         raise PolicyError(f"expected a policy or a folder that training wrote, got the file {policy!r}{hint}")
     elif Path(policy).name != policy:
         raise PolicyError(

@@ -33,7 +33,7 @@ def test_a_folder_that_training_wrote_is_an_opponent_and_names_come_before_folde
         ("rign", PolicyError, "did you mean 'ring'"),
         ("runs/frist", PolicyError, "no folder 'runs/frist', nor a policy of that name; there are besiege"),
         (" ", PolicyError, "name is empty"),
-        ("file.json", PolicyError, r"got the file 'file\.json'"),
+        ("file.json", PolicyError, r"got the file 'file\.json'; a program is exec:file\.json"),
         ("tactics.py", PolicyError, "name the tactic in it"),
         (42, PolicyError, "must have reset"),
         ("empty", CheckpointError, r"expected policy\.json or policy\.onnx in it"),
