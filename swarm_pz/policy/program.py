@@ -156,7 +156,8 @@ def _read(name: str, line: str, place: Path) -> tuple[list[str], dict[str, str]]
         raise PolicyError(f"expected a program after exec:, as exec:./bot, got {name!r}")
     found = shutil.which(str(place / words[0]) if Path(words[0]).name != words[0] else words[0])
     if found is None:
-        raise PolicyError(f"there is no program {words[0]!r} that can be run; got {name!r}")
+        hint = "; name the file as ./bot, and chmod +x it" if (place / words[0]).is_file() else ""
+        raise PolicyError(f"there is no program {words[0]!r} that can be run; got {name!r}{hint}")
     return [found, *words[1:]], environment
 
 
