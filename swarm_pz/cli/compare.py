@@ -257,9 +257,9 @@ def season(
     from swarm_pz.standard import Protocol
 
     config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
-    check_folder(folder)
     with progress("players", "loading players"):
         entries = seasons.Entries.read(folder, game, allow_programs=allow_programs)
+        check_folder(folder)
         others = [one.name for track in Protocol.read().tracks if track.name == "field" for one in track.trials]
         tournament = Tournament((*entries.folders, *(others if field else ())), config, folder, entries, command())
     for name, reason in entries.left_out.items():
