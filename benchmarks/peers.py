@@ -27,6 +27,9 @@ import numpy as np
 SECONDS = 1.5
 """Shortest time that one measurement takes."""
 
+SIZES = (1, 16, 64, 256, 1024, 4096)
+"""Numbers of games at once, of which the fastest counts."""
+
 ANSWER = "swarm-pz peers: "
 """Begins the lines that a contender's process answers with; libraries print what they like."""
 
@@ -132,15 +135,15 @@ def jaxmarl(name: str, games: int, _threads: int) -> tuple[Step, int]:
 
 ELEVEN = {"n_blue_agents": 10, "n_red_agents": 10, "ai_red_agents": False, "ai_blue_agents": False}
 CONTENDERS: dict[str, tuple[Callable[..., tuple[Step, int]], str, str, tuple[int, ...]]] = {
-    "swarm-pz": (swarm_pz, "10 against 10", "drone-steps: a control solve, 3 ticks, captures", (64, 256)),
-    "swarm-pz in JAX": (swarm_pz_in_jax, "10 against 10", "drone-steps, and what both sides see", (64, 512, 4096)),
+    "swarm-pz": (swarm_pz, "10 against 10", "drone-steps: a control solve, 3 ticks, captures", SIZES),
+    "swarm-pz in JAX": (swarm_pz_in_jax, "10 against 10", "drone-steps, and what both sides see", SIZES),
     "VMAS football": (partial(vmas, "football", **ELEVEN), "10 against 10", "agent-steps", (64, 512, 2048)),
     "VMAS simple_tag": (partial(vmas, "simple_tag"), "3 against 1", "agent-steps", (512, 4096, 16384)),
     "MAgent2 battle": (magent_battle, "81 against 81", "agent-steps", (1,)),
     "JaxMARL MPE_simple_tag": (
-        partial(jaxmarl, "MPE_simple_tag_v3"), "3 against 1", "agent-steps", (1024, 4096, 16384)
+        partial(jaxmarl, "MPE_simple_tag_v3"), "3 against 1", "agent-steps", (*SIZES, 16384)
     ),
-    "JaxMARL SMAX": (partial(jaxmarl, "SMAX"), "5 against 5", "agent-steps", (256, 1024, 4096)),
+    "JaxMARL SMAX": (partial(jaxmarl, "SMAX"), "5 against 5", "agent-steps", SIZES),
 }  # fmt: skip
 """Name: what makes it of a number of games and of threads, its teams, what is counted, batch sizes to choose from."""
 
@@ -163,7 +166,8 @@ def contend(name: str, threads: int) -> None:
         step()  # compiles
         found.append((rate(step, count), games, step, count))
     _, best, step, count = max(found, key=lambda entry: entry[0])
-    print(ANSWER + json.dumps({"games": best}), flush=True)
+    rates = {games: at_size for at_size, games, _, _ in found}
+    print(ANSWER + json.dumps({"games": best, "rates": rates}), flush=True)
     for _ in sys.stdin:
         print(ANSWER + json.dumps({"rate": rate(step, count)}), flush=True)
 
@@ -184,7 +188,9 @@ class Contender:
         if self._process.stdin is None or self._process.stdout is None:
             raise RuntimeError("the process has no pipes")
         self._input, self._output = self._process.stdin, self._process.stdout
-        self.games = int(self._answer()["games"])
+        told = self._answer()
+        self.games: int = told["games"]
+        self.rates_of_sizes: dict[str, float] = told["rates"]
 
     def _answer(self) -> dict[str, Any]:
         for line in self._output:  # libraries print what they like before
@@ -206,11 +212,11 @@ class Contender:
 
 
 def plot(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw the medians as bars, with their ranges."""
+    """Draw the medians as bars, with their ranges, and the rates over the number of games."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(7, 3.2), layout="constrained")
-    axes = figure.add_subplot()
+    figure = Figure(figsize=(7, 6), layout="constrained")
+    axes, over = figure.subplots(2)
     rows = rows[::-1]
     medians, lows, highs = (np.array([row[key] for row in rows]) / 1e6 for key in ("median", "low", "high"))
     colours = ["#1d62d6" if row["name"].startswith("swarm-pz") else "#9aa3ad" for row in rows]
@@ -218,7 +224,13 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
     axes.bar_label(bars, [f" {median:.2f}" for median in medians])
     axes.set_xlabel("million agent-steps a second\n(of swarm-pz: drone-steps, each with a solve)")
     axes.margins(x=0.1)
-    axes.spines[["top", "right"]].set_visible(False)
+    for row in rows[::-1]:
+        sizes = [int(games) for games in row["rates"]]
+        over.loglog(sizes, [rate / 1e6 for rate in row["rates"].values()], marker="o", markersize=4, label=row["name"])
+    over.set(xlabel="games at once", ylabel="million a second")
+    over.legend(fontsize="small", frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
+    for part in (axes, over):
+        part.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=120)
 
 
@@ -253,11 +265,18 @@ def main() -> None:
         contender.close()
         _, teams, counted, _ = CONTENDERS[name]
         median, low, high = statistics.median(contender.rates), min(contender.rates), max(contender.rates)
-        rows.append({"name": name, "games": contender.games, "median": median, "low": low, "high": high})
+        rates = contender.rates_of_sizes
+        rows.append(
+            {"name": name, "games": contender.games, "median": median, "low": low, "high": high, "rates": rates}
+        )
         print(
             f"| {name} | {teams} | {contender.games} | {median / 1e6:.2f} "
             f"| {low / 1e6:.2f} to {high / 1e6:.2f} | {counted} |"
         )
+    print(f"\n| games at once | {' | '.join(map(str, SIZES))} |\n|---{'|---' * len(SIZES)}|")
+    for row in rows:
+        told = [f"{row['rates'][str(games)] / 1e6:.3f}" if str(games) in row["rates"] else "" for games in SIZES]
+        print(f"| {row['name']} | {' | '.join(told)} |")
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "peers.json").write_text(json.dumps({"threads": options.threads, "rows": rows}, indent=2) + "\n")
     plot(rows, options.out / "peers.png")
