@@ -46,7 +46,7 @@ def given(monkeypatch):
         with pytest.raises(EnoughError):
             main(words.split())
         args, named = found
-        for name in ("progress", "say", "log", "show", "should_stop"):
+        for name in ("progress", "say", "show", "should_stop"):
             assert callable(named.pop(name, print)), name
         assert named.pop("command", f"swarm-pz {words}") == f"swarm-pz {words}"
         return tuple(map(plain, args)), {name: plain(value) for name, value in named.items()}
@@ -100,9 +100,14 @@ TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs
             "train --out runs/mine --threads 3 --seed 4 --opponents ring noise --game.drones-per-team 3 --overwrite",
             TRAINING,
             (TrainConfig(game=GAME, threads=3, seed=4, opponents=("ring", "noise")), OUT),
-            AGAIN,
+            AGAIN | {"log": ["tensorboard"]},
         ),
-        ("train --recipe=long --threads=3", TRAINING, (LONG.replace(threads=3), Path("runs/first")), NEW),
+        (
+            "train --recipe=long --threads=3 --log tensorboard,wandb",
+            TRAINING,
+            (LONG.replace(threads=3), Path("runs/first")),
+            NEW | {"log": ["tensorboard", "wandb"]},
+        ),
         (
             "league --out runs/mine --seats 5 --learner.threads 3 --preset released --processes 3",
             LEAGUE,
@@ -123,6 +128,7 @@ def test_options_recipes_and_presets_reach_the_work(words, where, args, named, g
 
 def test_what_bench_measures_and_the_rules_of_a_preset_are_as_asked(given):
     _, options = given("bench --games 1 3 --drones 4 --threads 1 2 --repeats 5 --grid 10", "bench.measure")
+    assert callable(options.pop("log"))
     assert options == {"games": (1, 3), "drones": (4,), "threads": (1, 2), "grid": 10, "repeats": 5}
     _, options = given("evaluate ring --preset released --game.time-limit 5", PLAYED)
     assert options["config"] == RELEASED.replace(time_limit=5.0), "options win over presets"
