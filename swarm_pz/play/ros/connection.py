@@ -25,6 +25,10 @@ LEVELS = ("none", "error", "warning", "info")
 """Of status messages; a client is sent those up to its own."""
 _MOST_REFUSED, _PATIENCE_S = 100, 10.0
 """After so many refusals within so many seconds the connection ends."""
+MESSAGES_PER_SECOND, BYTES_PER_SECOND = 200, 2**22
+"""Read from one client; the rest waits in its connection."""
+_BURST_S = 1.0
+"""Seconds of silence that a client may make up for at once."""
 
 
 @dataclass
@@ -54,7 +58,15 @@ class Client:
         self._waiting = 0
         """Bytes of the events that wait."""
         self._refused: deque[float] = deque(maxlen=_MOST_REFUSED)
+        self._read_until_s = -1e9
         self._wake = asyncio.Event()
+
+    def pause_after(self, size: int) -> float:
+        """Return the seconds to wait after a message of so many bytes, so that a client keeps to the two rates."""
+        now = time.monotonic()
+        cost = max(1.0 / MESSAGES_PER_SECOND, size / BYTES_PER_SECOND)
+        self._read_until_s = max(self._read_until_s, now - _BURST_S) + cost
+        return max(self._read_until_s - now, 0.0)
 
     def put(self, frame: str | bytes, topic: str | None = None) -> None:
         """Send a frame when the client takes it; of a topic's frames that wait only the latest."""

@@ -36,7 +36,8 @@ def told(recording: Recording) -> Iterator[Told]:
             yield line.tick, "/agent_team_status", messages.team_status(line.drone, line.team)
         playback.seek(frame.tick)
         simulator = playback.game.simulator
-        for topic, make in messages.makers_of(replace(frame, fields=capture_fields(simulator))).items():
+        whole = replace(frame, fields=capture_fields(simulator), altitudes=simulator.altitudes[0])
+        for topic, make in messages.makers_of(whole).items():
             yield frame.tick, topic, make()
         for team, name in enumerate(TEAM_NAMES):
             target = messages.target(simulator.targets[0, team], frame.tick)

@@ -23,7 +23,6 @@ from swarm_pz.play.ros.connection import LEVELS, Client, Subscription
 from swarm_pz.play.ros.definitions import DEFINITIONS, definition, full_name, plain_name, serialise
 from swarm_pz.play.ros.messages import LOG, Message
 from swarm_pz.play.ros.messages import log as log_line
-from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.serve import names_of
 
 MAX_MESSAGE_BYTES = 2**20
@@ -33,15 +32,8 @@ _MOST_TOPICS = 256
 """That one client may advertise, or subscribe to, or subscriptions to one topic; and characters of a name."""
 _MOST_OTHERS = 2048
 """Topics without a meaning here that all clients together may advertise: `topics` lists them all."""
-CONNECTION_S, ADDRESS_S = Rate(0.5, 0.2), Rate(2.0, 0.5)
-"""Seconds of processor time that a client may use up, and all of one address, in this process of its own."""
-_TOLD_S = 0.5
-"""Seconds of debt from which on a client is warned."""
-_SLOWED = "your messages cost more processor time than a client may use; they are read more slowly now"
 _BUFFER_BYTES = 2**16
 """What the system keeps for a client that does not read: what stands there grows old."""
-_SHORT = 1024
-"""Bytes of a message that does not wait for its neighbours."""
 _LARGE_NUMBERS = {2, 3}
 _KNOWN_TAGS = 2**16
 """Of CBOR, that a decoder may know: some are texts to be compiled, or numbers of a million digits, in few bytes."""
@@ -78,7 +70,6 @@ class Rosbridge:
 
     def __init__(self, topics: Mapping[str, str], inputs: Mapping[str, str], every: frozenset[str]) -> None:
         self._topics, self._types, self._every = topics, {**inputs, **topics}, every
-        self._accounts = Accounts(CONNECTION_S, ADDRESS_S)
         self._clients: set[Client] = set()
         self._server: Server | None = None
         self._cbor = require_extra("cbor2", "lab")
@@ -142,7 +133,6 @@ class Rosbridge:
 
     async def _meet(self, connection: ServerConnection) -> None:
         client = Client(connection)
-        account = self._accounts.of((connection.remote_address or ("", 0))[:2])
         if len(self._clients) >= MAX_CLIENTS:
             await connection.close(1013, f"{MAX_CLIENTS} clients are here: try later")
             return
@@ -150,19 +140,15 @@ class Rosbridge:
         writer = asyncio.create_task(client.write())
         try:
             async for frame in connection:
-                with account.charged():
-                    self._obey(client, frame)
+                self._obey(client, frame)
                 if client.ending is not None:
                     await client.ending
                     return
-                if account.debt_s() > _TOLD_S:
-                    client.tell("warning", _SLOWED)
-                await account.turn(in_line=len(frame) > _SHORT)
+                await asyncio.sleep(client.pause_after(len(frame)))
         except ConnectionClosed:
             pass
         finally:
             self._clients.discard(client)
-            self._accounts.forget(time.monotonic())
             writer.cancel()
             self.left(client)
 

@@ -47,6 +47,7 @@ def test_every_moment_is_told_as_the_recording_has_it(read):
         assert list(of["/swarm/sizes"].data) == [int((frame.teams == team).sum()) for team in (0, 1)]
         for drone, one in enumerate(of["/tf"].transforms):
             assert one.child_frame_id == f"agent{drone}"
+            assert one.transform.translation.z == playback.game.simulator.altitudes[0, drone]
             angle = 2 * math.atan2(one.transform.rotation.z, one.transform.rotation.w)
             x, y = frame.velocities[drone]
             assert math.isclose(math.cos(angle - math.atan2(y, x)), 1.0, abs_tol=1e-9)

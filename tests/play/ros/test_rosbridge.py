@@ -10,7 +10,6 @@ import json
 import socket
 import time
 from types import SimpleNamespace
-from unittest.mock import AsyncMock, Mock
 
 import cbor2
 import pytest
@@ -321,20 +320,13 @@ async def test_a_message_may_be_of_a_megabyte_and_a_larger_one_ends_the_connecti
     assert len(hub.told) == 1
 
 
-def test_what_a_client_says_is_charged_and_an_overdrawn_one_is_told_why_it_is_read_more_slowly(monkeypatch):
-    account = Mock(charged=Mock(side_effect=contextlib.nullcontext), debt_s=lambda: 9.0, turn=AsyncMock())
-    monkeypatch.setattr(rosbridge, "Accounts", lambda *_: Mock(of=lambda _: account))
-
-    @spoken
-    async def converse(hub):
-        async with hub.join() as socket:
-            await say(socket, op="set_level", level="warning")
-            assert "read more slowly" in (await hear(socket))["msg"]
-            await say(socket, op="publish", topic="/x", msg={"data": 2000 * "x"})
-            await ask(socket)
-        assert account.charged.called and [call.kwargs["in_line"] for call in account.turn.await_args_list][1]
-
-    converse()
+def test_a_client_over_its_messages_or_bytes_a_second_is_read_no_faster(monkeypatch):
+    client = connection.Client(SimpleNamespace(remote_address=None))
+    monkeypatch.setattr(connection.time, "monotonic", lambda: 100.0)
+    pauses = [client.pause_after(10) for _ in range(1000)]
+    assert pauses[100] == 0.0 and pauses[-1] == pytest.approx(4.0), "1,000 messages take 5 s, of which 1 s is a burst"
+    other = connection.Client(SimpleNamespace(remote_address=None))
+    assert max(other.pause_after(2**20) for _ in range(40)) == pytest.approx(9.0)
 
 
 PAGES = (None, "http://localhost:8000", "http://127.0.0.1", "https://lab.example", "http://localhost.evil.example")
