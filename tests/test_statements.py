@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec.inspect as inspect_types
 import pytest
 
-from benchmarks.paper.making import EVERY
+from benchmarks.paper.claims import FIGURES as MADE
 from swarm_pz.cli import table
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.play.game import TableConfig
@@ -60,7 +60,7 @@ def test_files_and_figures_that_rows_name_are_there():
 
 def test_what_a_figure_judges_is_said_by_the_figure_alone():
     for row in ROWS:
-        of = {name for name in EVERY if f"benchmarks/paper/claims/{name}.py" in row["code"]}
+        of = {name for name in MADE if f"benchmarks/paper/claims/{name}.py" in row["code"]}
         assert bool(of) == (row["verdict"] == "tried"), row["the paper"]
         assert not of or row["shown by"] == f"docs/figures.md#{of.pop()}", row["the paper"]
         assert row["verdict"] != "tried" or not re.search(r"[0-9]+ of |wins|loses", row["here"]), row["the paper"]

@@ -1,6 +1,5 @@
-"""The paper's evidence, made again, and ours: one claim, one picture, one verdict each.
+"""The paper's evidence, made again: one claim, one picture, one verdict each.
 
-A claim is a module with a `FIGURE`, of `benchmarks.paper.claims` where the paper says it, of `benchmarks.paper.ours`
-where we do: `measure` plays the games under a preset and says which parts of the claim hold, by rules that stand there
-before anybody looks; `draw` shows what was found.
+A claim is a module of `benchmarks.paper.claims` with a `FIGURE`: `measure` plays the games under a preset and judges
+the parts of the claim by rules that are fixed before the first look; `draw` shows the result.
 """

@@ -1,7 +1,7 @@
-"""Plays the games behind the paper's claims and ours under both presets, draws them, and says how much is reproduced.
+"""Plays the games behind the paper's claims under both presets, draws them, and judges how much is reproduced.
 
 python -m benchmarks.paper                                   # all figures
-python -m benchmarks.paper --only capture_geometry dropout   # these alone
+python -m benchmarks.paper --only capture_geometry comebacks  # these alone
 python -m benchmarks.paper --size 0.1                        # a trial with a tenth of the games
 """
 
@@ -14,7 +14,8 @@ from pathlib import Path
 
 import tyro
 
-from benchmarks.paper.making import BOTH, EVERY, Made, make_all
+from benchmarks.paper.claims import FIGURES
+from benchmarks.paper.making import BOTH, Made, make_all
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.report import progress
 from swarm_pz.errors import SwarmError
@@ -31,10 +32,10 @@ def figures(
     processes: int = 2,
     seed: int = 0,
 ) -> None:
-    """Make figures, and the pages figures.md (the paper's claims) and robustness.md (ours).
+    """Make figures, and the page figures.md of all that the folder holds.
 
     Args:
-        out: Folder to write: NAME_PRESET.json, pictures (.png; .pdf and .svg of one and two columns), and both pages.
+        out: Folder to write: NAME_PRESET.json, pictures (.png; .pdf and .svg of one and two columns), page and tables.
         only: Names of figures to make; all of them if none.
         presets: Rules to make them under.
         size: Share of the games that are played; below 1 it is a trial, and the pages say so.
@@ -42,16 +43,15 @@ def figures(
         seed: Seed of all games.
     """
     check_folder(out)
-    names, began = list(dict.fromkeys(only or EVERY)), time.monotonic()
+    names, began = list(dict.fromkeys(only or FIGURES)), time.monotonic()
     made: list[Made] = []
     try:
         with progress("figures") as show, stops_at_safe_points() as should_stop:
-            wanted = [(name, preset) for name in names if name in EVERY for preset in EVERY[name].presets]
 
             def done(one: Made) -> None:
                 made.append(one)
                 print(f"{one.name:<24} {one.preset:<10} {one.verdict:<16} {one.seconds:5.1f} s")
-                show(len(made), sum(preset in presets for _, preset in wanted))
+                show(len(made), len(names) * len(presets))
 
             command = shlex.join([*COMMAND, *sys.argv[1:]])
             make_all(
@@ -67,7 +67,7 @@ def figures(
             )
     except KeyboardInterrupt:
         there = {(one.name, one.preset) for one in made}
-        left = [name for name in names if any((name, p) not in there for p in EVERY[name].presets if p in presets)]
+        left = [name for name in names if any((name, preset) not in there for preset in presets)]
         options = f"--out {shlex.quote(str(out))} --seed {seed} --processes {processes} --size {size:g}"
         with goes_on_with(f"{' '.join(COMMAND)} {options} --presets {' '.join(presets)} --only {' '.join(left)}"):
             raise
@@ -77,7 +77,7 @@ def figures(
 def main() -> None:
     """Run the command; errors of this project end it with one line."""
     try:
-        tyro.cli(figures, prog=" ".join(COMMAND), description=f"Figures: {', '.join(EVERY)}.")
+        tyro.cli(figures, prog=" ".join(COMMAND), description=f"Figures: {', '.join(FIGURES)}.")
     except SwarmError as error:
         sys.exit(str(error))
 

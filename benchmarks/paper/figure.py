@@ -128,12 +128,12 @@ class Finding:
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A claim of the paper or of ours, how it is measured, and how it is drawn.
+    """A claim of the paper, how it is measured, and how it is drawn.
 
     Attributes
     ----------
     name, claim : str
-        Of the files and of the module; the sense of the paper's words, or ours.
+        Of the files and of the module; the sense of the paper's words.
     measure : callable
         From a `Setting` to a `Finding`, whose parts are the rule: fixed before the first look, or `revised` says why.
     draw : callable
@@ -143,12 +143,11 @@ class Figure:
     seconds : float
         How long it takes for one preset, about: long ones begin first.
     section, quote : str
-        Where the paper says it, as "IV-B", and its own words; empty for what is ours.
+        Where the paper says it, as "IV-B", and its own words.
     note : str
         What else a reader must know.
     revised : str
         What was changed in the claim or its parts after the first look, and why.
-    presets : tuple of str
     """
 
     name: str
@@ -157,19 +156,16 @@ class Figure:
     draw: Callable[[Any, dict[str, Any]], None]
     heights: tuple[float, float]
     seconds: float
-    section: str = ""
-    quote: str = ""
+    section: str
+    quote: str
     note: str = ""
     revised: str = ""
-    presets: tuple[str, ...] = ("paper", "released")
 
 
 def verdict(parts: Sequence[Part]) -> str:
-    """Return in words how much of a claim holds: of the paper's parts, or of ours where the paper says nothing."""
-    papers = [part.holds for part in parts if not part.ours]
-    words = ("reproduced", "partly", "not reproduced") if papers else ("holds", "partly", "does not hold")
-    judged = papers or [part.holds for part in parts if part.holds is not None]
-    return words[0] if all(judged) else words[1] if any(judged) else words[2]
+    """Return in words how much of a claim holds, by the paper's parts alone."""
+    judged = [part.holds for part in parts if not part.ours]
+    return "reproduced" if all(judged) else "partly" if any(judged) else "not reproduced"
 
 
 def estimate(values: ArrayLike, statistic: Callable[[Any], Any] | None = None) -> Number:

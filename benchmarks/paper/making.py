@@ -1,4 +1,4 @@
-"""Makes figures: their pictures, their numbers, and the pages of all of them."""
+"""Makes figures: their pictures, their numbers, and the page of all of them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks.paper import claims, ours
-from benchmarks.paper.figure import Figure, Setting
+from benchmarks.paper.claims import FIGURES
+from benchmarks.paper.figure import Setting
 from benchmarks.paper.page import draw, to_dict, write, write_page
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check_choice, check_count, check_number
@@ -17,8 +17,6 @@ from swarm_pz.evaluation.rollout import play_games
 from swarm_pz.evaluation.workers import open_pool, share
 from swarm_pz.simulator.spawn import check_seed
 
-EVERY: dict[str, Figure] = claims.FIGURES | ours.FIGURES
-"""All figures by name: the paper's claims, then what is ours."""
 BOTH = ("paper", "released")
 """The presets whose rules are those of the paper and those of its authors' code."""
 
@@ -34,7 +32,7 @@ class Made(NamedTuple):
 
 def make(name: str, setting: Setting, out: Path, command: str = "") -> Made:
     """Make one figure under one preset: its pictures and NAME_PRESET.json in a folder."""
-    figure, began = EVERY[name], time.monotonic()
+    figure, began = FIGURES[name], time.monotonic()
     record = to_dict(figure, figure.measure(setting), setting, command)
     draw(figure, record["series"], setting.preset, out)
     write(record, out)  # last: the page shows what has one
@@ -53,7 +51,7 @@ def make_all(
     command: str = "",
     should_stop: Callable[[], bool] = lambda: False,
 ) -> list[Made]:
-    """Make figures, all if none are named, and figures.md and robustness.md of all that the folder holds.
+    """Make figures, all if none are named, and figures.md of all that the folder holds.
 
     The same seed writes the same numbers. `done` is called with each figure once it is made, `should_stop` between
     figures: whether to stop there. `command` is what was called; it stands in the files.
@@ -72,17 +70,12 @@ def make_all(
     check_seed(seed)
     for preset in presets:
         check_choice(preset, "preset", BOTH)
-    chosen = list(dict.fromkeys(names or EVERY))
+    chosen = list(dict.fromkeys(names or FIGURES))
     for name in chosen:
-        if name not in EVERY:
-            raise CommandError(f"there is no figure {name!r}; {nearest(name, EVERY)}")
-    chosen.sort(key=lambda name: -EVERY[name].seconds)  # long ones first, so that no process works alone in the end
-    tasks = [
-        (name, Setting(preset, seed, size), out, command)
-        for name in chosen
-        for preset in presets
-        if preset in EVERY[name].presets
-    ]
+        if name not in FIGURES:
+            raise CommandError(f"there is no figure {name!r}; {nearest(name, FIGURES)}")
+    chosen.sort(key=lambda name: -FIGURES[name].seconds)  # long ones first, so that no process works alone in the end
+    tasks = [(name, Setting(preset, seed, size), out, command) for name in chosen for preset in presets]
     out.mkdir(parents=True, exist_ok=True)
     made: list[Made] = []
 
@@ -94,8 +87,7 @@ def make_all(
         if processes > 1 and len(tasks) > 1:  # two figures that find nothing compiled would both compile all of it
             share(pool, _compile, [(preset,) for preset in BOTH], lambda *_: None)
         share(pool, make, tasks, keep, should_stop=should_stop, name=lambda task: task[0], verb="made")
-    for part in (claims, ours):
-        write_page(part.PAGE, part.FIGURES, out)
+    write_page(out)
     if len(made) < len(tasks):
         raise Stopped(f"{len(made)} of {len(tasks)} figures are in {out}")
     return made

@@ -74,23 +74,6 @@ def results(wins, count, losing="loss"):
     return ["win"] * wins + [losing] * (count - wins)
 
 
-def flights(monkeypatch, module, values_of):
-    """Let every flight's metric be what a function of rules, command, seeds and seconds says; return what was flown."""
-    flown = []
-
-    def start(config, seeds, command):
-        flown.append((config, tuple(seeds), np.asarray(command).tobytes()))
-        return config, seeds, command
-
-    def metric(flight, seconds=60, then=None):
-        config, seeds, command = flight
-        return values_of(config, command, len(seeds), seconds)
-
-    monkeypatch.setattr(module, "start", start)
-    monkeypatch.setattr(module, "metric_over_time", metric)
-    return flown
-
-
 def spread_around(mean, apart, seeds):
     """Samples of a mean, whose interval reaches about 0.31 times `apart` to each side for 40, 0.43 for 20."""
     return mean + apart * np.where(np.arange(seeds) % 2, 1.0, -1.0)

@@ -7,28 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.paper import coverage, talk
+from benchmarks.paper import coverage
 from benchmarks.paper.claims import flocking_comparison, fluctuation, permutation_invariance, scale_invariance
 from benchmarks.paper.drawings import DRAWINGS, interpolated
 from benchmarks.paper.figure import CONVERGED
-from benchmarks.paper.ours import communication, dropout, relays, short_memory
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import ErgodicMetric, basis
-from tests import reference
-from tests.benchmarks.paper.given import SETTING, flights, found_by, spread_around
+from tests.benchmarks.paper.given import SETTING, found_by, spread_around
 
 COVERED, SAME, ROUNDING = coverage.COVERED, permutation_invariance.SAME, permutation_invariance.ROUNDING
-NOISE = np.linspace(-0.02, 0.02, 20)
-SURELY, PERHAPS = (0.95, 0.01, True), (0.95, 0.5, False)
-"""A mean metric in times of its bound, how far seeds are apart, and whether it is surely at most the bound."""
-
-
-def judged_at(mean, apart, seeds):
-    """Return a metric (seeds, 60) that is low only when it is judged."""
-    found = np.full((seeds, 60), 100.0)
-    found[:, coverage.JUDGED - 1] = COVERED * spread_around(mean, apart, seeds)
-    return found
 
 
 def falling_to(end, judged, apart, seeds):
@@ -255,138 +243,6 @@ def test_each_spot_of_the_drawing_lies_around_its_middle_and_the_target_is_what_
     places = np.stack(np.meshgrid(centres, centres), axis=-1)
     found = np.einsum("yx,yxkl->kl", target / target.sum(), basis(places, 4))
     np.testing.assert_allclose(found, simulator.games.coefficients[0, 0, :4, :4], atol=2e-3)
-
-
-# --- less talk --------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("changed", "lone", "holds"),
-    [
-        ({}, 2.4, True),
-        ({"communication_radius": 0.2}, 2.0, False),  # hears less and surely does better
-        ({"message_loss": 0.9}, 2.0, False),
-        ({}, 2.6, False),  # lone drones are worse than a team that hears nobody
-        ({}, 1.6, False),  # or better
-    ],
-)
-def test_talk_counts_where_no_step_to_less_of_it_helps_and_silence_is_loneliness(monkeypatch, changed, lone, holds):
-    whole = GameConfig().controller
-    rising = dict(zip(communication.RADII, np.linspace(1.0, 2.0, len(communication.RADII)), strict=True))
-    losing = dict(zip(communication.LOSSES, np.linspace(1.0, 2.0, len(communication.LOSSES)), strict=True))
-
-    def values(config, command, seeds, seconds):
-        controller = config.controller
-        value = losing[controller.message_loss]
-        if controller.communication_radius != whole.communication_radius:
-            value = rising[controller.communication_radius]
-        if command is coverage.TARGETS["centre"] and any(
-            getattr(controller, key) == one for key, one in changed.items()
-        ):
-            value = 1.0
-        return (value + NOISE)[:, None]
-
-    flights(monkeypatch, talk, values)
-    monkeypatch.setattr(communication, "alone", lambda seeds, name: (lone if name == "centre" else 2.0) + NOISE)
-    found = found_by(communication)
-    assert found.verdict == ("holds" if holds else "partly")
-    assert found.values[:2] == [int("communication_radius" in changed), int("message_loss" in changed)]
-    assert found.values[2 + list(coverage.TARGETS).index("centre")] == pytest.approx(2.0 / lone, rel=0.01)
-
-
-def test_lone_drones_know_of_nobody_and_are_judged_together(monkeypatch):
-    monkeypatch.setattr(communication, "DRONES", 3)
-    monkeypatch.setattr(communication, "JUDGED", 1)
-    target = coverage.TARGETS["centre"]
-    (found,), together = communication.alone([4], "centre"), coverage.start(coverage.lone_team(3), [4], target)
-    places = []
-    for drone in range(3):
-        one = coverage.start(coverage.lone_team(1), [0], target)
-        one.games.positions[0, 0] = together.positions[0, drone]
-        coverage.periods(one, 1, lambda _, one=one: places.append(reference.basis(one.positions[0, 0])))
-    phi = together.games.coefficients[0, 0]
-    assert found == pytest.approx(reference.ergodic_metric(np.mean(places, axis=0), phi), rel=1e-6)
-
-
-@pytest.mark.parametrize(("times", "apart", "holds"), [(1.1, 0.02, True), (1.17, 0.2, False)])
-def test_relays_mend_it_where_no_radius_is_surely_worse_than_silence(monkeypatch, times, apart, holds):
-    def values(config, command, seeds, seconds):
-        controller, here = config.controller, command is coverage.TARGETS["bimodal"]
-        value = np.ones(seeds)
-        if controller.relay and here and controller.communication_radius == 0.1:
-            value = spread_around(times, apart, seeds)
-        if not controller.relay and controller.communication_radius:
-            value = 3.0 * value
-        return value[:, None]
-
-    flown = flights(monkeypatch, talk, values)
-    found = found_by(relays)
-    assert (found.verdict == "holds") == holds and len(flown) == 2 * 3 * len(talk.RADII)
-    assert found.values[:2] == pytest.approx([times, 3.0], rel=1e-5)
-
-
-@pytest.mark.parametrize(
-    ("worst", "apart", "holds"),
-    [
-        ({2.0: 3.0, 4.0: 2.0, 8.0: 1.2}, 0.02, True),
-        ({2.0: 3.0, 4.0: 2.0, 8.0: 1.95}, 0.9, False),  # falls, not surely
-        ({2.0: 1.5, 4.0: 2.0, 8.0: 1.2}, 0.02, False),
-    ],
-)
-def test_memory_is_why_where_each_longer_one_surely_makes_the_worst_radius_better(monkeypatch, worst, apart, holds):
-    def values(config, command, seeds, seconds):
-        tau, radius = config.memory.controller, config.controller.communication_radius
-        here = command is coverage.TARGETS["uniform"] and radius == 0.2
-        luck = apart * np.sin(10 * np.arange(seeds)) if here and tau == 8.0 else 0.0
-        # Silence is not the same at every time constant.
-        return np.broadcast_to(tau * ((worst[tau] if here else 1.0 if radius == 0.0 else 0.5) + luck), seeds)[:, None]
-
-    flights(monkeypatch, talk, values)
-    found = found_by(short_memory)
-    assert (found.verdict == "holds") == holds
-    assert found.values[0] == pytest.approx(worst[4.0] / worst[2.0], rel=1e-5)
-
-
-# --- drones that fail -------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("rate", "mean", "apart", "holds"),
-    [(0.1, 0.5, 0.1, True), (0.0, 0.95, 0.5, False), (0.1, 0.95, 0.5, False), (0.3, 9.0, 0.1, True)],
-)
-def test_a_target_is_kept_where_the_interval_is_low_with_up_to_half_of_the_drones_out(
-    monkeypatch, rate, mean, apart, holds
-):
-    def values(config, command, seeds, seconds):
-        here = config.drones_per_team == (12, 0) and config.dynamics.failure_rate == rate
-        return judged_at(*((mean, apart) if here else (0.5, 0.1)), seeds)
-
-    flights(monkeypatch, dropout, values)
-    monkeypatch.setattr(dropout, "captured_and_back", lambda seeds, rate: np.full((len(seeds), 60), 0.25 * COVERED))
-    found = found_by(dropout)
-    assert (found.verdict == "holds") == holds
-    half = mean if rate == 0.1 else 0.5
-    values = {part["asked"]: part["value"] for part in found.record["parts"]}
-    assert values["50 % out, failing over captured and back"] == pytest.approx(half / 0.25, rel=1e-5)
-
-
-def test_drones_are_captured_and_come_back_at_the_rates_at_which_others_fail(monkeypatch):
-    changed = []
-
-    def watched(simulator, *, then):
-        for number in range(1, 301):
-            before = simulator.teams.copy()
-            then(number)
-            for team in (0, 1):
-                changed.append((team, (before == team).sum(), ((before == team) & (simulator.teams != team)).sum()))
-
-    monkeypatch.setattr(dropout, "metric_over_time", watched)
-    dropout.captured_and_back(range(40), dropout.HALF_OUT)
-    for team in (0, 1):
-        drones, leaving = np.sum([counts for of, *counts in changed if of == team], axis=0)
-        chance = 1 - np.exp(-0.01)  # of 0.1 a second, in a control period
-        assert abs(leaving / drones - chance) < 4 * np.sqrt(chance * (1 - chance) / drones)
-    assert dropout.share_out(dropout.HALF_OUT, dropout.REPAIR_RATE) == 0.5
 
 
 # --- flights ----------------------------------------------------------------------------------------------

@@ -16,7 +16,6 @@ from benchmarks.paper.claims import (
 )
 from benchmarks.paper.drawings import dot, painted
 from benchmarks.paper.figure import Setting
-from benchmarks.paper.ours import drawing_attention
 from benchmarks.paper.players import Captures, Ensemble, Fixed, Person, most_within, player, shaped
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import MissingExtraError
@@ -293,23 +292,6 @@ def test_a_team_is_lost_whole_so_many_seconds_after_its_first_loss():
     assert losses.spread[0] == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize(
-    ("more", "apart", "holds"), [((3.0, 3.0), 1.0, True), ((3.0, -0.5), 1.0, False), ((0.4, 3.0), 9.0, False)]
-)
-def test_drawing_costs_drones_where_more_are_surely_lost_against_both(monkeypatch, more, apart, holds):
-    def tally(seconds, opponent, setting, looks="begin"):
-        lost = np.full(100, 10.0)
-        if seconds == drawing_attention.JUDGED:
-            gain = more[drawing_attention.OPPONENTS.index(opponent)] if looks == "begin" else 1.0
-            lost += gain + apart * np.where(np.arange(100) % 2, 1.0, -1.0)
-        return np.stack([lost, np.full(100, 30.0), np.full(100, 0.4)], axis=1)
-
-    monkeypatch.setattr(drawing_attention, "tally", tally)
-    found = found_by(drawing_attention)
-    assert found.papers == [] and all(found.ours) == holds and (found.verdict == "holds") == holds
-    assert found.values == pytest.approx([value for gain in more for value in (2 * gain, 2 * gain - 2)])
-
-
 class Echo:
     """Answers with what it sees."""
 
@@ -323,20 +305,12 @@ class Echo:
         return np.full((len(rows), 2, 2), float(observations[0]))
 
 
-@pytest.mark.parametrize(
-    ("make", "sent"),
-    [
-        (lambda tactic: drawing_attention.Drawer(tactic, 0), [0, 1, 2, 3, 4, 5, 6]),
-        (lambda tactic: drawing_attention.Drawer(tactic, 3), [1, 1, 1, 0, 0, 0, 3]),  # at first, uniform coverage: ones
-        (lambda tactic: drawing_attention.Drawer(tactic, 3, "send"), [0, 0, 0, 3, 3, 3, 6]),
-        (Person, [0, 0, 0, 3, 3, 3, 6]),
-    ],
-)
-def test_a_command_answers_what_was_seen_when_it_was_begun_and_stays_until_the_next(make, sent):
-    player = make(Echo())
+def test_a_person_sends_every_third_answer_and_holds_it_until_the_next():
+    player = Person(Echo())
     for _ in range(2):  # the next games begin anew
         player.reset([0, 1], np.arange(2))
-        assert [player.act(np.full(2, step), np.arange(2))[1, 0, 0] for step in range(7)] == sent
+        sent = [player.act(np.full(2, step), np.arange(2))[1, 0, 0] for step in range(7)]
+        assert sent == [0, 0, 0, 3, 3, 3, 6]
 
 
 def test_a_person_paints_the_ground_that_a_tactic_wants_most_and_the_table_makes_the_command():

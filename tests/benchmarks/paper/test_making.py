@@ -1,4 +1,4 @@
-"""Figures are registered, made by the command, and stand on their pages."""
+"""Figures are registered, made by the command, and stand on their page."""
 
 from __future__ import annotations
 
@@ -11,28 +11,24 @@ import sys
 import numpy as np
 import pytest
 
-from benchmarks.paper import claims, making, ours
+from benchmarks.paper import claims, making
 from benchmarks.paper.__main__ import main
 from benchmarks.paper.claims import capture_geometry
 from benchmarks.paper.figure import Finding, Part, Setting, verdict
-from benchmarks.paper.making import EVERY, Made, make_all
+from benchmarks.paper.making import Made, make_all
 from benchmarks.paper.page import tables, to_dict, write, write_page
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import Stopped
 
 
-@pytest.mark.parametrize("folder", [claims, ours])
-def test_every_module_with_a_figure_is_registered_and_quotes_the_paper_if_it_is_the_papers(folder):
+def test_every_module_with_a_figure_is_registered_and_quotes_the_paper():
     modules = [
-        importlib.import_module(f"{folder.__name__}.{one.name}") for one in pkgutil.iter_modules(folder.__path__)
+        importlib.import_module(f"{claims.__name__}.{one.name}") for one in pkgutil.iter_modules(claims.__path__)
     ]
-    made = {module.__name__.rpartition(".")[2]: module.FIGURE for module in modules if hasattr(module, "FIGURE")}
-    assert made == folder.FIGURES
-    for name, figure in made.items():
-        assert figure.name == name
-        assert bool(re.fullmatch(r"(I|II|III|IV|V)(-[A-C])?", figure.section)) == (folder is claims)
-        assert figure.presets == (making.BOTH if folder is claims else ("paper",))
-        assert (20 < len(figure.quote) <= 200) == (folder is claims)
+    assert {module.__name__.rpartition(".")[2]: module.FIGURE for module in modules} == claims.FIGURES
+    for name, figure in claims.FIGURES.items():
+        assert figure.name == name and 20 < len(figure.quote) <= 200
+        assert re.fullmatch(r"(I|II|III|IV|V)(-[A-C])?", figure.section)
 
 
 def test_the_same_seed_writes_the_same_files_and_figures_that_are_stopped_leave_what_is_made(
@@ -50,7 +46,7 @@ def test_the_same_seed_writes_the_same_files_and_figures_that_are_stopped_leave_
     with pytest.raises(Stopped, match="1 of 2 figures are in"):  # the longest first
         make_all(names, two, presets=("paper",), done=made.append, should_stop=lambda: bool(made), **how)
     pictures = [f"capture_geometry_paper_{columns}col.{kind}" for columns in (1, 2) for kind in ("pdf", "svg")]
-    for name in ("capture_geometry_paper.json", "capture_geometry_paper.png", "figures.md", "robustness.md", *pictures):
+    for name in ("capture_geometry_paper.json", "capture_geometry_paper.png", "figures.md", *pictures):
         assert (one / name).read_bytes() == (two / name).read_bytes(), name
     assert "## capture_geometry" in (two / "figures.md").read_text()
     points = [
@@ -62,7 +58,7 @@ def test_the_same_seed_writes_the_same_files_and_figures_that_are_stopped_leave_
 def record_of(name, parts, preset="paper", size=1.0):
     """A figure's record as its file would hold it, but for games that were not played."""
     finding = Finding(parts=parts, method="Wilson", configs={"rules": GameConfig()}, seeds=[0], series={})
-    return to_dict(EVERY[name], finding, Setting(preset, 0, size))
+    return to_dict(claims.FIGURES[name], finding, Setting(preset, 0, size))
 
 
 def test_pages_and_tables_tell_each_verdict_and_its_parts_and_which_are_ours_and_a_trial_says_so(tmp_path):
@@ -72,49 +68,57 @@ def test_pages_and_tables_tell_each_verdict_and_its_parts_and_which_are_ours_and
     records = [
         record_of("adversary", [won, more, late]),
         record_of("adversary", [won._replace(holds=False), late], "released"),
-        record_of("dropout", [more], size=0.1),
     ]
     for record in records:
         write(record, tmp_path)
-    for one in (claims, ours):
-        write_page(one.PAGE, one.FIGURES, tmp_path)
-    page, own = ((tmp_path / f"{name}.md").read_text() for name in ("figures", "robustness"))
-    figure = EVERY["adversary"]
+    write_page(tmp_path)
+    page = (tmp_path / "figures.md").read_text()
+    figure = claims.FIGURES["adversary"]
     assert f"|[adversary](#adversary): {figure.claim}|reproduced|not reproduced|" in page
     assert "`paper`: 1 reproduced; `released`: 1 not reproduced" in page and figure.note in page
     assert "|won, below half|yes: 0.4 (0.3..0.45)|no: 0.4 (0.3..0.45)|" in page
     assert "|*ours:* seconds|never|never|" in page and "](adversary_released.png)" in page
-    assert "A trial: 10 %" in own and "trial" not in page and "|does not hold|" in own
-    assert all((tmp_path / name).is_file() for name in ("figures_claims.csv", "robustness_parts.csv"))
+    assert "trial" not in page and all((tmp_path / f"figures_{name}.csv").is_file() for name in ("claims", "parts"))
+    write(record_of("comebacks", [won], size=0.1), tmp_path)
+    write_page(tmp_path)
+    assert "A trial: 10 %" in (tmp_path / "figures.md").read_text()
     found = tables([{record["preset"]: record} for record in records])
     told = (figure.section, figure.quote, figure.claim, figure.revised)
     assert found["claims"][1] == ("adversary", *told, "paper", "reproduced")
     assert found["parts"][2][:6] == ("adversary", "paper", "firm", "ours", "won, below a tenth", "no")
-    assert found["parts"][3][5:] == ("", "never", "", "", "exact") and found["parts"][5][2] == "paper"
+    assert found["parts"][3][5:] == ("", "never", "", "", "exact") and found["parts"][4][2] == "paper"
 
 
-def test_a_verdict_counts_the_papers_parts_where_there_are_some():
+def test_a_verdict_counts_the_papers_parts_alone():
     yes, no = (Part("", 0.0, None, holds) for holds in (True, False))
     mine = no._replace(ours=True)
     assert [verdict(parts) for parts in ([yes, mine], [yes, no], [no])] == ["reproduced", "partly", "not reproduced"]
-    shown = mine._replace(holds=None)
-    assert [verdict([one._replace(ours=True), shown]) for one in (yes, no)] == ["holds", "does not hold"]
 
 
 def test_ctrl_c_names_the_line_that_makes_the_other_figures_and_a_wrong_name_the_nearest(tmp_path, capsys, monkeypatch):
     def interrupt(name, setting, out, command):
-        if name != "dropout":  # the longest, so the first
+        if name != "flocking_comparison":  # the longest, so the first
             raise KeyboardInterrupt
-        return Made(name, setting.preset, "holds", 0.1)
+        return Made(name, setting.preset, "reproduced", 0.1)
 
     monkeypatch.setattr(making, "make", interrupt)
-    options = ["--seed", "3", "--processes", "1", "--out", str(tmp_path), "--only", "capture_geometry", "dropout"]
+    options = [
+        "--seed",
+        "3",
+        "--processes",
+        "1",
+        "--out",
+        str(tmp_path),
+        "--only",
+        "capture_geometry",
+        "flocking_comparison",
+    ]
     monkeypatch.setattr(sys, "argv", ["benchmarks.paper", *options])
     with pytest.raises(SystemExit, match="130"):
         main()
     how = "--seed 3 --processes 1 --size 1 --presets paper released"
     line = f"python -m benchmarks.paper --out {tmp_path} {how} --only capture_geometry"
     assert f"go on with: {line}\n" in capsys.readouterr().err
-    monkeypatch.setattr(sys, "argv", ["benchmarks.paper", "--only", "dropuot", "--out", str(tmp_path)])
-    with pytest.raises(SystemExit, match="did you mean 'dropout'"):
+    monkeypatch.setattr(sys, "argv", ["benchmarks.paper", "--only", "flocking_comparisno", "--out", str(tmp_path)])
+    with pytest.raises(SystemExit, match="did you mean 'flocking_comparison'"):
         main()
