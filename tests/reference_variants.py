@@ -121,33 +121,6 @@ class VariantRules(RuleReference):
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Who hears whom
-# ---------------------------------------------------------------------------------------------------------------------
-
-
-def heard_within(positions: NDArray[np.floating], radius: float) -> Booleans:
-    """Whether drones are at most a radius apart, `[i, j]`, for (N, 2) positions; of whatever team."""
-    places = np.asarray(positions, dtype=np.float64)
-    return np.asarray(np.linalg.norm(places[:, None] - places[None], axis=-1) <= radius)
-
-
-def relayed(heard: Booleans, teams: NDArray[np.integer], failed: Booleans | None = None) -> Booleans:
-    """Return whether a message of j gets to i, `[i, j]`, if all but failed drones pass on what they hear."""
-    drones = len(teams)
-    working = np.ones(drones, dtype=np.bool_) if failed is None else ~failed
-    reached = np.eye(drones, dtype=np.bool_)
-    for i in range(drones):
-        asked = [i] if working[i] else []
-        while asked:
-            through = asked.pop()
-            for j in range(drones):
-                if heard[through, j] and teams[j] == teams[i] and working[j] and not reached[i, j]:
-                    reached[i, j] = True
-                    asked.append(j)
-    return reached
-
-
-# ---------------------------------------------------------------------------------------------------------------------
 # Flocking
 # ---------------------------------------------------------------------------------------------------------------------
 

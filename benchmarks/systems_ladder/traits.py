@@ -35,8 +35,8 @@ EVEN: Modes = ()
 MIDDLE: Modes = ((0.5, 0.5, 0.1),)
 LOST = 0.3
 """Share of the drones that is captured."""
-TALK, LOSS = 0.2, 0.5
-"""Map widths that messages reach, and the share of them that is lost, where talk is hard."""
+TALK = 0.2
+"""Map widths that messages reach where talk is hard."""
 REACHED = 0.005
 """Ergodic metric at which the bimodal target counts as covered."""
 
@@ -47,7 +47,7 @@ def measure_traits(system: str, game: GameConfig, *, seed: int, starts: int, sec
     """Return the traits of a control system as plain values, each from so many starts.
 
     They are `even`, the metric of even coverage by track; `own`, that of its own `target`; the ratios of this, `size`,
-    `permutation`, `captured`, `leader`, `talk` and `loss`; and `bimodal`, what covers two modes. All but the last and
+    `permutation`, `captured`, `leader` and `talk`; and `bimodal`, what covers two modes. All but the last and
     the ratios are means with their intervals. A team flies for so many seconds before anything changes, and as long
     again, which is judged.
     """
@@ -68,7 +68,6 @@ def measure_traits(system: str, game: GameConfig, *, seed: int, starts: int, sec
         "captured": (keeping(usual, lambda sim: _capture(sim, LOST, generator)), own),
         "leader": (keeping(usual, _capture_leader), own),
         "talk": (talking(communication_radius=TALK), own),
-        "loss": (talking(message_loss=LOSS), own),
     }
     return {
         "system": system,

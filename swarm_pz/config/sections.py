@@ -6,8 +6,9 @@ What divides has a least value: whatever is reckoned from numbers in their range
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, Self, get_args
 
 from swarm_pz.config.base import (
     Config,
@@ -29,6 +30,9 @@ from swarm_pz.config.constants import (
 Occasion = Literal["capture", "command", "sending"]
 """When something can be forgotten: a drone is captured, its team follows another command than before, or its team is
 sent one, the same again too."""
+
+_REMOVED = (("message_loss", 0.0), ("relay", False))
+"""Options of the controller that this version no longer has, at the values of protocol 2 and of its players."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,11 +160,6 @@ class ControllerConfig(Config):
         Weights Lambda_k of the modes: (1 + |k|^2)^(-3/2), or exp(-0.8 |k|).
     communication_radius : float, optional
         Drones average over the team-mates within this distance, in map widths; None: over all.
-    message_loss : float
-        Share of the messages between two drones that are lost, each on its own.
-    relay : bool
-        Whether drones pass on at once what they hear, so that each averages over all whom a chain of messages
-        leads from.
     target_mass : float
         What a target that was sent sums to, as the controller sees it: it compares c_k with this times the phi_k
         of a density. The uniform target of the start, which nobody sent, sums to 1.
@@ -179,10 +178,15 @@ class ControllerConfig(Config):
     max_acceleration: float = 1.0
     spectrum: Literal["sobolev", "exponential"] = hash_exempt("sobolev")
     communication_radius: float | None = hash_exempt(None)
-    message_loss: float = hash_exempt(0.0)
-    relay: bool = hash_exempt(False)
     target_mass: float = hash_exempt(1.0)
     warm_start: bool = hash_exempt(False)
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Self:
+        """Build it from plain values, in which frozen protocols and players name two options more: both are off."""
+        if isinstance(values, Mapping):
+            values = {name: value for name, value in values.items() if (name, value) not in _REMOVED}
+        return super().from_dict(values)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -196,8 +200,6 @@ class ControllerConfig(Config):
         check_choice(self.spectrum, "controller.spectrum", ("sobolev", "exponential"))
         if self.communication_radius is not None:
             check_number(self.communication_radius, "controller.communication_radius", 0.0, 2.0)
-        check_number(self.message_loss, "controller.message_loss", 0.0, 1.0)
-        check(isinstance(self.relay, bool), "controller.relay", self.relay, "True or False")
         check_number(self.target_mass, "controller.target_mass", 1e-3, 1e3)
         check(isinstance(self.warm_start, bool), "controller.warm_start", self.warm_start, "True or False")
 

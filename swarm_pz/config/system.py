@@ -55,7 +55,7 @@ class ControlSystem(Config):
     takes : str
         The kind of its commands. Policies say which kind they answer; the same word means the same space.
     shares : str
-        What each drone tells those that hear it, in words. Talk radius, loss and relays apply to it.
+        What each drone sends to the team-mates within the communication radius, in words.
     shapes : tuple of str
         Names of the shapes that its commands may have, for those who choose one by hand.
     turns : {"", "images", "places", "vectors"}

@@ -13,7 +13,7 @@ import numpy as np
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint64s
 from swarm_pz.kernels.capture import Boards, add_up, find_captured
-from swarm_pz.kernels.controllers.communication import Communication, Crew, ergodic_among_heard, who_hears_whom
+from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
 from swarm_pz.kernels.controllers.plans import plans_of
 from swarm_pz.kernels.dynamics import move
@@ -254,15 +254,7 @@ def solve_with_variants(
         swarm.accelerations[:] = np.float32(0.0)
     elif variants.communication.is_local:
         swarm = with_teams(swarm, at_work(swarm.teams, games.failed[e]))
-        ergodic_among_heard(
-            swarm,
-            games.coefficients[e],
-            controller,
-            scratch,
-            variants.communication,
-            games.seeds[e],
-            games.ticks[e],
-        )
+        ergodic_among_heard(swarm, games.coefficients[e], controller, scratch, variants.communication.radius)
     else:
         ergodic(swarm, games.coefficients[e], controller, scratch)
     if variants.is_given:
@@ -428,25 +420,3 @@ def are_decided(teams: Int8s) -> Bools:
     for place in range(len(teams)):
         decided[place] = has_loser(teams[place])
     return decided
-
-
-@entry_point
-def find_heard(
-    positions: Float32s,
-    crews: Int8s,
-    rows: Int64s,
-    seeds: Uint64s,
-    ticks: Int64s,
-    communication: Communication,
-    heard: Bools,
-) -> None:
-    """Write whether drone i hears drone j in the solve of this tick, (n, N, N) `[i, j]`, among crews (n, N).
-
-    The others are as of `Games`, whose other arrays would take seconds to compile.
-    """
-    for place in range(len(rows)):
-        e = rows[place]
-        found = who_hears_whom(Crew(positions[e], crews[place]), communication, seeds[e], ticks[e])
-        for i in range(heard.shape[1]):  # one by one: copying whole arrays takes seconds to compile
-            for j in range(heard.shape[2]):
-                heard[place, i, j] = found[i, j]

@@ -10,8 +10,8 @@ import numpy as np
 
 from swarm_pz.kernels import kernel
 
-FAILURE, MESSAGE = 0, 1
-"""What a draw can be for."""
+FAILURE = 0
+"""The purpose of a draw: whether a drone fails or returns."""
 _STEP = np.uint64(0x9E3779B97F4A7C15)
 _FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)

@@ -21,8 +21,7 @@ from swarm_pz.config.installed import FAULTS
 from swarm_pz.config.system import ControlSystem, Flight, serve, serves_densities
 from swarm_pz.config.values import TOLERANCE, as_floats, check_densities, describe, repr_of
 from swarm_pz.errors import CommandError, ConfigError, FlightError, SwarmError
-from swarm_pz.kernels.controllers.communication import communication_parameters
-from swarm_pz.kernels.game import DIRECT, ERGODIC, GIVEN, Games, find_heard
+from swarm_pz.kernels.game import DIRECT, ERGODIC, GIVEN, Games
 
 _SOLVES = 10
 """Solves over which a system must keep up with the game: one alone may have waited for the processor."""
@@ -68,7 +67,6 @@ class Control:
         longest = max(math.prod(shape) for shape in self._shapes.values())
         are_densities = set(self._shapes.values()) == {self._densities}
         self.command_shape: tuple[int, ...] = self._densities if are_densities else (longest,)
-        self._communication = communication_parameters(config)
         self._spent: dict[int, collections.deque[tuple[float, float]]] = {
             number: collections.deque(maxlen=_SOLVES) for number in self.systems
         }
@@ -261,13 +259,11 @@ class Control:
         """Return what a system is shown of one team of some games."""
         own = (games.teams[rows] == team) & ~games.failed[rows]
         unknown = np.float32(np.nan)
-        if self._communication.is_local:
-            heard = np.empty((*own.shape, own.shape[1]), np.bool_)
-            crews = np.where(own, 0, -1).astype(np.int8)
-            find_heard(games.positions, crews, rows, games.seeds, games.ticks, self._communication, heard)
-            heard &= own[:, :, None] & own[:, None, :]
-        else:
-            heard = own[:, :, None] & own[:, None, :]
+        heard = own[:, :, None] & own[:, None, :]
+        if (radius := self.config.controller.communication_radius) is not None:
+            x, y = np.moveaxis(games.positions[rows].astype(np.float64), -1, 0)
+            away_x, away_y = x[:, :, None] - x[:, None, :], y[:, :, None] - y[:, None, :]
+            heard &= away_x * away_x + away_y * away_y <= radius * radius
         return Flight(
             positions=np.where(own[:, :, None], games.positions[rows], unknown),
             velocities=np.where(own[:, :, None], games.velocities[rows], unknown),

@@ -39,7 +39,7 @@ NUMBERS = {
     (CaptureConfig, "capture."): {"threshold": (0.001, 0.999)},
     (ControllerConfig, "controller."): {
         "ergodic_weight": MILLION, "control_weight": (1e-4, 1e6), "wall_weight": MILLION, "wall_margin": (0.0, 0.5),
-        "max_acceleration": (1e-9, 100.0), "communication_radius": (0.0, 2.0), "message_loss": (0.0, 1.0),
+        "max_acceleration": (1e-9, 100.0), "communication_radius": (0.0, 2.0),
         "target_mass": (1e-3, 1e3),
     },
     (FlockingConfig, "flocking."): {
@@ -57,8 +57,7 @@ OPTIONS = [
     GameConfig(controllers="flocking"),
     GameConfig(controllers=("ergodic", "flocking"), flocking=FlockingConfig(migration=(1, 2))),
     GameConfig(memory=MemoryConfig(trail=None, controller=None, trail_forgotten_on=("command",))),
-    GameConfig(controller=ControllerConfig(spectrum="exponential", communication_radius=0.2, message_loss=0.1)),
-    GameConfig(controller=ControllerConfig(relay=True)),
+    GameConfig(controller=ControllerConfig(spectrum="exponential", communication_radius=0.2)),
     GameConfig(controller=ControllerConfig(warm_start=True)),
     GameConfig(dynamics=DynamicsConfig(speed_factor=0.5, failure_rate=0.1, repair_rate=0.2)),
     GameConfig.preset("fixed_wing"),
@@ -105,7 +104,6 @@ PEACE = CaptureConfig(enabled=False)
         (lambda: MemoryConfig(controller_forgotten_on="capture"), "memory.controller_forgotten_on"),
         (lambda: CaptureConfig(enabled=1), "capture.enabled .*got 1"),
         (lambda: CaptureConfig(field="trails"), "capture.field"),
-        (lambda: ControllerConfig(relay=1), "controller.relay"),
         (lambda: ControllerConfig(warm_start=1), "controller.warm_start"),
         (lambda: ControllerConfig(spectrum="flat"), "controller.spectrum"),
         (lambda: FlockingConfig(migration=5.0), "flocking.migration"),
@@ -209,8 +207,19 @@ def test_the_rules_are_all_but_what_a_seat_sees_and_is_rewarded_for():
 
 
 def test_defaults_and_hashes_are_those_that_shipped_files_name():
-    assert (GameConfig().hash, GameConfig().rules_hash) == ("6c87a3d2c1f6ff12", "bd58485b8294f145")
-    assert digest(GameConfig().to_dict()) == "14c3a5f94f19389d"  # also of the fields that hashes leave out
+    presets = [GameConfig.preset(name) for name in ("paper", "fixed_wing", "released")]
+    assert presets[0] == GameConfig()
+    assert [config.hash for config in presets] == ["6c87a3d2c1f6ff12", "692c22f28dd5a2ca", "1f461901b95918b8"]
+    assert [config.rules_hash for config in presets] == ["bd58485b8294f145", "a2ae7bf79b10958f", "cdcb2ff7d9808fae"]
+    assert digest(GameConfig().to_dict()) == "71970c921238f3ef"  # also of the fields that hashes leave out
+
+
+def test_of_options_that_are_gone_stored_rules_may_name_those_that_were_off():
+    stored = GameConfig().to_dict()
+    stored["controller"] |= {"message_loss": 0.0, "relay": False}
+    assert GameConfig.from_dict(stored) == GameConfig()
+    with pytest.raises(ConfigError, match="no field 'message_loss'"):
+        GameConfig.from_dict(stored | {"controller": {"message_loss": 0.1}})
 
 
 @pytest.mark.parametrize("name", ["trail", "time_limit", "command_period"])

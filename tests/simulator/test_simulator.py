@@ -48,7 +48,7 @@ def unchanged(simulator: Simulator):
 
 
 UNLUCKY = GameConfig(
-    controller=ControllerConfig(communication_radius=0.4, message_loss=0.5),
+    controller=ControllerConfig(communication_radius=0.4),
     dynamics=DynamicsConfig(failure_rate=0.2, repair_rate=1.0),
 )
 

@@ -86,8 +86,8 @@ def find_not_finite(name: str, states: int, seed: int) -> int:
     generator, found = np.random.default_rng(seed), 0
     for first in range(0, states, 20):
         count, drones = min(20, states - first), int(generator.choice([1, 2, 5, 12]))
-        radius, loss = generator.choice([None, 0.0, 0.2]), float(generator.choice([0.0, 0.3]))
-        config = game_of(name, drones, controller=ControllerConfig(communication_radius=radius, message_loss=loss))
+        radius = generator.choice([None, 0.0, 0.2])
+        config = game_of(name, drones, controller=ControllerConfig(communication_radius=radius))
         commands = [sampled(name, config, generator, count) for _ in range(2)]
         lengths = np.linalg.norm(solve(config, extreme_states(generator, count, drones), commands), axis=2)
         found += int((~(lengths <= 1.0 + 1e-5)).any(axis=1).sum())

@@ -162,10 +162,9 @@ def test_it_knows_nothing_of_its_opponents(scene):
     np.testing.assert_array_equal(one[state.teams == 0], other[state.teams == 0])
 
 
-def test_a_drone_that_hears_nobody_depends_on_nobody_be_they_too_far_or_their_messages_lost(scene):
+def test_a_drone_that_hears_nobody_depends_on_nobody(scene):
     state, commands, solve = scene
     one = solve(state, commands, communication_radius=0.0)
-    np.testing.assert_array_equal(one, solve(state, commands, message_loss=1.0))
     moved = random_states(np.random.default_rng(9), 3, 12)
     for array, other in zip(moved[:2], state[:2], strict=True):
         array[:, 4] = other[:, 4]
@@ -235,7 +234,7 @@ def assert_same_game(one, row, other, other_row):
 
 
 def test_a_game_is_the_same_alone_in_any_row_with_any_threads_and_from_a_snapshot(name):
-    config = GameConfig(controllers=name, controller=ControllerConfig(communication_radius=0.3, message_loss=0.2))
+    config = GameConfig(controllers=name, controller=ControllerConfig(communication_radius=0.3))
     batch, alone, copy = Simulator(config, num_games=4, threads=2), Simulator(config), Simulator(config)
     batch.reset(range(4))
     play(batch, range(4))

@@ -1,4 +1,4 @@
-"""The ergodic controller when not everybody hears everybody: drones average over whom they hear.
+"""The ergodic controller when messages reach only so far: each drone averages over the team-mates that it hears.
 
 The equations are those of `swarm_pz.kernels.controllers.ergodic`, whose steps this file puts together once for
 each drone; only step 4 differs.
@@ -13,7 +13,7 @@ import numpy as np
 
 from swarm_pz.config import GameConfig
 from swarm_pz.kernels import kernel
-from swarm_pz.kernels.arrays import Bools, Float32s, Int8s, Int64s
+from swarm_pz.kernels.arrays import Float32s, Int64s
 from swarm_pz.kernels.controllers.ergodic import (
     ErgodicParameters,
     Scratch,
@@ -23,77 +23,35 @@ from swarm_pz.kernels.controllers.ergodic import (
     tabulate,
     weigh,
 )
-from swarm_pz.kernels.rng import MESSAGE, draw
 from swarm_pz.kernels.swarm import Swarm
 
 
 class Communication(NamedTuple):
-    """Who can hear whom."""
+    """Limits of communication within a team."""
 
     is_local: bool
-    """Whether this file is needed at all."""
+    """Whether some drones may not receive the messages of all others."""
     radius: float
     """Map widths that a message reaches."""
-    loss: float
-    """Share of the messages that are lost."""
-    relays: bool
-    """Whether drones pass on what they hear."""
-
-
-class Crew(NamedTuple):
-    """What decides who can hear whom: of a `Swarm`, all that matters here."""
-
-    positions: Float32s
-    """(N, 2) map widths."""
-    teams: Int8s
-    """(N,) -1 for a drone that takes no part."""
 
 
 def communication_parameters(config: GameConfig) -> Communication:
-    """Return who can hear whom in a game; drones that may fail are heard by nobody when they have."""
-    radius, loss = config.controller.communication_radius, config.controller.message_loss
+    """Return the limits of communication; failed drones neither send nor receive."""
+    radius = config.controller.communication_radius
     return Communication(
-        is_local=radius is not None or loss > 0.0 or config.dynamics.failure_rate > 0.0,
+        is_local=radius is not None or config.dynamics.failure_rate > 0.0,
         radius=math.inf if radius is None else float(radius),
-        loss=float(loss),
-        relays=config.controller.relay,
     )
 
 
 @kernel
-def hears(i: int, j: int, swarm: Swarm | Crew, communication: Communication, seed: np.uint64, tick: int) -> bool:
-    """Whether drone j's own message reaches drone i in the solve at this tick; everybody hears oneself."""
-    positions, teams = swarm.positions, swarm.teams
-    if i == j:
-        return True
-    if teams[i] != teams[j]:
+def hears(i: int, j: int, swarm: Swarm, radius: float) -> bool:
+    """Whether the message of drone j reaches drone i, a team-mate or itself."""
+    if swarm.teams[i] != swarm.teams[j]:
         return False
-    away_x = np.float64(positions[i, 0]) - np.float64(positions[j, 0])
-    away_y = np.float64(positions[i, 1]) - np.float64(positions[j, 1])
-    if away_x * away_x + away_y * away_y > communication.radius * communication.radius:
-        return False
-    return communication.loss == 0.0 or draw(seed, MESSAGE, tick, i, j) >= communication.loss
-
-
-@kernel
-def who_hears_whom(swarm: Swarm | Crew, communication: Communication, seed: np.uint64, tick: int) -> Bools:
-    """Return whether drone i hears drone j in the solve at this tick, (N, N) `[i, j]`, also through others.
-
-    With relays, i hears j where a chain of messages leads from j to i: the transitive closure (Warshall, A theorem
-    on boolean matrices, J. ACM 9, 1962).
-    """
-    num_drones = swarm.teams.shape[0]
-    heard = np.empty((num_drones, num_drones), np.bool_)
-    for i in range(num_drones):
-        for j in range(num_drones):
-            heard[i, j] = hears(i, j, swarm, communication, seed, tick)
-    if communication.relays:
-        for between in range(num_drones):
-            for i in range(num_drones):
-                if heard[i, between]:
-                    for j in range(num_drones):
-                        heard[i, j] |= heard[between, j]
-    return heard
+    away_x = np.float64(swarm.positions[i, 0]) - np.float64(swarm.positions[j, 0])
+    away_y = np.float64(swarm.positions[i, 1]) - np.float64(swarm.positions[j, 1])
+    return bool(away_x * away_x + away_y * away_y <= radius * radius)
 
 
 @kernel
@@ -122,14 +80,11 @@ def ergodic_among_heard(
     target: Float32s,
     parameters: ErgodicParameters,
     scratch: Scratch,
-    communication: Communication,
-    seed: np.uint64,
-    tick: int,
+    radius: float,
 ) -> None:
-    """Solve for every drone of one game that takes part, with c averaged over the drones that it hears.
+    """Solve for every drone of one game that takes part, with c averaged over the drones within a radius.
 
-    Arguments are as of `ergodic`; `seed` is that of the game's messages. The scratch's `means` become the teams' mean
-    coefficients.
+    Arguments are as of `ergodic`. The scratch's `means` become the teams' mean coefficients.
     """
     teams = swarm.teams
     num_drones, modes = teams.shape[0], len(parameters.modes)
@@ -147,15 +102,16 @@ def ergodic_among_heard(
         sizes[teams[i]] += 1
     for team in range(2):
         scratch.means[team] /= np.float32(max(sizes[team], 1))
-    heard = who_hears_whom(swarm, communication, seed, tick)
     for i in range(num_drones):
         if teams[i] < 0:
             continue
         mean[:] = np.float32(0.0)
+        count = 0
         for j in range(num_drones):
-            if heard[i, j]:
+            if hears(i, j, swarm, radius):
                 mean += own[j]
-        mean /= np.float32(heard[i].sum())
+                count += 1
+        mean /= np.float32(count)
         weigh(mean, target[teams[i]], parameters, scratch)
         some = numbers[i : i + 1]
         look_ahead(some, swarm, parameters, scratch.tables)

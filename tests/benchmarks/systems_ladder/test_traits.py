@@ -20,16 +20,13 @@ def lone():
 
 
 def test_each_trait_is_the_ratio_of_what_was_changed_to_what_was_not(monkeypatch):
-    flown = []
-
     def kept(simulator, system, seconds, change=None):
         """Return a number that says how the games were flown, in place of the metric."""
         controller = simulator.config.controller
-        flown.append(controller)
         if change is not None:
             change(simulator)
         size = int((simulator.teams == RED).sum(axis=1)[0])
-        hard = 2.0 if controller.communication_radius == traits.TALK else 3.0 if controller.message_loss else 1.0
+        hard = 2.0 if controller.communication_radius == traits.TALK else 1.0
         return np.full(2, hard * 7.0**size)
 
     monkeypatch.setattr(traits, "SIZE", 4)
@@ -37,11 +34,9 @@ def test_each_trait_is_the_ratio_of_what_was_changed_to_what_was_not(monkeypatch
     monkeypatch.setattr(traits, "_kept", kept)
     monkeypatch.setattr(traits, "measure_bimodal", lambda *_, **__: None)
     found = traits.measure_traits("direct", GameConfig(), seed=0, starts=2, seconds=1)
-    ratios = {name: found[name]["mean"] for name in ("size", "permutation", "captured", "leader", "talk", "loss")}
-    expected = {"size": 7.0**3, "permutation": 1.0, "captured": 1 / 7, "leader": 1 / 7, "talk": 2.0, "loss": 3.0}
+    ratios = {name: found[name]["mean"] for name in ("size", "permutation", "captured", "leader", "talk")}
+    expected = {"size": 7.0**3, "permutation": 1.0, "captured": 1 / 7, "leader": 1 / 7, "talk": 2.0}
     assert ratios == pytest.approx(expected)
-    (lossy,) = [one for one in flown if one.message_loss]
-    assert lossy.message_loss == traits.LOSS
 
 
 @pytest.mark.parametrize("name", sorted(registered()))
