@@ -70,6 +70,7 @@ def play(
     """
     need_play()
     from swarm_pz import policies
+    from swarm_pz.evaluation.ledger import folder_lock
     from swarm_pz.play.factors import Factors, read_factors
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.lsl import Markers
@@ -93,23 +94,24 @@ def play(
     for team, own in enumerate(varied):
         if own.share > 0.0:
             policies.load(own.helper, game, game.team_systems[team])
-    serve(
-        installed,
-        host=host,
-        port=port,
-        allowed_hosts=allowed_hosts,
-        folder=out,
-        page=f"play={quote(opponent, safe=':/')}" if opponent is not None else "ladder" if ladder else "",
-        countdown_s=countdown,
-        table=table,
-        cards=_cards(),
-        record_labels=record_labels,
-        markers=Markers(*lsl) if lsl is not None else None,
-        levels=out / "levels" if ladder else None,
-        embedders=embed,
-        greeting=f"rules: {game.rules_hash} (rules_hash of rooms as they are set at first)",
-        beside=_beside(host, rosbridge, ros_opponent, ros_origin, table),
-    )
+    with folder_lock(out):
+        serve(
+            installed,
+            host=host,
+            port=port,
+            allowed_hosts=allowed_hosts,
+            folder=out,
+            page=f"play={quote(opponent, safe=':/')}" if opponent is not None else "ladder" if ladder else "",
+            countdown_s=countdown,
+            table=table,
+            cards=_cards(),
+            record_labels=record_labels,
+            markers=Markers(*lsl) if lsl is not None else None,
+            levels=out / "levels" if ladder else None,
+            embedders=embed,
+            greeting=f"rules: {game.rules_hash} (rules_hash of rooms as they are set at first)",
+            beside=_beside(host, rosbridge, ros_opponent, ros_origin, table),
+        )
 
 
 def replay(

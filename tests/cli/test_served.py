@@ -10,6 +10,7 @@ import pytest
 
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
+from swarm_pz.evaluation.ledger import folder_lock
 from swarm_pz.play.recordings import playback
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.sandbox import Sandbox
@@ -106,6 +107,13 @@ def test_a_recording_that_plays_differently_here_or_breaks_off_is_an_error(tmp_p
     said = refused("replay b.jsonl --verify")
     assert "plays differently here from tick" in said and "had to come into force at tick" in said
     assert "it is unfinished: it breaks off after" in said
+
+
+def test_a_folder_of_recordings_is_one_servers(served, refused):
+    with folder_lock(Path("games")):
+        assert "games is being played in by process" in refused("play --out games")
+    run("play --out games")
+    assert len(served) == 1
 
 
 @pytest.mark.parametrize(
