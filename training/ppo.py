@@ -146,9 +146,10 @@ class Training:
             self._load_checkpoint()
         else:  # nothing of an earlier run may be taken for this one's
             clear(folder)
-            self.save_checkpoint()
         with draft_of(folder / SETTINGS) as draft:
             draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
+        if not resume:  # after the settings: --resume reads them wherever there is a checkpoint
+            self.save_checkpoint()
 
     def _learning_rate(self) -> float:
         done = self.model.num_timesteps / self.config.total_steps if hasattr(self, "model") else 0.0

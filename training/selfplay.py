@@ -129,9 +129,10 @@ class League:
             invited = [Member(name, name, "script") for name in config.scripts]
             invited += [Member(name, name, "initial") for name in config.initial_opponents]
             self.pool = Pool(invited, config_hash=settings.hash)
-            self._snapshot()
         with draft_of(folder / SETTINGS) as draft:
             draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
+        if not resume:  # after the settings: --resume reads them wherever there is a league
+            self._snapshot()
 
     def run(self, should_stop: Callable[[], bool] = never) -> LearnedPolicy:
         """Play the league to its end, write the learner's tactic and return it.

@@ -8,7 +8,10 @@ import pytest
 
 from swarm_pz.errors import CheckpointError, ConfigError, OutputError
 from swarm_pz.training.checkpoint import CHECKPOINT, write
-from swarm_pz.training.folders import SEARCH, check_folder, choose, held_by, next_free
+from swarm_pz.training.folders import SEARCH, SETTINGS, check_folder, choose, held_by, next_free
+from swarm_pz.training.ppo import Training
+from swarm_pz.training.selfplay import League
+from tests.training.runs import LEAGUE, TINY, quiet
 
 RUNS = Path("runs")
 
@@ -81,3 +84,20 @@ def test_a_run_goes_to_the_next_free_folder_and_the_latest_is_resumed():
     for asked in ({"overwrite": True}, {"out": first, "resume": True, "overwrite": True}):
         with pytest.raises(ConfigError, match=r"which run to replace|give one of them"):
             chosen(**asked)
+
+
+@pytest.mark.parametrize(("kind", "save", "config"), [(Training, "save_checkpoint", TINY), (League, "_save", LEAGUE)])
+def test_a_run_that_is_killed_after_its_first_checkpoint_has_settings_to_be_resumed_by(
+    tmp_path, monkeypatch, kind, save, config
+):
+    write_checkpoint = getattr(kind, save)
+
+    def write_and_die(run):
+        write_checkpoint(run)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(kind, save, write_and_die)
+    with pytest.raises(KeyboardInterrupt):
+        kind(config, tmp_path, say=quiet)
+    assert held_by(tmp_path) is not None
+    assert type(config).from_dict(json.loads((tmp_path / SETTINGS).read_text())) == config
