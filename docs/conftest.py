@@ -4,7 +4,7 @@ import warnings
 
 import pytest
 
-collect_ignore = ["site_hooks.py"]  # needs what docs/requirements.txt names
+collect_ignore = ["site_hooks.py"]  # MkDocs runs it
 
 
 @pytest.fixture(autouse=True)

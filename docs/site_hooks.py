@@ -21,7 +21,7 @@ from swarm_pz.cli.table import site_files
 _LINK = re.compile(r"\]\(([\w./-]+)((?:#[^)\s]*)?)\)")
 _LANGUAGES = {
     ".py": "python", ".js": "javascript", ".html": "html", ".toml": "toml", ".json": "json", ".md": "markdown",
-    "": "bash",
+    ".cpp": "cpp", ".rs": "rust", "": "bash",
 }  # fmt: skip
 _ENTRIES = "docs/board/entries"
 """What the board is in a clone; on the site it is a page."""

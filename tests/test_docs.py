@@ -1,4 +1,4 @@
-"""The pages' snippets run, and pages that are written by a program are up to date; docs/check.py has the rest."""
+"""The pages' snippets run, and pages that a program writes are up to date; names and links: test_pages.py."""
 
 from __future__ import annotations
 
