@@ -133,6 +133,18 @@ test("a game counts down, takes what is drawn, ends and is recorded; of what com
   assert.deepEqual(JSON.parse(await visitor.table.answer("recordings")).map(({ name, seconds }) => [name, seconds]), [[recording, 4]]);
 });
 
+test("a countdown that is called off leaves the result and the recording of the game before", async () => {
+  const visitor = new Visitor();
+  await visitor.begin({}, { time_limit: 1 });
+  await visitor.pass(1500);
+  const over = visitor.last("room");
+  await visitor.say("ready");
+  assert.deepEqual([over.phase, visitor.last("room").phase], ["over", "starting"]);
+  await visitor.say("ready", { ready: false });
+  assert.deepEqual(visitor.last("room"), over);
+  assert.equal(visitor.frames.at(-1).tick, 30);
+});
+
 test("a page that is loaded anew goes on with its game, which is recorded as one", async () => {
   const visitor = new Visitor();
   await visitor.begin();

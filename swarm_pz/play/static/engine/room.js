@@ -48,7 +48,7 @@ export function stateOf(has) {
 }
 
 export class Room {
-  table; code; once; lesson; seed; moment; phase; sizes; games; sequence; isHere; token; game; early; players; recorder; outcome; endedBy;
+  table; code; once; lesson; seed; moment; phase; sizes; games; sequence; isHere; token; game; early; before; players; recorder; outcome; endedBy;
 
   // table: what speaks with the visitor; asked: the message that opens the room; moment: of a recorded game, to go on from.
   constructor(table, code, asked, moment = null) {
@@ -180,9 +180,10 @@ export class Room {
   }
 
   begin() {
+    const before = { game: this.game, sizes: this.sizes, phase: this.phase };
     const loaded = this.prepare(), { game, table } = this, wait = new Promise((resolve) => { setTimeout(resolve, 1000 * table.countdown); });
     this.early = this.moment?.past ?? [this.frameLine()];
-    this.phase = "starting";
+    Object.assign(this, { before, phase: "starting" });
     this.beganMs = now() + 1000 * table.countdown;
     this.note("connected");
     this.tell();
@@ -191,7 +192,11 @@ export class Room {
     Promise.all([loaded, wait]).then(([players]) => { if (this.game === game && this.phase === "starting") this.start(players); });
   }
 
-  callOff() { Object.assign(this, { phase: "waiting", game: null, sizes: [] }); }
+  // Take back the countdown: what was there before is shown again, a result, too.
+  callOff() {
+    Object.assign(this, this.before);
+    if (this.game) this.show(true);
+  }
 
   start(players) {
     const { table, settings, lesson, moment, seed } = this, [red, blue] = this.seats.map(({ kind = "free", policy = "" }) => ({ kind, policy }));
