@@ -30,7 +30,7 @@ from pettingzoo import ParallelEnv
 
 import swarm_pz
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 GAMES, ENTITIES = 64, ObservationConfig(kind="entities")
@@ -56,7 +56,7 @@ def simulator(games: int) -> Step:
         ended = np.flatnonzero(bare.decided)
         if len(ended):
             bare.reset(ended, ended)
-        bare.advance(config.step_ticks, commands())
+        bare.advance(config.step_ticks, CheckedCommands(commands()))
 
     return step
 

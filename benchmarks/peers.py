@@ -38,7 +38,7 @@ Step = Callable[[], object]
 
 def swarm_pz(games: int, threads: int) -> tuple[Step, int]:
     """Return a function that plays one second of E games, and the drone-steps in it."""
-    from swarm_pz.simulator import Simulator
+    from swarm_pz.simulator import CheckedCommands, Simulator
 
     simulator = Simulator(num_games=games, threads=threads)
     simulator.reset(range(games))
@@ -50,7 +50,7 @@ def swarm_pz(games: int, threads: int) -> tuple[Step, int]:
         ended = np.flatnonzero(simulator.decided)
         if len(ended):
             simulator.reset(ended + taken, ended)
-        simulator.advance(30, commands[taken % 16])
+        simulator.advance(30, CheckedCommands(commands[taken % 16]))
         taken += 1
 
     return step, games * simulator.config.num_drones * 10

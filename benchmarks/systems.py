@@ -13,7 +13,7 @@ import numpy as np
 
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.config.registry import registered
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 
 
 def drone_steps(name: str, games: int, seconds: float, rounds: int = 5) -> float:
@@ -29,7 +29,7 @@ def drone_steps(name: str, games: int, seconds: float, rounds: int = 5) -> float
             commands = simulator.control.read(densities, simulator.games, rows, team, "density", "densities")
         except ValueError:  # it cannot serve them: its first command stays
             continue
-        simulator.command_checked(team, commands, rows)
+        simulator.command(team, CheckedCommands(commands), rows)
     simulator.advance(30)  # compiles
     found = []
     for _ in range(rounds):

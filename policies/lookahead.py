@@ -11,7 +11,7 @@ from swarm_pz.config import CONTROL_PERIOD, GRID_CELLS, TICKS_PER_CONTROL_PERIOD
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.game import Games
 from swarm_pz.policy import Player
-from swarm_pz.simulator.commands import interpolation_matrix
+from swarm_pz.simulator.commands import CheckedCommands, interpolation_matrix
 
 Array = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ class Lookahead:
         simulator.restore(game)
         rows = np.arange(len(candidates))
         commands = simulator.control.read(np.exp(candidates), simulator.games, rows, team, "density", "candidates")
-        simulator.command_checked(team, commands, rows, holds=True)  # as a step will
+        simulator.command(team, CheckedCommands(commands), rows, holds=True)  # as a step will
         if model is None:
             simulator.advance(self._ticks)
         else:
@@ -125,7 +125,7 @@ class Lookahead:
             model.reset([0] * len(rows), rows)
             while left > 0 and len(live := np.flatnonzero(~simulator.decided)):
                 answers = self._trials.ask(model, np.full(len(live), 1 - team), live)
-                simulator.command_checked(1 - team, answers, live, holds=True)
+                simulator.command(1 - team, CheckedCommands(answers), live, holds=True)
                 simulator.advance(min(left, self._config.step_ticks))
                 left -= self._config.step_ticks
         return self._worth(team, int(game.ticks[0]))

@@ -1,12 +1,6 @@
 """swarm-pz: two swarms, each trying to capture the other; a benchmark for tactics."""
 
-import signal
-import sys
 from importlib.metadata import version
-
-if sys.argv[0].endswith(("swarm-pz", "swarm-pz.exe")) and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-    # Ctrl-C while all is imported ends the command without a traceback; later `swarm_pz.cli.main` handles it.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 import gymnasium
 import pettingzoo

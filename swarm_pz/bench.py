@@ -26,7 +26,7 @@ from swarm_pz.envs.parallel_env import parallel_env
 from swarm_pz.errors import ConfigError, require_extra
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.kernels.profiling import find_coefficients, solve
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 
 MAX_DRONES = 102_400
 """Sizes with more drones in all games together are left out."""
@@ -78,7 +78,7 @@ def make_simulator_step(config: GameConfig, games: int, threads: int) -> Step:
         ended = np.flatnonzero(simulator.decided)
         if len(ended):
             simulator.reset(ended, ended)
-        simulator.advance(config.step_ticks, next(commands))
+        simulator.advance(config.step_ticks, CheckedCommands(next(commands)))
 
     return step
 

@@ -112,7 +112,7 @@ class Stopped(KeyboardInterrupt):
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return a clause that lists `known` and names the entry closest to `name`."""
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f"did you mean {close[0]!r}? " if close else ""
     return f"{hint}Known: {', '.join(names)}"
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import inspect
 import os
-import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -75,8 +74,6 @@ STUDY_ABOUT = "A study with people: one file says what happens; see docs/studies
 
 def main(arguments: list[str] | None = None) -> None:
     """Run a command; errors of this project end it with one line and status 2."""
-    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # as `swarm_pz` set it for the imports
-        signal.signal(signal.SIGINT, signal.default_int_handler)
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments == ["--version"]:
         print(f"swarm-pz {swarm_pz.__version__}")

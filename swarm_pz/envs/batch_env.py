@@ -28,7 +28,7 @@ from swarm_pz.envs.reward import red_rewards
 from swarm_pz.errors import CommandError, GameOverError, PolicyError
 from swarm_pz.kernels.observation import count_infos
 from swarm_pz.policy import Player, Policy, answers_of, name_of
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.spawn import Seed, check_team
 from swarm_pz.spaces.observation import Observations, observe
 
@@ -125,12 +125,14 @@ class BatchEnv:
         self.simulator.reset(seeds, rows, scenario, swapped, with_sizes=with_sizes)
         self.running[self.simulator.rows(rows)] = True
 
-    def step(self, commands: ArrayLike, after_control_period: Callable[[], None] | None = None) -> StepResult:
+    def step(
+        self, commands: ArrayLike | CheckedCommands, after_control_period: Callable[[], None] | None = None
+    ) -> StepResult:
         """Hold one command of each team for a command period, or until the game ends.
 
         Parameters
         ----------
-        commands : array_like (E, 2, A, A), or a pair of sequences (E,)
+        commands : array_like (E, 2, A, A), a pair of sequences (E,), or CheckedCommands (E, 2, *command_shape)
             Densities of red and blue for every game, in [0, 1]; those of ended games are not used. Where other control
             systems fly, red's commands and blue's, each as its system's `parse` reads it.
         after_control_period : callable, optional
@@ -147,26 +149,7 @@ class BatchEnv:
         GameOverError
             If no game is running.
         """
-        return self.step_checked(self._check(commands), after_control_period)
-
-    def _check(self, commands: Any) -> NDArray[np.float64]:
-        control, cells = self.simulator.control, self.config.command_cells
-        if not control.is_given:
-            return check_densities(commands, (self.num_games, 2, cells, cells), "commands")
-        if not isinstance(commands, (tuple, list)) or len(commands) != 2:
-            raise CommandError(f"commands must be a pair: red's and blue's of each game, got {commands!r}")
-        flown_by, sizes, running = self.simulator.games.flown_by, self.simulator.sizes, self.running
-        sides = []
-        for team in (RED, BLUE):
-            name = f"{TEAM_NAMES[team]}'s commands"
-            sides.append(control.parse(commands[team], flown_by[:, team], name))
-            control.check_sizes(sides[team][running], flown_by[running, team], sizes[running, team], name)
-        return np.stack(sides, axis=1)
-
-    def step_checked(
-        self, checked: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
-    ) -> StepResult:
-        """As `step`, for who has checked the commands already: (E, 2, *command_shape), taken as they are."""
+        checked = commands if isinstance(commands, CheckedCommands) else CheckedCommands(self._check(commands))
         running = self.running.copy()
         if not running.any():
             raise GameOverError("no game is running: call reset before step")
@@ -174,13 +157,13 @@ class BatchEnv:
         captures, recaptures = games.captures.copy(), games.recaptures.copy()
         left = np.maximum(np.minimum(self._limit_ticks - games.ticks, self._step_ticks), 0) * running
         if after_control_period is None:
-            self.simulator.advance_checked(left, checked)
+            self.simulator.advance(left, checked)
         else:
-            commands: NDArray[np.float64] | None = checked
+            waiting: CheckedCommands | None = checked
             while left.any() and not self.simulator.decided[running].all():
                 ticks = np.minimum(left, TICKS_PER_CONTROL_PERIOD)
-                self.simulator.advance_checked(ticks, commands)
-                left, commands = left - ticks, None
+                self.simulator.advance(ticks, waiting)
+                left, waiting = left - ticks, None
                 after_control_period()
 
         decided = self.simulator.decided & running
@@ -198,6 +181,20 @@ class BatchEnv:
             captured=captured,
             recaptured=games.recaptures - recaptures,
         )
+
+    def _check(self, commands: Any) -> NDArray[np.float64]:
+        control, cells = self.simulator.control, self.config.command_cells
+        if not control.is_given:
+            return check_densities(commands, (self.num_games, 2, cells, cells), "commands")
+        if not isinstance(commands, (tuple, list)) or len(commands) != 2:
+            raise CommandError(f"commands must be a pair: red's and blue's of each game, got {commands!r}")
+        flown_by, sizes, running = self.simulator.games.flown_by, self.simulator.sizes, self.running
+        sides = []
+        for team in (RED, BLUE):
+            name = f"{TEAM_NAMES[team]}'s commands"
+            sides.append(control.parse(commands[team], flown_by[:, team], name))
+            control.check_sizes(sides[team][running], flown_by[running, team], sizes[running, team], name)
+        return np.stack(sides, axis=1)
 
     def observe(self, observation: ObservationConfig, teams: ArrayLike, rows: ArrayLike | None = None) -> Observations:
         """Return fresh observations of games from the side of a team.
@@ -218,14 +215,8 @@ class BatchEnv:
             raise CommandError(f"teams must be 0 (red) or 1 (blue), one or one a game, got {teams!r}")
         sides = np.empty(len(chosen), np.int64)
         sides[:] = given
-        return self.observe_checked(observation, sides, chosen)
-
-    def observe_checked(
-        self, observation: ObservationConfig, teams: NDArray[np.int64], rows: NDArray[np.int64]
-    ) -> Observations:
-        """As `observe`, for who has checked teams (n,) and rows (n,) already."""
-        left = 1.0 - np.minimum(self.simulator.games.ticks[rows] / self._limit_ticks, 1.0)
-        return observe(self.simulator, observation, teams, rows, left)
+        left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
+        return observe(self.simulator, observation, sides, chosen, left)
 
     def ask(
         self,
@@ -266,7 +257,7 @@ class BatchEnv:
                 answer = plan(self.simulator, teams, rows)
         else:
             seeing = cast("Policy", policy)
-            observations = self.observe_checked(seeing.observation, teams, rows)
+            observations = self.observe(seeing.observation, teams, rows)
             with answers:
                 answer = seeing.act(observations, rows)
         try:

@@ -15,6 +15,7 @@ from swarm_pz.envs.opponents import DuelBatch, DuelResult, Opponents
 from swarm_pz.envs.reward import drone_rewards
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.sight import BOTH
+from swarm_pz.simulator import CheckedCommands
 from swarm_pz.spaces.drones import DroneAction, DroneActions, DroneView
 
 Side = Literal["random", "red", "blue", "both"]
@@ -145,11 +146,12 @@ class DronesBatch:
         flew, teams, sides = self.flies, games.teams.copy(), self.sides
         # A drone that comes over in this step flies on without a push until its agent has seen something.
         commands = np.where(flew[:, :, None], accelerations, 0.0)
+        packed = self.batch.pack(commands)
         if self.duel is None:
-            packed = self.batch.pack(commands)
-            result = self.batch.step_checked(np.stack([packed, packed], axis=1), after_control_period)
+            both = CheckedCommands(np.stack([packed, packed], axis=1))
+            result = self.batch.step(both, after_control_period)
         else:
-            result = self.duel.step_checked(commands, after_control_period).result
+            result = self.duel.step(CheckedCommands(packed), after_control_period).result
         if self._reward == "team":
             rewards = result.rewards[np.arange(len(sides))[:, None], sides]
         else:

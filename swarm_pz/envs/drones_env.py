@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import AGENTS, GameConfig, resolve
@@ -140,18 +139,8 @@ class DronesEnv(OneGameEnv):
             for player, size in zip(AGENTS, sizes[::-1] if side == "blue" else sizes, strict=True)
             for number in range(size)
         ]
-        self._action_spaces: dict[str, spaces.Space[Any]] = {
-            agent: DroneActions(action).space for agent in self.possible_agents
-        }
-
-    def observation_space(self, agent: str) -> spaces.Box:
-        """Return an agent's observation space, the same object at every call."""
-        self._known(agent)
-        return self.view.space
-
-    def action_space(self, agent: str) -> spaces.Space[Any]:
-        """Return an agent's action space, the same object at every call."""
-        return self._action_spaces[self._known(agent)]
+        self.observation_spaces = dict.fromkeys(self.possible_agents, self.view.space)
+        self.action_spaces = {agent: DroneActions(action).space for agent in self.possible_agents}
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -186,7 +175,7 @@ class DronesEnv(OneGameEnv):
         if not self.agents:
             raise GameOverError("the game has ended or not begun: call reset before step")
         agents = self.possible_agents
-        if not isinstance(actions, Mapping) or actions.keys() != self._action_spaces.keys():
+        if not isinstance(actions, Mapping) or actions.keys() != self.action_spaces.keys():
             raise CommandError(
                 f"actions must hold one for each agent, also of drones that sit out: {_key_mismatch(actions, agents)}"
             )

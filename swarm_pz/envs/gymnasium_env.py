@@ -34,10 +34,9 @@ class DuelEnv(OneLearner, gymnasium.Env[Any, Any]):
         `predict` and spaces, as Stable-Baselines3's; see `swarm_pz.policy.load`.
     side : {"random", "red", "blue"}
         Where the learner sits.
-    action : {"normalised", "command", "discrete"}
-        With ``normalised``, the action space is Box(-1, 1) and the command its softmax, which
-        suits Gaussian policies; with ``command`` it is the command itself; with ``discrete`` it is
-        the number of one of `command_names`.
+    action : {"normalised", "command", "modes", "discrete"}
+        Box(-1, 1), whose softmax is the command, for Gaussian policies; the command itself; five weights of
+        cosines in [-2, 2]; or the number of one of `command_names`. See `swarm_pz.spaces.formats`.
     action_cells : int, optional
         Cells a side of an action, interpolated to the command's; as many as these if not given.
     flatten_actions, observation_dtype, channels_last

@@ -68,11 +68,18 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
         """What `np_random` was seeded with."""
         return seeds_of(self.np_random).entropy
 
-    def _known(self, agent: str) -> str:
-        """Return an agent's name, which must be one of this environment's."""
-        if agent not in self.possible_agents:
-            raise CommandError(f"there is no agent {agent!r}; {nearest(str(agent), self.possible_agents)}")
-        return agent
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """Return an agent's observation space, the same object at every call."""
+        return self._of(agent, self.observation_spaces)
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """Return an agent's action space, the same object at every call."""
+        return self._of(agent, self.action_spaces)
+
+    def _of(self, agent: str, entries: dict[str, spaces.Space[Any]]) -> spaces.Space[Any]:
+        if agent not in entries:
+            raise CommandError(f"there is no agent {agent!r}; {nearest(str(agent), entries)}")
+        return entries[agent]
 
     def _asked(
         self, seed: int | None, options: Mapping[str, Any] | None

@@ -17,6 +17,7 @@ from swarm_pz.envs.batch_env import BatchEnv, StepResult
 from swarm_pz.errors import ConfigError
 from swarm_pz.policy import Player, load, name_of
 from swarm_pz.policy.model_policy import Model
+from swarm_pz.simulator import CheckedCommands
 from swarm_pz.spaces.formats import Format, FormatOptions
 from swarm_pz.spaces.observation import Observations
 
@@ -150,28 +151,28 @@ class DuelBatch:
     def observe(self, rows: NDArray[np.int64] | None = None) -> Observations:
         """Return what the learners of some games see."""
         chosen = self._games if rows is None else rows
-        return self.format.show(self.batch.observe_checked(self.format.observation, self.sides[chosen], chosen))
+        return self.format.show(self.batch.observe(self.format.observation, self.sides[chosen], chosen))
 
-    def step(self, actions: ArrayLike, after_control_period: Callable[[], None] | None = None) -> DuelResult:
-        """Play the learners' actions (E, ...) against the opponents' answers.
+    def step(
+        self, actions: ArrayLike | CheckedCommands, after_control_period: Callable[[], None] | None = None
+    ) -> DuelResult:
+        """Play the learners' actions (E, ...), or their commands (E, *command_shape), against the opponents' answers.
 
         Raises
         ------
         CommandError, PolicyError
             If an action or an answer is not valid; no game is changed.
         """
-        return self.step_checked(self.format.read(actions, self.batch.num_games), after_control_period)
-
-    def step_checked(
-        self, commands_read: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
-    ) -> DuelResult:
-        """As `step`, for who has read the actions already: the learners' commands (E, ...) as their system has them."""
-        self._commands[self._games, self.sides] = self.batch.pack(commands_read)
+        if isinstance(actions, CheckedCommands):
+            mine = actions.values
+        else:
+            mine = self.batch.pack(self.format.read(actions, self.batch.num_games))
+        self._commands[self._games, self.sides] = mine
         ticks, running = self.batch.simulator.games.ticks, self.batch.running
-        for policy, mine in self._by_opponent(np.flatnonzero((ticks % self._answer_ticks == 0) & running)):
-            others = 1 - self.sides[mine]
-            self._commands[mine, others] = self.batch.ask(policy, others, mine)
-        result = self.batch.step_checked(self._commands, after_control_period)
+        for policy, rows in self._by_opponent(np.flatnonzero((ticks % self._answer_ticks == 0) & running)):
+            others = 1 - self.sides[rows]
+            self._commands[rows, others] = self.batch.ask(policy, others, rows)
+        result = self.batch.step(CheckedCommands(self._commands), after_control_period)
         return DuelResult(result.rewards[self._games, self.sides], result.terminated, result.truncated, result)
 
     def infos(self, result: DuelResult | None = None, rows: NDArray[np.int64] | None = None) -> dict[str, NDArray[Any]]:

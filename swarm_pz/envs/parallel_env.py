@@ -6,16 +6,15 @@ from collections.abc import Mapping
 from typing import Any, Unpack
 
 import numpy as np
-from gymnasium import spaces
-from numpy.typing import NDArray
 from pettingzoo import AECEnv
-from pettingzoo.utils import BaseParallelWrapper, wrappers
+from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 
 from swarm_pz.config import AGENTS, BLUE, RED, GameConfig
 from swarm_pz.envs.batch_env import BatchEnv, StepResult, by_game
 from swarm_pz.envs.one_game import OneGameEnv
 from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.simulator import CheckedCommands
 from swarm_pz.spaces.formats import Format, WrapperOptions, read_options
 from swarm_pz.spaces.observation import Observations, of_game
 
@@ -71,7 +70,7 @@ class CaptureEnv(OneGameEnv):
     has lost, 0 as long as the game goes on and for a draw.
 
     **Reset options.** ``positions`` (N, 2), ``velocities`` (N, 2), ``teams`` (N,) set up a
-    scenario. A misspelt option is an error; any other causes a warning.
+    scenario. A misspelt option is an error; others are not used.
 
     Parameters
     ----------
@@ -122,19 +121,13 @@ class CaptureEnv(OneGameEnv):
                 AGENTS, self.config.observations, self.config.team_systems, strict=True
             )
         }
+        self.observation_spaces = {agent: form.observation_space for agent, form in self.formats.items()}
+        self.action_spaces = {agent: form.action_space for agent, form in self.formats.items()}
 
     @property
     def command_names(self) -> tuple[str, ...]:
         """What each of red's discrete actions asks for; nothing for actions of other kinds."""
         return self.formats[AGENTS[RED]].command_names
-
-    def observation_space(self, agent: str) -> spaces.Space[Any]:
-        """Return an agent's observation space, the same object at every call."""
-        return self.formats[self._known(agent)].observation_space
-
-    def action_space(self, agent: str) -> spaces.Space[Any]:
-        """Return an agent's action space, the same object at every call."""
-        return self.formats[self._known(agent)].action_space
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -186,12 +179,8 @@ class CaptureEnv(OneGameEnv):
         if not isinstance(actions, Mapping) or set(actions) != set(AGENTS):
             came = sorted(map(str, actions)) if isinstance(actions, Mapping) else repr(actions)
             raise CommandError(f"actions must hold one command for each of {list(AGENTS)}, got {came}")
-        return self.step_checked({agent: self.check_action(agent, actions[agent]) for agent in AGENTS})
-
-    def step_checked(self, checked: Mapping[str, NDArray[np.float64]]) -> Step:
-        """As `step`, for who has checked the actions already: for each agent, what `check_action` returned."""
-        commands = np.array([[checked[agent] for agent in AGENTS]])
-        result = self.batch.step_checked(commands, self.screen.after_control_period)
+        commands = np.array([[self.check_action(agent, actions[agent]).values for agent in AGENTS]])
+        result = self.batch.step(CheckedCommands(commands), self.screen.after_control_period)
         if not self.batch.running[0]:
             self.agents = []
         return (
@@ -202,21 +191,23 @@ class CaptureEnv(OneGameEnv):
             self._infos(result),
         )
 
-    def check_action(self, agent: str, action: Any) -> NDArray[np.float64]:
-        """Return an agent's action as a command (*command_shape).
+    def check_action(self, agent: str, action: Any) -> CheckedCommands:
+        """Return an agent's action as a command (*command_shape); a checked one as it is.
 
         Raises
         ------
         CommandError
             If the action is not in its space.
         """
+        if isinstance(action, CheckedCommands):
+            return action
         command = self.formats[agent].read_one(action, f"{agent}'s command")
-        return np.asarray(self.batch.pack(command[None])[0])
+        return CheckedCommands(self.batch.pack(command[None])[0])
 
     def _observations(self) -> dict[str, Observations]:
         red, blue = (form.observation for form in self.formats.values())
         if red == blue:  # at once, which is quicker
-            seen = self.batch.observe_checked(red, _TEAMS, _GAMES)
+            seen = self.batch.observe(red, _TEAMS, _GAMES)
             return {agent: form.show(of_game(seen, team)) for team, (agent, form) in enumerate(self.formats.items())}
         return {
             agent: form.show(of_game(self.batch.observe(form.observation, team), 0))
@@ -232,39 +223,24 @@ def parallel_env(config: GameConfig | None = None, **keywords: Any) -> CaptureEn
     return CaptureEnv(config, **keywords)
 
 
-def env(config: GameConfig | None = None, **keywords: Any) -> AECEnv[str, Observations, Any]:
-    """Make PettingZoo's AEC environment, whose agents take turns; keywords are those of `CaptureEnv`."""
+def raw_env(config: GameConfig | None = None, **keywords: Any) -> CaptureAECEnv:
+    """Make the AEC environment without PettingZoo's check that `reset` comes first; keywords as of `env`."""
     return CaptureAECEnv(CaptureEnv(config, **keywords))
 
 
-class _Checked(BaseParallelWrapper[str, Observations, Any]):  # type: ignore[misc]  # untyped base
-    """`CaptureEnv` for actions that `CaptureAECEnv` has checked, each in its agent's own turn."""
-
-    env: CaptureEnv
-
-    def step(self, actions: Mapping[str, NDArray[np.float64]]) -> Step:
-        return self.env.step_checked(actions)
+def env(config: GameConfig | None = None, **keywords: Any) -> AECEnv[str, Observations, Any]:
+    """Make PettingZoo's AEC environment, whose agents take turns; keywords are those of `CaptureEnv`."""
+    return wrappers.OrderEnforcingWrapper(raw_env(config, **keywords))
 
 
-class CaptureAECEnv(wrappers.OrderEnforcingWrapper):  # type: ignore[misc]  # untyped base
+class CaptureAECEnv(parallel_to_aec_wrapper):  # type: ignore[misc]  # untyped base
     """`CaptureEnv` with agents that move in turn; a bad command is refused in its agent's own turn."""
 
-    def __init__(self, parallel: CaptureEnv) -> None:
-        super().__init__(parallel_to_aec_wrapper(_Checked(parallel)))
-        self._parallel = parallel
-
-    @property
-    def max_cycles(self) -> int:
-        """Steps until a draw; may be assigned."""
-        return self._parallel.max_cycles
-
-    @max_cycles.setter
-    def max_cycles(self, cycles: int) -> None:
-        self._parallel.max_cycles = cycles
+    env: CaptureEnv
 
     def step(self, action: Any) -> None:
         """Take the selected agent's command; both are played in the second agent's turn."""
         agent = self.agent_selection
         if not (self.terminations[agent] or self.truncations[agent]):
-            action = self._parallel.check_action(agent, action)
+            action = self.env.check_action(agent, action)
         super().step(action)

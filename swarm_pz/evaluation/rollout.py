@@ -25,6 +25,7 @@ from swarm_pz.config.installed import FAULTS
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, FlightError, ForfeitError, PolicyError
 from swarm_pz.policy import Player, load_players, name_of
+from swarm_pz.simulator.commands import CheckedCommands
 from swarm_pz.simulator.spawn import check_seed
 
 Watch = Callable[["Rollout"], None]
@@ -223,7 +224,7 @@ class Rollout:
             self.rows = np.flatnonzero(self.batch.running)
             commands = self._ask()
             with self._flying():
-                self.batch.step_checked(commands, look)
+                self.batch.step(CheckedCommands(commands), look)
             self._sizes.append(self.simulator.sizes[:, RED])
             if after_step is not None:
                 after_step(self)

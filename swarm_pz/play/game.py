@@ -20,7 +20,7 @@ from swarm_pz.play.commands import Command, CommandReader
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.strokes import MAPPINGS, Mapping, mapping_of
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.commands import make_target
+from swarm_pz.simulator.commands import CheckedCommands, make_target
 from swarm_pz.simulator.spawn import Seed
 
 
@@ -201,7 +201,7 @@ class LiveGame:
 
     def put_in_force(self, command: Command) -> None:
         """Let a team follow a command from the next solve on, however young its last one is."""
-        self.simulator.command_checked(command.team, self.reader.packed(command), np.zeros(1, np.int64))
+        self.simulator.command(command.team, CheckedCommands(self.reader.packed(command)))
         self._last_in_force[command.team] = self.tick
 
     def restore(self, games: Games, last_in_force: Sequence[int | None]) -> None:

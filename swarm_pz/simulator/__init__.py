@@ -10,8 +10,8 @@
 =============  =============================================================
 """
 
-from swarm_pz.simulator.commands import make_target
+from swarm_pz.simulator.commands import CheckedCommands, make_target
 from swarm_pz.simulator.simulator import Simulator
 from swarm_pz.simulator.spawn import Seed
 
-__all__ = ["Seed", "Simulator", "make_target"]
+__all__ = ["CheckedCommands", "Seed", "Simulator", "make_target"]

@@ -6,12 +6,26 @@ interpolation, constant beyond the outer centres, normalised to integrate to 1.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.kernels.fourier import make_targets
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedCommands:
+    """Commands that have been checked; no function checks them again.
+
+    Attributes
+    ----------
+    values : float64 array (n, *command_shape), or (E, 2, *command_shape) of both teams
+        As `Control.parse`, `Control.read` and `BatchEnv.ask` return them.
+    """
+
+    values: NDArray[np.float64]
 
 
 @cache

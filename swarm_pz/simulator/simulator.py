@@ -18,7 +18,7 @@ from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRON
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import GIVEN, Games, advance_games, are_decided, take_up
-from swarm_pz.simulator.commands import coefficient_matrix, make_target
+from swarm_pz.simulator.commands import CheckedCommands, coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.openmp import limit_spinning
 from swarm_pz.simulator.parameters import check_finite, rule_parameters, rule_variants
@@ -212,7 +212,7 @@ class Simulator:
             games.former[chosen] = games.commands[chosen] = self.control.defaults(flown_by)
             shape = (len(chosen), *self.control.command_shape)
             for team in (RED, BLUE):
-                self.command_checked(team, games.commands[chosen, team].reshape(shape), chosen, holds=True)
+                self.command(team, CheckedCommands(games.commands[chosen, team].reshape(shape)), chosen, holds=True)
 
     def _flown_by(self, swapped: ArrayLike, games: int) -> NDArray[np.int8]:
         """Return the numbers of the controllers of red and blue, (games, 2)."""
@@ -222,8 +222,15 @@ class Simulator:
         numbers = np.array(self.control.numbers, np.int8)
         return np.where(np.broadcast_to(given, games)[:, None], numbers[::-1], numbers)
 
-    def command(self, team: int, commands: ArrayLike | Sequence[Any], rows: ArrayLike | None = None) -> None:
-        """Give a team its target from the next solve on: a command is sent, be it the one in force again.
+    def command(
+        self,
+        team: int,
+        commands: ArrayLike | Sequence[Any] | CheckedCommands,
+        rows: ArrayLike | None = None,
+        *,
+        holds: bool = False,
+    ) -> None:
+        """Send a team a command, which sets its target from the next solve on, even if unchanged.
 
         Parameters
         ----------
@@ -234,6 +241,8 @@ class Simulator:
             for most): an array, or a list of what its `parse` reads.
         rows : sequence of int, optional
             Games commanded; all of them if not given.
+        holds : bool
+            As in a step: a command that asks for what is in force holds it, and sends nothing.
 
         Raises
         ------
@@ -242,30 +251,22 @@ class Simulator:
         """
         check_team(team)
         chosen = self.rows(rows)
-        name = f"{TEAM_NAMES[team]}'s command"
-        flown_by = self.games.flown_by[chosen, team]
-        values = self.control.parse(commands, flown_by, name)
-        if self.control.is_given:
-            self.control.check_sizes(values, flown_by, self.sizes[chosen, team], name)
-        self.command_checked(team, values, chosen)
+        if not isinstance(commands, CheckedCommands):
+            name, flown_by = f"{TEAM_NAMES[team]}'s command", self.games.flown_by[chosen, team]
+            commands = CheckedCommands(self.control.parse(commands, flown_by, name))
+            if self.control.is_given:
+                self.control.check_sizes(commands.values, flown_by, self.sizes[chosen, team], name)
+        values = self._values_of(commands, (len(chosen),))
+        self._aim(values[:, None], np.arange(len(chosen)), chosen, np.array([team]), holds=holds)
 
-    def command_checked(
-        self, team: int, commands: NDArray[np.float64], rows: NDArray[np.int64], *, holds: bool = False
-    ) -> None:
-        """As `command`, for who has checked team, rows (n,) and commands (n, *control.command_shape) already.
-
-        With `holds`, as in a step: a command that asks for what is in force holds it, and sends nothing.
-        """
-        self._check_form(commands, (len(rows),))
-        self._aim(commands[:, None], np.arange(len(rows)), rows, np.array([team]), holds=holds)
-
-    def _check_form(self, commands: NDArray[np.float64], games: tuple[int, ...]) -> None:
-        """Refuse what a kernel would read beyond its end, or be compiled again for."""
-        expected = (*games, *self.control.command_shape)
-        if commands.dtype != np.float64 or commands.shape != expected:
+    def _values_of(self, commands: CheckedCommands, games: tuple[int, ...]) -> NDArray[np.float64]:
+        """Return the values of commands; other shapes and types would make kernels read beyond the end."""
+        expected, values = (*games, *self.control.command_shape), commands.values
+        if values.dtype != np.float64 or values.shape != expected:
             raise CommandError(
-                f"commands must be float64 of shape {expected}, got {commands.dtype} of shape {commands.shape}"
+                f"commands must be float64 of shape {expected}, got {values.dtype} of shape {values.shape}"
             )
+        return values
 
     def _aim(
         self,
@@ -288,16 +289,15 @@ class Simulator:
             commands = pictures
         make_targets(commands, places, rows, teams, matrix, mass, holds, games.targets, games.coefficients, sent)
 
-    def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: NDArray[np.float64] | None = None) -> None:
+    def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: CheckedCommands | None = None) -> None:
         """Advance every game, or until the tick in which one team owns every drone.
 
         Parameters
         ----------
         ticks : int or array_like of int (E,)
             Ticks of 1/30 s, for all games or for each its own; 0 leaves a game as it is.
-        commands : float64 array (E, 2, *control.command_shape), optional
-            What red and blue ask for in the games that advance, as `Control.read` returns it: values are
-            not checked again. What is in force already is held; anything else is sent.
+        commands : CheckedCommands (E, 2, *control.command_shape), optional
+            Of red and blue, for the games that advance. What is in force already is held; anything else is sent.
 
         Raises
         ------
@@ -312,17 +312,12 @@ class Simulator:
             raise CommandError(f"ticks must be whole and not negative, one number or one a game, got {ticks!r}")
         per_game = np.empty(self.num_games, np.int64)
         per_game[:] = amounts
-        self.advance_checked(per_game, commands)
-
-    def advance_checked(self, per_game: NDArray[np.int64], commands: NDArray[np.float64] | None) -> None:
-        """As `advance`, for who has checked the ticks already: int64 (E,), none negative."""
         rows = np.flatnonzero((per_game > 0) & ~self.decided)
-        if commands is not None:
-            self._check_form(commands, (self.num_games, 2))
+        values = None if commands is None else self._values_of(commands, (self.num_games, 2))
 
         def work(part: NDArray[np.int64]) -> None:
-            if commands is not None:
-                self._aim(commands, part, self._all_rows, _BOTH, holds=True)
+            if values is not None:
+                self._aim(values, part, self._all_rows, _BOTH, holds=True)
             if self.control.solves:
                 self._advance_by_periods(part, per_game.copy())
             else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -95,15 +94,7 @@ def _in_squares(config: GameConfig, generator: np.random.Generator) -> NDArray[n
 
 _PARTS = ("positions", "velocities", "teams")
 _MISSPELT = 0.76
-"""Of names alike by more than this the one is meant; "options", which PettingZoo's own tests send, is none of these."""
-
-
-def _complain(name: str) -> None:
-    """Refuse a misspelt name; warn of another, which may be meant for a wrapper."""
-    known = f"known are {', '.join(_PARTS)}"
-    for near in difflib.get_close_matches(name, _PARTS, n=1, cutoff=_MISSPELT):
-        raise CommandError(f"there is no option {name!r}: did you mean {near!r}? {known}")
-    warnings.warn(f"the option {name!r} means nothing to this environment: {known}", stacklevel=4)
+"""Similarity from which on a name counts as misspelt; "options", which PettingZoo's own tests send, is below it."""
 
 
 FASTEST = 1e6
@@ -111,7 +102,7 @@ FASTEST = 1e6
 
 
 def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dict[str, NDArray[Any]]:
-    """Return the parts of a scenario as arrays that fit the game; names that mean nothing here cause a warning.
+    """Return the parts of a scenario as arrays that fit the game; other names, which wrappers may use, are left out.
 
     Raises
     ------
@@ -121,8 +112,9 @@ def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dic
     if not isinstance(scenario, Mapping):
         raise CommandError(f"a scenario must be a mapping of positions, velocities and teams, got {scenario!r}")
     for name in scenario:
-        if name not in _PARTS:
-            _complain(str(name))
+        for near in difflib.get_close_matches(str(name), _PARTS, n=1, cutoff=_MISSPELT):
+            if name != near:
+                raise CommandError(f"there is no option {name!r}: did you mean {near!r}? Known: {', '.join(_PARTS)}")
     count = config.num_drones
     start: dict[str, NDArray[Any]] = {}
     for name, low, high in (("positions", 0.0, 1.0), ("velocities", -10.0, 10.0)):

@@ -30,6 +30,7 @@ an own one or -1 if it is not. Who commands each drone by its number, as `direct
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import Any
 
@@ -41,7 +42,6 @@ from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, GameConfig, O
 from swarm_pz.kernels.observation import Shown, list_entities, paint_grids
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
-from swarm_pz.simulator.spawn import FASTEST
 
 _WORTH_THREADS = 256
 """Images from which on it is quicker to share them out among threads than to paint them at once."""
@@ -50,18 +50,30 @@ Observations = Any
 """uint8 array (n, C, G', G'), float32 array (n, N, 5), or a dict of arrays with first axis n; n sides of n games."""
 
 
+def top_speed(config: GameConfig) -> float:
+    """Return the largest velocity along an axis that a drone reaches in a game, in the units of velocities.
+
+    It has v^2 <= v0^2 + 2 a / g between two walls, which stop it: v0 from the start, acceleration a, speed factor g.
+    Walls that turn drones round (`min_speed`) let it gain all game long.
+    """
+    acceleration, dynamics, start = config.controller.max_acceleration, config.dynamics, config.spawn.speed
+    if dynamics.min_speed > 0.0:
+        return max(start, dynamics.min_speed) + acceleration * config.time_limit
+    return math.sqrt(start**2 + 2.0 * acceleration / dynamics.speed_factor)
+
+
 def observation_space(config: GameConfig, observation: ObservationConfig) -> spaces.Space[Any]:
     """Return the space of one side's observation: a Box of images or of drones, or a Dict of drone lists."""
     if observation.kind == "grids":
         return spaces.Box(0, 255, (len(observation.channels), observation.grid, observation.grid), np.uint8)
-    n = config.num_drones
+    n, fastest = config.num_drones, top_speed(config)
     if observation.kind == "drones":
-        low, high = np.array([0.0, 0.0, -FASTEST, -FASTEST, -1.0]), np.array([1.0, 1.0, FASTEST, FASTEST, 1.0])
+        low, high = np.array([0.0, 0.0, -fastest, -fastest, -1.0]), np.array([1.0, 1.0, fastest, fastest, 1.0])
         return spaces.Box(np.tile(low, (n, 1)).astype(np.float32), np.tile(high, (n, 1)).astype(np.float32))
     entries: dict[str, spaces.Space[Any]] = {}
     for side in ("own", "opposing"):
         entries[f"{side}_positions"] = spaces.Box(0.0, 1.0, (n, 2), np.float32)
-        entries[f"{side}_velocities"] = spaces.Box(-FASTEST, FASTEST, (n, 2), np.float32)
+        entries[f"{side}_velocities"] = spaces.Box(-fastest, fastest, (n, 2), np.float32)
         entries[f"{side}_mask"] = spaces.MultiBinary(n)
     entries["own_share"] = spaces.Box(0.0, 1.0, (1,), np.float32)
     entries["time_left"] = spaces.Box(0.0, 1.0, (1,), np.float32)
@@ -151,7 +163,14 @@ def _rows_of_drones(simulator: Simulator, teams: NDArray[np.int64], rows: NDArra
     """Put every drone into the row of its number."""
     games = simulator.games
     side = np.where(games.teams[rows] == teams[:, None], np.float32(1.0), np.float32(-1.0))
-    return np.concatenate([games.positions[rows], games.velocities[rows], side[..., None]], axis=2)
+    velocities = _cut(games.velocities[rows], simulator.config)
+    return np.concatenate([games.positions[rows], velocities, side[..., None]], axis=2)
+
+
+def _cut(velocities: NDArray[np.float32], config: GameConfig) -> NDArray[np.float32]:
+    """Cut velocities to the space: rounding, and scenarios, can exceed it."""
+    fastest = np.float32(top_speed(config))
+    return np.clip(velocities, -fastest, fastest, out=velocities)
 
 
 def _entities(
@@ -164,7 +183,7 @@ def _entities(
     list_entities(games.positions, games.velocities, games.teams, rows, teams, places, speeds, masks)
     entries: dict[str, NDArray[Any]] = {}
     for side, name in enumerate(("own", "opposing")):
-        entries[f"{name}_positions"], entries[f"{name}_velocities"] = places[side], speeds[side]
+        entries[f"{name}_positions"], entries[f"{name}_velocities"] = places[side], _cut(speeds[side], simulator.config)
         entries[f"{name}_mask"] = masks[side]
     entries["own_share"] = (masks[0].sum(axis=1, keepdims=True) / shape[2]).astype(np.float32)
     entries["time_left"] = time_left[:, None].astype(np.float32)

@@ -6,10 +6,7 @@ import json
 import os
 import re
 import shlex
-import signal
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import minari
@@ -275,21 +272,6 @@ def test_a_reader_that_closes_the_output_gets_no_error(monkeypatch, capsys):
         with pytest.raises(SystemExit, match="1"):
             run("policies")
     assert capsys.readouterr().err == ""
-
-
-@pytest.mark.skipif(os.name != "posix", reason="needs signals")
-def test_ctrl_c_during_the_imports_is_no_traceback():
-    code = (
-        "import signal, sys, time; signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # jobs ignore it
-        "sys.argv = ['bin/swarm-pz']; print(flush=True); import swarm_pz; time.sleep(60)"
-    )
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603
-        process.stdout.readline()
-        status = Path(f"/proc/{process.pid}/status")
-        while status.exists() and int(status.read_text().split("SigCgt:")[1].split()[0], 16) & 2:
-            time.sleep(0.005)  # until Python's own handler is gone
-        process.send_signal(signal.SIGINT)
-        assert process.stderr.read() == b"" and process.wait() == -signal.SIGINT
 
 
 def test_a_program_that_is_not_on_the_path_is_called_by_its_place(monkeypatch, tmp_path):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from pettingzoo.test import max_cycles_test, parallel_api_test, render_test
+from pettingzoo.utils import aec_to_parallel
 
 import swarm_pz
-from swarm_pz import GameConfig, ObservationConfig, env, parallel_env
+from swarm_pz import GameConfig, ObservationConfig, capture_v0, env, parallel_env
 from swarm_pz.config import CaptureConfig
 from swarm_pz.envs import STATE_CHANNELS
 from swarm_pz.envs.drones_env import drones_env
@@ -31,6 +34,52 @@ def test_parallel_api(variant):
 
 def test_max_cycles():
     max_cycles_test(swarm_pz)
+
+
+def same(one, other):
+    """Compare two nested results."""
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[name], other[name]) for name in one)
+    return np.array_equal(one, other)
+
+
+FORMATS = [*itertools.product(("command", "normalised", "modes", "discrete"), ("grids", "entities"), ("ergodic",))]
+FORMATS += itertools.product(("command", "normalised"), ("drones",), ("direct", ("ergodic", "flocking")))
+
+
+@pytest.mark.parametrize(("action", "kind", "controllers"), FORMATS)
+def test_what_pettingzoo_unwraps_plays_as_the_parallel_environment_and_refuses_as_it(action, kind, controllers):
+    options = {"action": action, "observation": ObservationConfig(kind=kind), "controllers": controllers}
+    options |= {"drones_per_team": 3, "max_cycles": 4}
+    one, other = aec_to_parallel(env(**options)), parallel_env(**options)
+    assert same(one.reset(seed=1)[0], other.reset(seed=1)[0])
+    for agent in one.agents:
+        one.action_space(agent).seed(2)
+    if action != "discrete":
+        bad = {agent: np.full(one.action_space(agent).shape, np.nan) for agent in one.agents}
+        with pytest.raises(CommandError, match="got nan"):
+            one.step(bad)
+    while other.agents:
+        actions = {agent: one.action_space(agent).sample() for agent in one.agents}
+        for mine, its in zip(one.step(actions), other.step(actions), strict=True):
+            assert same(mine, its)
+    assert not one.agents
+
+
+def test_the_module_and_the_dictionaries_that_pettingzoo_users_expect():
+    assert (capture_v0.parallel_env, capture_v0.env) == (parallel_env, env)
+    raw = capture_v0.raw_env(max_cycles=1)
+    raw.reset(seed=0)
+    for agent in raw.agent_iter(2):
+        raw.step(raw.action_space(agent).sample())
+    assert raw.truncations == {"red_0": True, "blue_0": True}
+    for environment in (parallel_env(), drones_env()):
+        for spaces, of in (
+            (environment.observation_spaces, environment.observation_space),
+            (environment.action_spaces, environment.action_space),
+        ):
+            assert list(spaces) == environment.possible_agents
+            assert all(spaces[agent] is of(agent) for agent in spaces)
 
 
 def test_render():
@@ -128,9 +177,8 @@ def test_bad_actions_are_refused_and_leave_the_game_as_it_was(actions, message):
     environment.step(BOTH)
 
 
-def test_in_the_aec_environment_a_bad_command_is_refused_in_its_own_turn_and_max_cycles_may_be_assigned():
-    environment = env(drones_per_team=2)
-    environment.max_cycles = 2
+def test_in_the_aec_environment_a_bad_command_is_refused_in_its_own_turn():
+    environment = env(drones_per_team=2, max_cycles=2)
     environment.reset(seed=0)
     with pytest.raises(CommandError, match="red_0's command"):
         environment.step(GOOD * np.nan)

@@ -12,7 +12,7 @@ import numpy as np
 from swarm_pz.config import GameConfig, MemoryConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.profiling import solve
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 
 KINDS = {
     "paper": GameConfig(),
@@ -38,7 +38,7 @@ def make(kind: str) -> None:
     games, control = env.simulator.games, env.simulator.control
     density = np.ones((1, config.command_cells, config.command_cells))
     sides = [control.read(density, games, np.zeros(1, int), team, "density", "densities") for team in range(2)]
-    env.step_checked(np.stack(sides, axis=1))
+    env.step(CheckedCommands(np.stack(sides, axis=1)))
     for team, observation in enumerate(config.observations):
         env.observe(observation, team)
 

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.mirror_released import Mirrored, play
 from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig, ObservationConfig
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.ergodicity import at_work, shared_coefficients
 from swarm_pz.spaces.observation import observe
 from tests.reference import cell_of
@@ -47,7 +47,7 @@ def test_a_step_holds_what_is_in_force_and_sends_anything_else():
         if second == 6:  # sent and asked for at once: it is a sending
             simulator.command(0, asked[None])
             reference.command(0, asked)
-        simulator.advance(3, commands=np.stack([asked, uniform])[None])
+        simulator.advance(3, commands=CheckedCommands(np.stack([asked, uniform])[None]))
         reference.step(0, asked)
         reference.step(1, uniform)
         reference.solve(simulator.positions[0], simulator.velocities[0])

@@ -7,7 +7,7 @@ from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.painting import paint
 from swarm_pz.play.strokes import BRUSHES, MAPPINGS, MOST_INK, MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
 
 
@@ -84,7 +84,7 @@ def flown(strokes):
     """Return the places (60 s after the first 5, drones, 2) of a team that follows a drawing."""
     simulator = Simulator(GameConfig(drones_per_team=(10, 0), capture=CaptureConfig(enabled=False)))
     simulator.reset([0])
-    simulator.advance(150, np.stack([density_of(strokes, 10), np.ones((10, 10))])[None])
+    simulator.advance(150, CheckedCommands(np.stack([density_of(strokes, 10), np.ones((10, 10))])[None]))
     places = []
     for _ in range(600):
         simulator.advance(3)

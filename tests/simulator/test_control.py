@@ -13,7 +13,7 @@ import pytest
 from swarm_pz.config import GameConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, FlightError
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 from tests.systems_of_tests import Magnet, install
 
 MIXED = {"controllers": ("magnet", "ergodic"), "drones_per_team": 4}
@@ -100,7 +100,7 @@ def test_a_command_remembers_what_it_took_the_place_of_and_since_when(team):
     held = np.ones((1, 2, 100))
     held[0, team] = 0.0
     held[0, team, :2] = 0.2, 0.3
-    simulator.advance(15, held)
+    simulator.advance(15, CheckedCommands(held))
     assert told() == ([0.5, 0.5], [0.2, 0.3], 1.0), "a step holds what is in force"
     simulator.command(team, [[0.2, 0.3]])
     assert told() == ([0.2, 0.3], [0.2, 0.3], 0.0), "who sends it again sends it"

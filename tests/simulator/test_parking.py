@@ -9,7 +9,7 @@ from swarm_pz import policies
 from swarm_pz.config import BLUE, GRID_CELLS, RED, CaptureConfig, GameConfig, MemoryConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.capture import RING_COUNTS
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 from tests.reference import RING, ring_sums
 
 GAMES = 50
@@ -126,7 +126,7 @@ def test_no_script_captures_a_drone_that_has_rested_for_as_long_as_a_trail(oppon
         live = np.flatnonzero(~simulator.decided)
         for side, policy in enumerate(teams):
             answers = env.ask(policy, np.full(len(live), side), live)
-            simulator.command_checked(side, answers, live, holds=True)
+            simulator.command(side, CheckedCommands(answers), live, holds=True)
         for _ in range(config.step_ticks):
             before, trails = simulator.teams.copy(), simulator.games.trails
             cells = (GRID_CELLS * simulator.positions).astype(int)

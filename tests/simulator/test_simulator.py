@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError, ConfigError
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.openmp import limit_spinning
 from swarm_pz.simulator.parameters import rule_parameters
 from swarm_pz.systems import FlockingCommand
@@ -165,7 +165,7 @@ def test_a_target_that_was_sent_has_its_mass_and_that_of_the_start_has_one():
     plain = Simulator(GameConfig(**PEACE))
     for one in (simulator, plain):
         one.reset([0])
-        one.advance(30, asked(UNIFORM, RAMP))
+        one.advance(30, CheckedCommands(asked(UNIFORM, RAMP)))
     coefficients, of_mass_one = simulator.games.coefficients[0], plain.games.coefficients[0]
     np.testing.assert_array_equal(coefficients[RED], of_mass_one[RED])  # which holds what nobody sent
     np.testing.assert_allclose(coefficients[BLUE], 10.0 * of_mass_one[BLUE], rtol=1e-6)
@@ -289,9 +289,9 @@ DOUBTFUL = {
     "half a tick": (lambda s: s.advance(1.5), "ticks"),
     "ticks of three games": (lambda s: s.advance([1, 2, 3]), "ticks"),
     "no ticks": (lambda s: s.advance(None), "ticks"),
-    "coarse commands": (lambda s: s.advance(3, np.ones((2, 2, 5, 5))), "float64 of shape"),
-    "one checked command": (lambda s: s.command_checked(0, ONES[:1], np.arange(2)), "float64 of shape"),
-    "float32": (lambda s: s.command_checked(0, ONES.astype(np.float32), np.arange(2)), "float64 of shape"),
+    "coarse commands": (lambda s: s.advance(3, CheckedCommands(np.ones((2, 2, 5, 5)))), "float64 of shape"),
+    "one checked command": (lambda s: s.command(0, CheckedCommands(ONES[:1])), "float64 of shape"),
+    "float32": (lambda s: s.command(0, CheckedCommands(ONES.astype(np.float32))), "float64 of shape"),
     "a negative seed": (lambda s: s.reset([0, -1]), "seed"),
     "a word as a seed": (lambda s: s.reset([0, "a"]), "seed"),
     "one seed": (lambda s: s.reset([0]), "seeds"),
@@ -391,7 +391,7 @@ def test_a_decided_game_stays_as_it_is_and_takes_no_commands():
         one.games.teams[3] = 1
     assert simulator.decided.tolist() == [False, False, False, True]
     commands = np.random.default_rng(0).random((4, 2, 10, 10)) ** 4
-    simulator.advance([3, 0, 7, 5], commands)
+    simulator.advance([3, 0, 7, 5], CheckedCommands(commands))
     for team in range(2):
         apart.command(team, commands[[0, 2], team], rows=[0, 2])
     apart.advance([3, 0, 7, 5])

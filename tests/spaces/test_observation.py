@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -12,8 +14,11 @@ from swarm_pz.config import (
     GameConfig,
     MemoryConfig,
     ObservationConfig,
+    SpawnConfig,
 )
 from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.simulator import CheckedCommands
+from swarm_pz.spaces.observation import observation_space, top_speed
 from tests.reference import captures_where, cell_of, ring_sums
 
 SUMMED, OLDEST, STRONGEST = CHANNELS[0:2], CHANNELS[2:4], CHANNELS[4:6]
@@ -209,3 +214,36 @@ def test_many_images_in_threads_are_those_of_one_after_the_other(monkeypatch):
     alone = [batch.observe(observation, int(teams[n]), [rows[n]]) for n in range(35)]
     np.testing.assert_array_equal(together, np.concatenate(alone))
     batch.close()
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        {},
+        {"spawn": SpawnConfig(speed=2.0), "dynamics": DynamicsConfig(speed_factor=0.5)},
+        {"dynamics": DynamicsConfig(min_speed=0.3)},
+    ],
+    ids=["default", "a start in flight", "walls that turn drones round"],
+)
+def test_the_bounds_of_velocities_are_those_that_drones_reach(rules):
+    config = GameConfig(
+        controllers="direct", drones_per_team=4, capture=CaptureConfig(enabled=False), time_limit=20.0, **rules
+    )
+    batch = BatchEnv(config)
+    bounces = config.dynamics.min_speed > 0.0
+    for kind, start in itertools.product(("entities", "drones"), ({}, {"velocities": np.full((8, 2), 10.0)})):
+        observation = ObservationConfig(kind=kind)
+        space = observation_space(config, observation)
+        batch.reset([0], scenario={"positions": np.zeros((8, 2))} | start)
+        fastest = 0.0
+        while batch.running[0]:
+            # Full thrust along the way; back to the other wall once one has stopped a drone.
+            velocities, places = batch.simulator.velocities[0], batch.simulator.positions[0]
+            ahead = np.sign(velocities) if bounces else np.where(batch.simulator.time_s[0] % 4 < 2, 1.0, -1.0)
+            push = np.broadcast_to(np.where(ahead == 0, np.where(places > 0.5, -1.0, 1.0), ahead), (8, 2)) * [1.0, 0.0]
+            batch.step(CheckedCommands(np.stack([batch.pack(push[None])[0]] * 2)[None]))
+            shown = batch.observe(observation, 0)
+            assert space.contains({name: part[0] for name, part in shown.items()} if kind == "entities" else shown[0])
+            fastest = max(fastest, np.abs(batch.simulator.velocities).max())
+        if not start and not bounces:
+            assert 0.7 * top_speed(config) < fastest <= top_speed(config) * 1.0001

@@ -92,13 +92,13 @@ def test_a_tracker_that_nobody_has_logged_in_to_is_said_in_a_line(trackers, tmp_
 
 def test_the_mean_reward_of_an_evaluation_is_what_the_environment_has_paid(monkeypatch):
     """Else it would not compare with rollout/ep_rew_mean: of the other side, or without the outcome."""
-    paid, step = [], BatchEnv.step_checked
+    paid, step = [], BatchEnv.step
 
     def noted(env, *given):
         paid.append((result := step(env, *given)).rewards.copy())
         return result
 
-    monkeypatch.setattr(BatchEnv, "step_checked", noted)
+    monkeypatch.setattr(BatchEnv, "step", noted)
     game = TINY.game.replace(drones_per_team=(2, 3), time_limit=40.0)
     match = play_match("ring", "centre", games=6, config=game)
     total = sum(paid)

@@ -30,7 +30,7 @@ from swarm_pz.evaluation.rollout import FaultError, policy_errors
 from swarm_pz.kernels.game import Games
 from swarm_pz.play.server.worker import Worker
 from swarm_pz.policy import Player
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.spawn import Seed
 
 Loader = Callable[[str, GameConfig, ControlSystem], Player]
@@ -104,7 +104,7 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
                             policy.reset([asked.seed], _ROW)
                         given = batch.ask(policy, np.array([seat.team]), _ROW)
                         # The game draws it for spectators; a control system that cannot draw it fails here already.
-                        batch.simulator.command_checked(seat.team, given, _ROW)
+                        batch.simulator.command(seat.team, CheckedCommands(given))
                         answer = given[0]
         except FaultError as fault:
             answer = fault
