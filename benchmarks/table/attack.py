@@ -222,8 +222,6 @@ def _record_long_game(folder: Path, drones: int) -> str:
         software="",
         started="",
         table=config.to_dict(),
-        config_hash=config.hash,
-        rules_hash=config.game.rules_hash,
         seed=0,
         red=seat,
         blue=seat,

@@ -136,29 +136,27 @@ def replay(
         port: Port to listen at; 0 takes any that is free.
     """
     need_play()
-    from swarm_pz.play.recordings import playback
     from swarm_pz.play.recordings.folder import checked_name
-    from swarm_pz.play.recordings.sandbox import Sandbox
+    from swarm_pz.play.recordings.format import Recording
+    from swarm_pz.play.recordings.playback import Playback
 
     check(speed > 0, "speed", speed, "above 0")
     check_count(port, "port", 0, 65535)
     is_shown = film is None and mcap is None and not verify
-    with Sandbox() as sandbox:
-        if film is not None:
-            with in_seconds() as show:
-                sandbox.do(recording, playback.film, recording, film, speed, progress=show)
-            print(f"film: {film}")
-        if mcap is not None:
-            require_extra("mcap_ros2.writer", "lab")
-            from swarm_pz.play.ros.mcap import write
+    read = Recording.read(recording)
+    if film is not None:
+        with in_seconds() as show:
+            Playback(read).film(film, speed, show)
+        print(f"film: {film}")
+    if mcap is not None:
+        require_extra("mcap_ros2.writer", "lab")
+        from swarm_pz.play.ros.mcap import write
 
-            with in_seconds("writing messages") as show:
-                count = sandbox.do(recording, write, recording, mcap, progress=show)
-            print(f"{count} messages: {mcap}")
-        if verify:
-            _print_verified(recording, *sandbox.do(recording, playback.verify, recording))
-        if is_shown:
-            sandbox.do(recording, playback.check, recording)  # before anybody waits for it
+        with in_seconds("writing messages") as show:
+            count = write(read, mcap, show)
+        print(f"{count} messages: {mcap}")
+    if verify:
+        _print_verified(recording, Playback(read).verify())
     if is_shown:
         page, folder = f"replay={checked_name(recording.name)}", recording.parent
         serve(known(), host=host, port=port, folder=folder, page=page, cards=_cards(), record_labels=False)
@@ -186,7 +184,7 @@ def site_files() -> dict[str, bytes]:
     return files_of(known(), _cards(), weights)
 
 
-def _print_verified(recording: Path, result: Verification, link: str) -> None:
+def _print_verified(recording: Path, result: Verification) -> None:
     """Say that a recording comes out as recorded, or raise with all its faults."""
     faults = list(result.faults)
     if result.first_difference is not None:
@@ -203,7 +201,7 @@ def _print_verified(recording: Path, result: Verification, link: str) -> None:
     how = "as recorded"
     if result.in_page:
         how = "as recorded, each but for rounding from the one before it, since the game was played in a page"
-    print(f"verified: {result.frames} frames of {recording} come out {how}; the chain of its lines ends with {link}")
+    print(f"verified: {result.frames} frames of {recording} come out {how}")
 
 
 def _beside(

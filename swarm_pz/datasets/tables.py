@@ -23,7 +23,6 @@ from swarm_pz.play.commands import Command
 from swarm_pz.play.recordings.folder import SUFFIX, is_regular
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.recordings.sandbox import Sandbox
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.spaces.formats import Format, FormatOptions
 from swarm_pz.spaces.observation import of_game
@@ -98,14 +97,14 @@ def record_table(
         "source": "recordings",
         "player": player,
         "opponents": opponents,
-        "recordings": {view.row.recording: view.link for view in found},
+        "recordings": [view.row.recording for view in found],
         "software": sorted({view.software for view in found}),
         "seeds": [view.seed for view in found],
     }
-    with Sandbox() as sandbox, new_dataset(target, forms[0], config, {}, options, told, command) as writer:
+    with new_dataset(target, forms[0], config, {}, options, told, command) as writer:
         for done, (view, form) in enumerate(zip(found, forms, strict=True), 1):
             number = opponents.index(view.opponent)
-            writer.add([sandbox.do(view.path, _episode, view.path, view.row, form, number)])
+            writer.add([_episode(view.path, view.row, form, number)])
             if progress is not None:
                 progress(done, len(found))
     return target.folder
@@ -133,7 +132,6 @@ class _View(NamedTuple):
     """A seat whose views are asked for, of a game that was played again."""
 
     path: Path
-    link: str
     software: str
     seed: int
     config: GameConfig
@@ -147,25 +145,21 @@ class _View(NamedTuple):
 def _chosen(files: Sequence[Path], player: str, say: Callable[[str], None]) -> list[_View]:
     """Return the seats whose views are asked for, all of one game's rules."""
     found: list[_View] = []
-    with Sandbox() as sandbox:
-        for path in files:
-            views = sandbox.do(path, _views, path, player)
-            row = views[0].row if views else None
-            if row is not None and row.left_out:
-                say(f"{row.recording}: {row.left_out}")
-                continue
-            if row is not None and found and row.rules_hash != found[0].row.rules_hash:
-                raise RecordingError(
-                    f"the games of one dataset must have the same rules, got rules {found[0].row.rules_hash} in "
-                    f"{found[0].row.recording} and {row.rules_hash} in {row.recording}: record them apart"
-                )
-            found += views
+    for path in files:
+        views = _views(path, player)
+        row = views[0].row if views else None
+        if row is not None and row.left_out:
+            say(f"{row.recording}: {row.left_out}")
+            continue
+        if row is not None and found and row.rules_hash != found[0].row.rules_hash:
+            raise RecordingError(
+                f"the games of one dataset must have the same rules, got rules {found[0].row.rules_hash} in "
+                f"{found[0].row.recording} and {row.rules_hash} in {row.recording}: record them apart"
+            )
+        found += views
     if not found:
         raise RecordingError(f"no recorded game that counts has a seat of {player!r}: a person, a program or a name")
     return found
-
-
-# --- in a process of its own ----------------------------------------------------------------------
 
 
 def _views(path: Path, player: str) -> list[_View]:
@@ -175,7 +169,7 @@ def _views(path: Path, player: str) -> list[_View]:
     if rows and not rows[0].left_out:
         _check(recording)
     told, config = recording.header, recording.config.game
-    return [_View(path, recording.link, told.software, told.seed, config, row) for row in rows]
+    return [_View(path, told.software, told.seed, config, row) for row in rows]
 
 
 def _check(recording: Recording) -> None:

@@ -11,14 +11,12 @@ import pytest
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.ledger import folder_lock
-from swarm_pz.play.recordings import playback
-from swarm_pz.play.recordings.format import Recording
-from swarm_pz.play.recordings.sandbox import Sandbox
+from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.policies import load
 from swarm_pz.policy import about
 from tests.cli.conftest import run
-from tests.play.recordings.test_format import plain_lines, record, write_chained
+from tests.play.recordings.test_format import plain_lines, record, write_lines
 from tests.play.studies.test_design import PLAIN, written
 
 HERE = "--host 127.0.0.2 --port 0"
@@ -80,16 +78,12 @@ def test_a_recording_is_shown_from_its_own_folder(served, tmp_path):
 def test_a_recording_is_only_verified_filmed_or_written_if_that_is_asked(
     served, refused, tmp_path, capsys, monkeypatch
 ):
-    filmed, do = [], Sandbox.do
-
-    def noted(sandbox, name, work, *given, **how):
-        return filmed.append(given[1:]) if work is playback.film else do(sandbox, name, work, *given, **how)
-
-    monkeypatch.setattr(Sandbox, "do", noted)
+    filmed = []
+    monkeypatch.setattr(Playback, "film", lambda _, *given: filmed.append(given[:2]))
     record(tmp_path / "a.jsonl", ticks=30)
     run("replay a.jsonl --verify --film a.gif --speed 3 --mcap bags/a.mcap")
     said = capsys.readouterr().out
-    assert "verified: 11 frames" in said and f"ends with {Recording.read(tmp_path / 'a.jsonl').link}" in said
+    assert "verified: 11 frames" in said
     assert filmed == [(Path("a.gif"), 3.0)] and "film: a.gif" in said and "messages: bags/a.mcap" in said
     assert Path("bags/a.mcap").read_bytes().startswith(b"\x89MCAP0")
     monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
@@ -103,7 +97,7 @@ def test_a_recording_that_plays_differently_here_or_breaks_off_is_an_error(tmp_p
     place = next(i for i, line in enumerate(lines) if line["type"] == "in_force")
     later = next(i for i, line in enumerate(lines) if line.get("tick") == lines[place]["tick"] + 6)
     moved = lines[place] | {"tick": lines[place]["tick"] + 3}
-    write_chained(tmp_path / "b.jsonl", [*lines[:place], *lines[place + 1 : later], moved, *lines[later:-1]])
+    write_lines(tmp_path / "b.jsonl", [*lines[:place], *lines[place + 1 : later], moved, *lines[later:-1]])
     said = refused("replay b.jsonl --verify")
     assert "plays differently here from tick" in said and "had to come into force at tick" in said
     assert "it is unfinished: it breaks off after" in said

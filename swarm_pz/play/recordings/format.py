@@ -2,13 +2,13 @@
 
 The first line holds all that a game needs to be played again; the rest are events, in order, and the last one
 says how it ended: a file without it is unfinished. All times named ``ms`` are milliseconds on the server's clock
-since the game began. A file that ends in the middle of a line, because the power went, is read up to there. Every line
-holds a link of a chain; see `swarm_pz.play.recordings.chain`.
+since the game began. A file that ends in the middle of a line, because the power went, is read up to there.
 """
 
 from __future__ import annotations
 
 import base64
+import io
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,12 +24,13 @@ from swarm_pz.play.commands import Command
 from swarm_pz.play.forms import read_form
 from swarm_pz.play.frames import Frame, decode_frame
 from swarm_pz.play.game import LiveGame, TableConfig
-from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing, decode
-from swarm_pz.play.recordings.chain import START, followed
+from swarm_pz.play.protocol import MAX_MESSAGE_BYTES, ClientInfo, StrokeMessage, Timing, decode
 from swarm_pz.play.recordings.folder import read_regular
 from swarm_pz.simulator.spawn import check_seed
 
 VERSION = 2
+MOST_LINE_BYTES = 2 * MAX_MESSAGE_BYTES
+"""Of a line: reading a longer one would hold up other threads."""
 FRAME_TICKS = 3
 """Ticks between two recorded frames."""
 SeatEvent = Literal["connected", "disconnected", "displaced", "hidden", "shown", "failed", "forfeit"]
@@ -72,12 +73,9 @@ class Header(_Line, tag="game"):
     """In UTC, ISO 8601."""
     table: dict[str, Any]
     """The table's configuration, the rules among it."""
-    config_hash: str
     seed: int
     red: RecordedSeat
     blue: RecordedSeat
-    rules_hash: str
-    """Of the game that the table plays."""
     origin: Origin | None = None
     lesson: bool = False
     """It was a lesson, not a match."""
@@ -210,20 +208,16 @@ class Recording:
     header : Header
     config : TableConfig
     events : list of EventLine
-    link : str
-        The last of its chain, which stands for all that was read; empty where nothing was read.
     """
 
-    def __init__(self, name: str, header: Header, events: list[EventLine], link: str = START) -> None:
-        self.name, self.header, self.events, self.link = name, header, events, link
+    def __init__(self, name: str, header: Header, events: list[EventLine]) -> None:
+        self.name, self.header, self.events = name, header, events
         try:
             self.config = TableConfig.from_dict(header.table)
             check_seed(header.seed)
         except (SwarmError, RecursionError) as error:
             reason = str(error)[:1000]
             raise RecordingError(f"{name} was played by rules that are not known here: {reason}") from error
-        if (header.config_hash, header.rules_hash) != (self.config.hash, self.config.game.rules_hash):
-            raise RecordingError(f"{name} says other rules than those whose hash it holds; it was changed")
         self._check_order()
 
     def _check_order(self) -> None:
@@ -259,10 +253,14 @@ class Recording:
         """
         header: Header | None = None
         events: list[EventLine] = []
-        link = START
-        *lines, rest = read_regular(path).split(b"\n")
-        for number, line in enumerate(lines, 1):
+        for number, line in enumerate(io.BytesIO(read_regular(path)), 1):
             where = f"line {number} of {path}"
+            if not line.endswith(b"\n"):
+                if events and isinstance(events[-1], EndLine):
+                    raise RecordingError(f"{where} comes after the game's end")
+                break
+            if len(line) > MOST_LINE_BYTES:
+                raise RecordingError(f"{where} must have at most {MOST_LINE_BYTES} bytes, got {len(line)}")
             try:
                 decoded = decode(_decoder, line)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -276,13 +274,10 @@ class Recording:
                 raise RecordingError(f"{path} is of version {decoded.version}, expected {VERSION}")
             else:
                 header = decoded
-            link = followed(line, link, where)
         if header is None:
             raise RecordingError(f"{path} is not a recorded game: it is empty")
-        if rest and events and isinstance(events[-1], EndLine):
-            raise RecordingError(f"line {len(lines) + 1} of {path} comes after the game's end")
         # A name that is no text is written as text: tables and messages hold it.
-        return cls(path.name.encode(errors="backslashreplace").decode(), header, events, link)
+        return cls(path.name.encode(errors="backslashreplace").decode(), header, events)
 
     def of(self, kind: type[L]) -> list[L]:
         """Return the events of one kind."""

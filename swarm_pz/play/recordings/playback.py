@@ -8,6 +8,8 @@ control period: there each period is simulated from its own frame, and leads to 
 from __future__ import annotations
 
 import copy
+import math
+import time
 from collections import defaultdict
 from collections.abc import Callable
 from itertools import islice
@@ -17,6 +19,7 @@ import numpy as np
 
 from swarm_pz.analysis.video import FILM_RATE, open_film
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
+from swarm_pz.errors import RecordingError
 from swarm_pz.play.commands import Command
 from swarm_pz.play.frames import FASTEST, Frame
 from swarm_pz.play.game import LiveGame
@@ -109,9 +112,12 @@ class Playback:
             game.simulator.advance(min(until, end, mark, period) - game.tick)
         return came
 
-    def verify(self) -> Verification:
-        """Compare all that follows from commands and start with what was recorded."""
-        frames, difference = self._compare()
+    def verify(self, limit_s: float = math.inf) -> Verification:
+        """Compare all that follows from commands and start with what was recorded.
+
+        Raises RecordingError if that takes more than `limit_s` seconds.
+        """
+        frames, difference = self._compare(time.monotonic() + limit_s)
         # Where the simulation leads elsewhere, it says nothing of the end.
         faults = faults_of(self.recording, self.game if difference is None else None)
         return Verification(
@@ -122,7 +128,7 @@ class Playback:
             in_page=bool(self._exact),
         )
 
-    def _compare(self) -> tuple[int, int | None]:
+    def _compare(self, until: float) -> tuple[int, int | None]:
         """Return how many frames were compared, and the first tick whose frame or captures are others."""
         recording = self.recording
         captured: dict[int, list[tuple[int, int]]] = defaultdict(list)
@@ -133,6 +139,10 @@ class Playback:
         self.seek(0)
         teams = self.game.simulator.games.teams[0].copy()
         for tick in range(recording.last_tick + 1):
+            if time.monotonic() > until:
+                raise RecordingError(
+                    f"{recording.name} takes too long to play again here; try swarm-pz replay --verify"
+                )
             is_torn = recording.end is None and tick == recording.last_tick  # what came after was lost
             self.advance(tick - self.game.tick)
             before, teams = teams, self.game.simulator.games.teams[0].copy()
@@ -193,19 +203,3 @@ class Playback:
         is_here = positions <= near and velocities <= alike
         is_same = is_here and (frame.teams == simulator.teams[0]).all()
         return bool(is_same) and frame.altitudes is None and frame.fields is None
-
-
-def check(path: Path) -> None:
-    """Refuse a file that is no recorded game."""
-    Recording.read(path)
-
-
-def verify(path: Path) -> tuple[Verification, str]:
-    """Return how a file's game compares with what was recorded, and the last link of the file's chain."""
-    recording = Recording.read(path)
-    return Playback(recording).verify(), recording.link
-
-
-def film(recording: Path, path: Path, speed: float, progress: Callable[[float, float], None] | None = None) -> None:
-    """Write a file's game as a film; see `Playback.film`."""
-    Playback(Recording.read(recording)).film(path, speed, progress)

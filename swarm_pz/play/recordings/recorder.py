@@ -13,7 +13,6 @@ from pathlib import Path
 import msgspec
 
 from swarm_pz.files import explain
-from swarm_pz.play.recordings.chain import START, chained
 from swarm_pz.play.recordings.format import EventLine, Header
 
 _ONE_FLUSH = 256 * 1024
@@ -42,7 +41,6 @@ class Recorder:
         self._file: io.FileIO | None = None
         self._lines: deque[Header | EventLine] = deque([header])
         self._bytes = bytearray()
-        self._link = START
         self._failed = 0
         self._open = True
         self._end: threading.Thread | None = None
@@ -90,8 +88,7 @@ class Recorder:
         """Write what waits, but not so much that it takes long; what was not taken goes on waiting."""
         assert self._file is not None  # noqa: S101
         while self._lines and len(self._bytes) < _ONE_FLUSH:
-            line, self._link = chained(_encoder.encode(self._lines.popleft()), self._link)
-            self._bytes += line + b"\n"
+            self._bytes += _encoder.encode(self._lines.popleft()) + b"\n"
         try:
             while self._bytes:
                 del self._bytes[: self._file.write(self._bytes)]  # a disk that is nearly full takes a part

@@ -1,8 +1,7 @@
 """What in a recorded game cannot have been so, by the rules of the table that wrote it.
 
 The simulation decides frames, captures, sizes and the end; the rules decide when commands came into force, a
-drawing's density and who can have sent what. Names, labels, times of clocks and what a policy would have said are
-protected by the chain of the lines alone, which a forger can make anew.
+drawing's density and who can have sent what. Nothing protects names, labels and times of clocks.
 """
 
 from __future__ import annotations

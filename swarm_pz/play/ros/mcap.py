@@ -44,30 +44,30 @@ def told(recording: Recording) -> Iterator[Told]:
             yield frame.tick, f"/{name}_team_target_dist", target
 
 
-def write(recording: Path, path: Path, progress: Callable[[float, float], None] | None = None) -> int:
+def write(recording: Recording, path: Path, progress: Callable[[float, float], None] | None = None) -> int:
     """Write a recorded game as MCAP, replacing `path` when all is written; return the number of messages.
 
     `progress` is called with the seconds of game written so far, and all of them. Raises MissingExtraError,
-    RecordingError if it is no recorded game, and OutputError if the file cannot be written.
+    and OutputError if the file cannot be written.
     """
     writer_of = require_extra("mcap_ros2.writer", "lab").Writer
     if path.suffix != ".mcap":
         raise OutputError(f"an MCAP file's name ends with .mcap, got {path}")
     check_file(path)
-    read, schemas, count = Recording.read(recording), {}, 0
+    schemas, count = {}, 0
     try:
         with draft_of(path) as draft, draft.open("wb") as file:
             writer = writer_of(file)
             writer.add_metadata(
                 "swarm-pz",
                 {
-                    "recording": read.name,
-                    "red": read.header.red.policy or read.header.red.kind,
-                    "blue": read.header.blue.policy or read.header.blue.kind,
-                    "rules_hash": read.config.game.rules_hash,
+                    "recording": recording.name,
+                    "red": recording.header.red.policy or recording.header.red.kind,
+                    "blue": recording.header.blue.policy or recording.header.blue.kind,
+                    "rules_hash": recording.config.game.rules_hash,
                 },
             )
-            for tick, topic, message in told(read):
+            for tick, topic, message in told(recording):
                 kind = messages.TOPICS[topic]
                 if kind not in schemas:
                     schemas[kind] = writer.register_msgdef(full_name(kind), definition(kind))
@@ -75,7 +75,7 @@ def write(recording: Path, path: Path, progress: Callable[[float, float], None] 
                 writer.write_message(topic, schemas[kind], message, log_time=time, sequence=count)
                 count += 1
                 if progress is not None and topic == "/clock":
-                    progress(tick / TICKS_PER_SECOND, read.last_tick / TICKS_PER_SECOND)
+                    progress(tick / TICKS_PER_SECOND, recording.last_tick / TICKS_PER_SECOND)
             writer.finish()
     except OSError as error:
         raise OutputError(f"cannot write {str(path)!r}: {explain(error)}") from error

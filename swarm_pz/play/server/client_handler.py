@@ -305,11 +305,7 @@ class ClientHandler:
             opened = await self._lobby.read(name)
         except RecordingError as error:
             raise RefusedError("unknown", str(error).replace(f"{self._lobby.context.folder}/", "")) from error
-        try:
-            self._lobby.check_replays(self._replay)
-        except RefusedError:
-            opened.drop()
-            raise
+        self._lobby.check_replays(self._replay)
         self._leave()
         self._replay = ReplaySession(opened, self._connection)
         self._lobby.watched.add(self._replay)

@@ -146,12 +146,10 @@ class LiveSession:
             software=_SOFTWARE,
             started=started.isoformat(timespec="milliseconds"),
             table=config.to_dict(),
-            config_hash=config.hash,
             seed=seed,
             red=red,
             blue=blue,
             origin=moment.origin if moment is not None else None,
-            rules_hash=config.game.rules_hash,
             lesson=lesson,
         )
         path = context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}" if hosted is None else hosted.path

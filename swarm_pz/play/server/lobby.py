@@ -36,7 +36,7 @@ MOST_ROOMS = 100
 MOST_ROOMS_OF_ADDRESS = 40
 """Of these: a class behind one address has enough, and others some left. An address may open so many rooms at once, and
 then one a second: opening a room and beginning its game is work."""
-MOST_REPLAY_BYTES = 256 * 2**20
+MOST_REPLAY_BYTES = 64 * 2**20
 """Of the files of recorded games that are watched at once: each takes some times as much memory."""
 EMPTY_S = 30.0
 """Seconds after which a room is closed that nobody is in, or has a seat to come back to."""
@@ -220,7 +220,6 @@ class Lobby:
 
     async def recordings(self) -> list[Summary]:
         """Return summaries of the recorded games that can be watched, the latest first."""
-        self._replays.warm()
         return await self._listing.do(self._list, self._running())
 
     def _list(self, running: set[Path]) -> list[Summary]:

@@ -1,43 +1,37 @@
 """Recorded games that are watched at a table, each by one client, who may go to any moment of it.
 
-A recording may be a stranger's. So two processes read and simulate them: one reads and verifies, which may take long,
-and the other shows the games that somebody watches. The event loop only sends what they return. Where a game comes out
-as recorded, the simulation is shown, with capture fields and targets; where it does not, because the processor is of
-another kind, the recorded frames are.
+Two threads read and simulate them, so the event loop only sends what they return. Where a game comes out as recorded,
+the simulation is shown, with capture fields and targets; where it does not, because the processor is of another kind,
+the recorded frames are.
 """
 
 from __future__ import annotations
 
 import asyncio
 import bisect
-import contextlib
-import itertools
 import logging
-import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from swarm_pz.config import BLUE, RED, TICKS_PER_SECOND
-from swarm_pz.errors import RecordingError
+from swarm_pz.errors import RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import Frame, encode_frame
-from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.recordings.format import FRAME_TICKS, Moment, Origin, Recording
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.recordings.sandbox import Sandbox
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.room_settings import settings_of
 from swarm_pz.play.server.views import frame_of, target_message
 from swarm_pz.play.server.worker import Worker
 
-MOST_BYTES = 64 * 2**20
+MOST_BYTES = 32 * 2**20
 """Of a recording that can be watched."""
+MOST_SECONDS = 120.0
+"""For playing one through."""
+T = TypeVar("T")
 log = logging.getLogger("swarm_pz.play")
-
-
-# --- in the processes -----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -68,7 +62,7 @@ class LoadedRecording:
         if not frames:
             raise RecordingError(f"{path.name} broke off before anything was to be seen")
         playback = Playback(recording)
-        return cls(recording, frames, sizes_of(frames), playback, playback.verify().verified)
+        return cls(recording, frames, sizes_of(frames), playback, playback.verify(MOST_SECONDS).verified)
 
     @property
     def state(self) -> protocol.RoomState:
@@ -139,109 +133,51 @@ def sizes_of(frames: Sequence[Frame]) -> list[tuple[int, int]]:
     return [(count - blue[second], blue[second]) for second in sorted(blue)]
 
 
-_shown: dict[int, LoadedRecording] = {}
-"""Recordings in the process that shows them, by their numbers."""
-
-
-def _warm() -> None:
-    LiveGame(TableConfig(), 0).advance()  # what is loaded late, or compiled, is there then
-
-
-def _load(path: Path) -> tuple[protocol.RoomState, bytes]:
-    loaded = LoadedRecording.read(path)
-    return loaded.state, pickle.dumps(loaded)
-
-
-def _open(number: int, data: bytes) -> None:
-    _shown[number] = pickle.loads(data)  # noqa: S301  (of our own process)
-
-
-def _drop(number: int) -> None:
-    _shown.pop(number, None)
-
-
-def _ask(number: int, method: str, *given: Any) -> Any:
-    if number not in _shown:
-        raise RecordingError("the process that showed it has ended; open it again")
-    return getattr(_shown[number], method)(*given)
-
-
-# --- in the server --------------------------------------------------------------------------------
-
-
-class SandboxWorker:
-    """A process for recordings, and the thread that waits for it."""
-
-    def __init__(self, name: str) -> None:
-        self._sandbox, self._worker = Sandbox(), Worker(name)
-
-    def do(self, name: str, work: Callable[..., Any], *given: Any) -> asyncio.Future[Any]:
-        """Return the future result of work in the process; see `Worker.do` and `Sandbox.do`."""
-        return self._worker.do(self._sandbox.do, name, work, *given)
-
-    def close(self) -> None:
-        """End the process and the thread."""
-        self._worker.close()
-        self._sandbox.close()
-
-
-@dataclass(frozen=True)
 class OpenedRecording:
-    """A recorded game in the process that shows it: its number there, its state, and the bytes of its file."""
+    """A recorded game, the thread that shows it, its state, and the bytes of its file."""
 
-    player: SandboxWorker
-    number: int
-    state: protocol.RoomState
-    size: int
+    def __init__(self, worker: Worker, loaded: LoadedRecording, size: int) -> None:
+        self._worker, self._loaded, self.state, self.size = worker, loaded, loaded.state, size
 
     async def ask(self, method: str, *given: Any) -> Any:
-        """Return what a method of its `LoadedRecording` returns."""
-        return await self.player.do(str(self.state.recording), _ask, self.number, method, *given)
-
-    def drop(self) -> None:
-        """Forget it."""
-        with contextlib.suppress(RuntimeError):  # the event loop has ended
-            self.player.do("", _drop, self.number)
+        """Return the result of a method of its `LoadedRecording`."""
+        return await self._worker.do(getattr(self._loaded, method), *given)
 
 
 class Replays:
-    """The two processes, started when somebody first looks for recorded games, or opens one."""
+    """Two threads: one reads recordings and plays them through, which takes long; the other shows moments."""
 
     def __init__(self) -> None:
-        self.reader, self.player = SandboxWorker("reading"), SandboxWorker("replaying")
-        self._numbers = itertools.count()
-        self._is_warm = False
-
-    def warm(self) -> None:
-        """Start the processes, so that a game opens at once later."""
-        if not self._is_warm:
-            self._is_warm = True
-            self.reader.do("", _warm)
-            self.player.do("", _warm)
+        self.reader, self.player = Worker("reading"), Worker("replaying")
 
     async def read(self, path: Path) -> OpenedRecording:
         """Return a recorded game, played through; one at a time, since it takes a core.
 
-        Raises RecordingError if it cannot be read or shown, or ended the process that read it.
+        Raises RecordingError if it cannot be read or shown.
         """
-        self.warm()
-        state, data = await self.work(path, _load)
-        opened = OpenedRecording(self.player, next(self._numbers), state, path.stat().st_size)
-        try:
-            await self.player.do(path.name, _open, opened.number, data)
-        except BaseException:  # such as that nobody waits any more
-            opened.drop()
-            raise
-        return opened
+        loaded = await self.work(path, LoadedRecording.read)
+        return OpenedRecording(self.player, loaded, path.stat().st_size)
 
-    async def work(self, path: Path, work: Callable[[Path], Any]) -> Any:
-        """Return what some work finds in a recording."""
-        return await self.reader.do(path.name, work, path)
+    async def work(self, path: Path, work: Callable[[Path], T]) -> T:
+        """Return the result of a function of a recording's path."""
+        return await self.reader.do(_named, path, work)
 
     def close(self) -> None:
-        """End the processes."""
+        """Let the threads end."""
         self.reader.close()
         self.player.close()
+
+
+def _named(path: Path, work: Callable[[Path], T]) -> T:
+    """Return the result of a function of a recording's path; every error names the file."""
+    try:
+        return work(path)
+    except SwarmError:
+        raise
+    except Exception as error:
+        raise RecordingError(
+            f"{path.name} cannot be played again: {type(error).__name__}: {str(error)[:300]}"
+        ) from error
 
 
 class ReplaySession:
@@ -273,7 +209,6 @@ class ReplaySession:
     def close(self) -> None:
         """Show nothing more."""
         self._clock.cancel()
-        self._opened.drop()
 
     async def _run(self) -> None:
         owed = 0.0

@@ -1,6 +1,5 @@
 """Recorded games: written, read, and refused where they cannot be one."""
 
-import hashlib
 import json
 
 import numpy as np
@@ -11,8 +10,8 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
 from swarm_pz.play.protocol import Timing
-from swarm_pz.play.recordings.chain import START, chained, link_of
 from swarm_pz.play.recordings.format import (
+    MOST_LINE_BYTES,
     VERSION,
     CapturedLine,
     CommandLine,
@@ -41,9 +40,7 @@ def header(config, seed, player, own=0, origin=None):
         software="test",
         started="2026-01-01T00:00:00.000+00:00",
         table=config.to_dict(),
-        config_hash=config.hash,
         seed=seed,
-        rules_hash=config.game.rules_hash,
         red=seats[own],
         blue=seats[1 - own],
         origin=origin,
@@ -104,32 +101,15 @@ def shown(game):
 
 
 def plain_lines(path):
-    """Return a file's lines as objects, without their links."""
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
-    return [{name: value for name, value in line.items() if name != "chain"} for line in lines]
+    """Return a file's lines as objects."""
+    return [json.loads(line) for line in path.read_text().splitlines()]
 
 
-def write_chained(path, lines):
-    """Write lines as a forger would who makes the chain anew."""
-    link, text = START, b""
-    for line in lines:
-        written, link = chained(json.dumps(line, separators=(",", ":")).encode(), link)
-        text += written + b"\n"
-    path.write_bytes(text)
+def write_lines(path, lines):
+    path.write_text("".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines))
 
 
 # --- files ----------------------------------------------------------------------------------------
-
-
-def test_a_file_holds_the_chain_that_its_documentation_tells_of(tmp_path):
-    record(tmp_path / "a.jsonl", ticks=30)
-    before = ""
-    for line in (tmp_path / "a.jsonl").read_bytes().splitlines():
-        link = json.loads(line)["chain"]
-        content = line[: -len(',"chain":"0123456789abcdef"}')] + b"}"
-        assert hashlib.sha256(before.encode() + content).hexdigest()[:16] == link == link_of(content, before)
-        before = link
-    assert Recording.read(tmp_path / "a.jsonl").link == before
 
 
 def test_a_recording_that_breaks_off_is_read_up_to_there(tmp_path):
@@ -150,6 +130,8 @@ def test_a_recording_that_breaks_off_is_read_up_to_there(tmp_path):
         (lambda text: text.replace(b'"version":2', b'"version":3', 1), "version 3, expected 2"),
         (lambda text: text.replace(b'"tick":3,', b'"tick":-3,'), "line"),
         (lambda text: b'{"x":' + b"[" * 60_000 + b"\n" + text, "line 1"),
+        (lambda text: b'{"x":"' + b"x" * MOST_LINE_BYTES + b'"}\n' + text, "line 1 of .* at most"),
+        (lambda text: b"\n" * 2**20, "line 1"),
     ],
 )
 def test_what_is_no_recording_is_refused(change, message, tmp_path):
@@ -162,20 +144,17 @@ def test_what_is_no_recording_is_refused(change, message, tmp_path):
 def test_what_a_later_version_adds_is_passed_over_but_other_rules_are_refused(tmp_path):
     record(tmp_path / "a.jsonl", ticks=30)
     first, *rest = plain_lines(tmp_path / "a.jsonl")
-    write_chained(tmp_path / "b.jsonl", [line | {"weather": "fine"} for line in (first, *rest)])
+    write_lines(tmp_path / "b.jsonl", [line | {"weather": "fine"} for line in (first, *rest)])
     before, after = (Recording.read(tmp_path / name) for name in ("a.jsonl", "b.jsonl"))
     assert (after.header, after.events) == (before.header, before.events)
-    harder, deep = json.loads(json.dumps(first)), []
-    harder["table"]["game"]["capture"]["threshold"] = 0.9
+    deep = []
     for _ in range(600):
         deep = [deep]
     for changed, said in (
-        (harder, "hash"),
-        (first | {"rules_hash": "0" * 16}, "hash"),
         (first | {"table": first["table"] | {"weather": "fine"}}, "weather"),
         (first | {"table": first["table"] | {"mapping": deep}}, "not known here"),
     ):
-        write_chained(tmp_path / "b.jsonl", [changed, *rest])
+        write_lines(tmp_path / "b.jsonl", [changed, *rest])
         with pytest.raises(RecordingError, match=said):
             Recording.read(tmp_path / "b.jsonl")
 

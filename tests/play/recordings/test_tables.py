@@ -30,7 +30,7 @@ from swarm_pz.play.recordings.format import (
 from swarm_pz.play.recordings.seats import seat_rows, trial_rows
 from swarm_pz.play.recordings.tables import left_out, read_folder, summarise, write_tables
 from tests.play.recordings.test_format import header as header_of
-from tests.play.recordings.test_format import plain_lines, record, write_chained
+from tests.play.recordings.test_format import plain_lines, record, write_lines
 
 CONFIG = TableConfig(
     game=GameConfig(drones_per_team=(5, 3), time_limit=60.0), min_command_interval=0.25, mapping="paper", speed=2.0
@@ -315,7 +315,7 @@ def test_a_folder_is_read_in_order_and_what_is_no_game_is_said(tmp_path, capsys)
         record(tmp_path / f"{name}.jsonl", ticks=3, outcome="red")
     first, *rest = plain_lines(tmp_path / "1.jsonl")
     odd = {"lesson": True, "red": {"kind": "person", "label": "[/p1]\x1b[31m"}}
-    write_chained(tmp_path / "2.jsonl", [first | odd, *rest])
+    write_lines(tmp_path / "2.jsonl", [first | odd, *rest])
     (tmp_path / "4.jsonl").symlink_to(tmp_path / "1.jsonl")
     os.mkfifo(tmp_path / "5.jsonl")
     (tmp_path / "6.jsonl").mkdir()

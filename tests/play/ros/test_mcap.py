@@ -15,7 +15,7 @@ from swarm_pz.errors import OutputError
 from swarm_pz.play.recordings.format import CapturedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.ros import mcap, messages
-from tests.play.recordings.test_format import plain_lines, record, write_chained
+from tests.play.recordings.test_format import plain_lines, record, write_lines
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def read(tmp_path_factory):
     """Give a recording, and its messages by topic: pairs of nanoseconds and message."""
     folder = tmp_path_factory.mktemp("mcap")
     record(folder / "a.jsonl", ticks=330, seed=4)
-    count, found, types = mcap.write(folder / "a.jsonl", folder / "a.mcap"), defaultdict(list), {}
+    count, found, types = mcap.write(Recording.read(folder / "a.jsonl"), folder / "a.mcap"), defaultdict(list), {}
     with (folder / "a.mcap").open("rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
         for schema, channel, message, decoded in reader.iter_decoded_messages():
@@ -79,7 +79,7 @@ def test_captures_are_told_when_they_happen(read):
 def test_the_capture_that_ends_a_game_is_told(tmp_path):
     record(tmp_path / "a.jsonl", ticks=30)
     *lines, end = plain_lines(tmp_path / "a.jsonl")
-    write_chained(tmp_path / "a.jsonl", [*lines, {"type": "captured", "tick": end["tick"], "drone": 3, "team": 1}, end])
+    write_lines(tmp_path / "a.jsonl", [*lines, {"type": "captured", "tick": end["tick"], "drone": 3, "team": 1}, end])
     recording = Recording.read(tmp_path / "a.jsonl")
     told = [(tick, message["data"]) for tick, topic, message in mcap.told(recording) if topic == "/agent_team_status"]
     assert told[-1] == (end["tick"], "agent3 blue")
@@ -88,8 +88,8 @@ def test_the_capture_that_ends_a_game_is_told(tmp_path):
 def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
     record(tmp_path / "a.jsonl", ticks=30)
     with pytest.raises(OutputError, match=r"\.mcap"):
-        mcap.write(tmp_path / "a.jsonl", tmp_path / "a.bag")
+        mcap.write(Recording.read(tmp_path / "a.jsonl"), tmp_path / "a.bag")
     monkeypatch.setattr(mcap, "told", lambda _: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        mcap.write(tmp_path / "a.jsonl", tmp_path / "a.mcap")
+        mcap.write(Recording.read(tmp_path / "a.jsonl"), tmp_path / "a.mcap")
     assert [path.name for path in tmp_path.iterdir()] == ["a.jsonl"]

@@ -11,12 +11,12 @@ import pytest
 
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play import protocol
-from swarm_pz.play.recordings.sandbox import Sandbox
-from swarm_pz.play.server import app, budget, client_handler, connection, lobby, middleware, rendered_command, replays
+from swarm_pz.play.server import app, budget, client_handler, connection, lobby, middleware, rendered_command
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.client_handler import ClientHandler
 from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.replays import LoadedRecording
 from tests.play.recordings.test_format import record
 from tests.play.recordings.test_playback import CALM
 from tests.play.server.test_client_handler import Guest, visiting
@@ -68,13 +68,8 @@ def elsewhere(monkeypatch):
         monkeypatch.setattr(place, name, noted)
 
     note(rendered_command, "density_of")
-    do = Sandbox.do
-
-    def noted(sandbox, name, work, *given):
-        threads.setdefault(given[1] if work is replays._ask else work.__name__, []).append(threading.current_thread())
-        return do(sandbox, name, work, *given)
-
-    monkeypatch.setattr(Sandbox, "do", noted)
+    for name in ("read", "picture", "moment"):
+        note(LoadedRecording, name)
     return threads
 
 
@@ -122,7 +117,7 @@ def test_floods_of_openings_seeks_and_take_overs_are_one_at_a_time_and_not_where
             for _ in range(3):
                 attacker.say(protocol.OpenReplay("a.jsonl"))
         await until(lambda: len(hall.watched) == 5)
-        assert len(elsewhere["_load"]) <= 2 * 5, "who asks again is read for once, and what had begun ends"
+        assert len(elsewhere["read"]) <= 2 * 5, "who asks again is read for once, and what had begun ends"
         await asyncio.sleep(0.1)
         elsewhere["picture"].clear()
         for attacker in attackers:
@@ -138,7 +133,7 @@ def test_floods_of_openings_seeks_and_take_overs_are_one_at_a_time_and_not_where
         await until(lambda: len(hall.rooms) == 6)
         await asyncio.sleep(0.1)
         assert len(hall.rooms) == 6 and not hall.watched
-        for kind in ("_load", "picture", "moment"):
+        for kind in ("read", "picture", "moment"):
             assert len(set(elsewhere[kind])) == 1 and threading.current_thread() not in elsewhere[kind], kind
         assert await plays_on(guest)
 

@@ -72,7 +72,7 @@ class Guest(Client):
 
 
 class Opened:
-    """A recorded game that is played again here, in place of a process."""
+    """A recorded game that is played again here, in place of a thread."""
 
     def __init__(self, loaded):
         self.loaded, self.state, self.size, self.count = loaded, loaded.state, 1, 0
@@ -81,9 +81,6 @@ class Opened:
         self.count += 1
         await asyncio.sleep(0)
         return getattr(self.loaded, method)(*given)
-
-    def drop(self):
-        pass
 
 
 class Hall(Lobby):

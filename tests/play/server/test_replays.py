@@ -1,8 +1,6 @@
-"""Recorded games that are watched, and played on from the moment that is shown; processes that end."""
+"""Recorded games that are watched, and played on from the moment that is shown."""
 
 import asyncio
-import os
-import signal
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +15,7 @@ from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import replays as module
 from swarm_pz.play.server.replays import LoadedRecording, Replays, ReplaySession, sizes_of
 from swarm_pz.play.server.room_settings import settings_of
-from tests.play.recordings.test_format import plain_lines, record, write_chained
+from tests.play.recordings.test_format import plain_lines, record, write_lines
 from tests.play.server.test_client_handler import Opened
 from tests.play.server.test_room import CALM, Client, until
 
@@ -88,7 +86,7 @@ def test_what_broke_off_is_taken_over_from_its_last_frame(game, tmp_path):
     lines = plain_lines(game)
     last = next(i for i, line in enumerate(lines) if line["type"] == "in_force" and line["tick"] == 60)
     kept = [line for line in lines[: last + 1] if (line["type"], line.get("tick")) != ("frame", 60)]
-    write_chained(tmp_path / "a.jsonl", kept)
+    write_lines(tmp_path / "a.jsonl", kept)
     loaded = LoadedRecording.read(tmp_path / "a.jsonl")
     assert loaded.is_verified and loaded.recording.last_tick == 60
     moment = loaded.moment(60)
@@ -190,22 +188,27 @@ async def test_where_a_game_plays_differently_the_recorded_frames_are_shown(game
     watcher.replay.close()
 
 
-# --- processes that end ---------------------------------------------------------------------------
+# --- threads --------------------------------------------------------------------------------------
 
 
-async def test_a_process_that_ends_is_told_of_and_another_one_goes_on(game):
+async def test_a_game_that_takes_too_long_to_play_again_or_makes_a_fault_is_refused_and_the_next_is_shown(
+    game, monkeypatch
+):
     replays, client = Replays(), Client()
     try:
+        with monkeypatch.context() as patched:
+            patched.setattr(module, "MOST_SECONDS", 0.0)
+            with pytest.raises(RecordingError, match="takes too long"):
+                await replays.read(game)
+            patched.setattr(LoadedRecording, "read", lambda path: 1 / 0)
+            with pytest.raises(RecordingError, match="cannot be played again: ZeroDivisionError"):
+                await replays.read(game)
         session = ReplaySession(await replays.read(game), client)
         await until(lambda: client.frames)
-        os.kill(await replays.player.do("", os.getpid), signal.SIGSEGV)  # as a fault in a kernel would
-        await until(lambda: client.notices)
-        assert "cannot be shown any further" in client.notices[0]
-        with pytest.raises(RecordingError, match="open it again"):
-            await session.moment()
+        session.seek(45)
+        moment = await session.moment()
         session.close()
-        moment = await (await replays.read(game)).ask("moment", 45)
     finally:
         replays.close()
-    moment.game.advance(30)  # it is here, and goes on without that process
+    moment.game.advance(30)
     assert moment.game.tick == 75 and moment.origin.tick == 45

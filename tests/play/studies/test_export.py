@@ -25,7 +25,7 @@ from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games, markdown, write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
 from swarm_pz.play.studies.standards import labels
-from tests.play.recordings.test_format import plain_lines, record, write_chained
+from tests.play.recordings.test_format import plain_lines, record, write_lines
 from tests.play.studies.playing import ANSWERS, PLAIN, begun, walk
 
 
@@ -154,7 +154,7 @@ def test_commands_of_a_page_that_was_reloaded_and_counts_anew_are_told_apart(sma
     path = small / "games" / "P01.block1.game1.jsonl"
     path.unlink()
     record(path, ticks=90, outcome="red")
-    write_chained(path, [line | ({"number": 1} if "number" in line else {}) for line in plain_lines(path)])
+    write_lines(path, [line | ({"number": 1} if "number" in line else {}) for line in plain_lines(path)])
     commands = [row for row in read_study(small).commands if row.step == "block1.game1"]
     assert [(row.number, row.in_force_tick, row.to_painted_ms) for row in commands] == [(1, 0, 48.0), (1, 60, 48.0)]
 

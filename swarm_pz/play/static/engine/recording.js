@@ -9,31 +9,15 @@ import { SIDES, TICKS } from "../words.js";
 
 const UNTIMED = 1e6; // seconds that stand for no limit
 const MARK = 90; // ticks between moments that are kept
-const NOT_RULES = ["observation", "reward"];
 const TRIES = 20, PAUSE_MS = 100; // to open a file
 const LISTED = 200, ENDS = 8192; // games; bytes of a file's beginning and end that are read for its summary
 
-async function digest(text) {
-  if (!crypto.subtle) return ""; // only pages by https, or of this machine, have it: elsewhere files prove nothing
-  const bytes = new Uint8Array(await crypto.subtle.digest("SHA-256", new TextEncoder().encode(text)));
-  return Array.from(bytes.subarray(0, 8), (byte) => byte.toString(16).padStart(2, "0")).join("");
-}
-
-// As swarm_pz/config/base.py writes what its hashes are of: names in order, every number as a float.
-function canonical(value) {
-  if (Array.isArray(value)) return `[${value.map(canonical)}]`;
-  if (typeof value !== "object" || value === null) return Number.isInteger(value) ? `${value}.0` : JSON.stringify(value);
-  return `{${Object.keys(value).sort().map((name) => `${JSON.stringify(name)}:${canonical(value[name])}`)}}`;
-}
-
 // The first line of a recording, of a table with a room's settings.
-export async function headerOf(table, { red, blue, time_limit: limit, mapping, speed, majority = false }, has) {
+export function headerOf(table, { red, blue, time_limit: limit, mapping, speed, majority = false }, has) {
   const capture = { ...table.game.capture, enabled: red > 0 && blue > 0 };
   const game = { ...table.game, drones_per_team: red === blue ? red : [red, blue], time_limit: limit ?? UNTIMED, capture };
-  const rules = Object.fromEntries(Object.entries(game).filter(([name]) => !NOT_RULES.includes(name)));
   const own = { ...table, game, mapping, speed, ...(majority ? { majority } : {}) };
-  const [config_hash, rules_hash] = [await digest(canonical(own)), await digest(canonical(rules))];
-  return { type: "game", version: 2, started: new Date().toISOString(), table: own, config_hash, rules_hash, ...has };
+  return { type: "game", version: 2, started: new Date().toISOString(), table: own, ...has };
 }
 
 // The files of this browser; without a folder, they last as long as the page.
@@ -127,12 +111,12 @@ export class Shelf {
   }
 }
 
-// Writes a game down, line by line, each with its link of the chain. Where the browser keeps no more, the file breaks off.
+// Writes a game down, line by line. Where the browser keeps no more, the file breaks off.
 export class Recorder {
-  shelf; name; failed; link; isBroken = false;
+  shelf; name; failed; isBroken = false;
 
   // failed: called once if it does.
-  constructor(shelf, name, failed, link = "") { Object.assign(this, { shelf, name, failed, link }); }
+  constructor(shelf, name, failed) { Object.assign(this, { shelf, name, failed }); }
 
   queue(act) {
     this.shelf.writing = Promise.resolve(this.shelf.writing).then(act).catch(() => {
@@ -143,10 +127,7 @@ export class Recorder {
 
   write(line) {
     this.queue(async () => {
-      if (this.isBroken) return;
-      const content = JSON.stringify(await line);
-      this.link = await digest(this.link + content);
-      await this.shelf.append(this.name, `${content.slice(0, -1)},"chain":"${this.link}"}\n`);
+      if (!this.isBroken) await this.shelf.append(this.name, `${JSON.stringify(line)}\n`);
     });
   }
 
@@ -230,7 +211,7 @@ export class Playback {
   // The present moment, to play on from.
   moment() {
     const { header, game } = this, { tick } = game, untilTick = { command: tick, in_force: tick - 1, captured: tick, frame: tick };
-    const past = this.lines.filter((line) => line.tick <= untilTick[line.type]).map(({ chain, ...kept }) => kept);
+    const past = this.lines.filter((line) => line.tick <= untilTick[line.type]);
     const latest = [0, 1].map((team) => this.latest(team)), origin = { recording: this.name, tick, lines: past.length };
     return { game: copy(game), seed: header.seed, sizes: this.sizesUntil(tick), latest, past, origin };
   }

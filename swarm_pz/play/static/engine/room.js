@@ -223,7 +223,7 @@ export class Room {
       if (line && !isOld) this.waiting[team] = { ...line, density: line.density.flat() };
     });
     this.beganMs = now() - Math.max(...lines.map(({ ms = 0 }) => ms));
-    this.recorder = this.recorderOf(name, lines.at(-1).chain);
+    this.recorder = this.recorderOf(name);
     Object.assign(this, { seed: null, moment: null, phase: "playing" });
     this.note("disconnected");
     this.run();
@@ -262,9 +262,9 @@ export class Room {
     this.tell();
   }
 
-  recorderOf(name, link = undefined) {
+  recorderOf(name) {
     const text = "This browser keeps no more: the recording of this game breaks off here.";
-    return new Recorder(this.table.shelf, name, () => this.say({ type: "notice", text }), link);
+    return new Recorder(this.table.shelf, name, () => this.say({ type: "notice", text }));
   }
 
   // Write a line down, once there is a file.
