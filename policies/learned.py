@@ -28,6 +28,9 @@ from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.actions import command_from_action, make_actions
 
 WEIGHTS, CARD = "policy.safetensors", "policy.json"
+ANCESTORS = "ancestors"
+"""On a card: the policies whose weights the training began with, the latest first, each with its own steps and seconds.
+None stands for a number that is not known."""
 FORMAT = 3
 MOST_BYTES = 64 * 2**20
 """Of the weights."""
@@ -47,6 +50,22 @@ def _are_texts(value: Any) -> bool:
     return isinstance(value, (list, tuple)) and all(isinstance(entry, str) for entry in value)
 
 
+def _is_cost(value: Any) -> bool:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return value is None or (is_number and 0 <= value < 1e15)
+
+
+def _are_ancestors(value: Any) -> bool:
+    return isinstance(value, list) and all(
+        isinstance(one, dict)
+        and set(one) == {"name", "steps", "seconds"}
+        and isinstance(one["name"], str)
+        and _is_cost(one["steps"])
+        and _is_cost(one["seconds"])
+        for one in value
+    )
+
+
 _FIELDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "format": (lambda value: value == FORMAT, f"{FORMAT}, which this version writes"),
     "width": (_is_count, "a whole number of at least 1"),
@@ -58,6 +77,7 @@ _FIELDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "answers": (lambda value: isinstance(value, str), "a kind of commands"),
     "system": (lambda value: isinstance(value, str), "a control system's name"),
     "training": (lambda value: isinstance(value, dict), "an object, the settings of the training"),
+    ANCESTORS: (_are_ancestors, "a list of objects, each with name, steps and seconds"),
 }
 """What a card's fields must be, and the words for it."""
 
@@ -78,13 +98,24 @@ def _check_card(card: dict[str, Any], name: str) -> None:
 
 
 def _digest(card: dict[str, Any], weights: dict[str, Tensor]) -> str:
-    """Return a hash of all that makes a policy."""
-    story = {key: value for key, value in card.items() if key != "digest"}
+    """Return a hash of all that makes a policy; its ancestors are costs, which change no answer."""
+    story = {key: value for key, value in card.items() if key not in ("digest", ANCESTORS)}
     content = hashlib.sha256(json.dumps(story, sort_keys=True).encode())
     for name, values in sorted(weights.items()):
         content.update(f"{name} {tuple(values.shape)}".encode())
         content.update(values.float().numpy().tobytes())
     return content.hexdigest()[:32]
+
+
+def lineage(card: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return name, steps and seconds of a policy's own training and of each ancestor's, the latest first.
+
+    Where a card names what its training started from, but no ancestors, these are one of unknown cost.
+    """
+    own = {name: card.get(name) for name in ("steps", "seconds")}
+    start = card.get("training", {}).get("start_from")
+    unknown = [] if start is None else [{"name": start, "steps": None, "seconds": None}]
+    return [{"name": "", **own}, *card.get(ANCESTORS, unknown)]
 
 
 def _network(card: dict[str, Any]) -> tuple[ObservationConfig, Actor | DronesActor]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, cast
 
 import torch
@@ -11,7 +12,7 @@ from torch import Tensor, nn
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.policies.drones_network import COLUMNS, DronesActor, head_of
-from swarm_pz.policies.learned import FORMAT, LearnedPolicy
+from swarm_pz.policies.learned import ANCESTORS, FORMAT, LearnedPolicy
 from swarm_pz.policies.network import Actor, Critic
 from swarm_pz.training.config import TrainConfig
 
@@ -164,6 +165,7 @@ def as_policy(
     steps: int = 0,
     seconds: float = 0.0,
     command: str = "",
+    ancestors: Sequence[dict[str, Any]] = (),
 ) -> LearnedPolicy:
     """Return the tactic of a network as it stands: it plays, and `write` makes the folder that others start from.
 
@@ -177,6 +179,8 @@ def as_policy(
         That it was trained for.
     command : str
         What was called.
+    ancestors : sequence of dict
+        The lineage of the policy that the training started from.
     """
     game = config.game
     system, observation = game.team_systems[0], game.observations[0]
@@ -196,6 +200,7 @@ def as_policy(
         "training": config.to_dict(),
         "steps": steps,
         "seconds": round(seconds, 1),
+        **({ANCESTORS: list(ancestors)} if ancestors else {}),
     }
     weights = {key: value.detach().clone().numpy() for key, value in network.actor.state_dict().items()}
     return LearnedPolicy(card, weights, game, name, system)

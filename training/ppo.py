@@ -22,7 +22,7 @@ from swarm_pz.errors import CheckpointError
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.evaluation.workers import never
 from swarm_pz.files import draft_of
-from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
+from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy, lineage
 from swarm_pz.policy import Player, load
 from swarm_pz.training import checkpoint
 from swarm_pz.training.callbacks import Account, Checkpoint, PeriodicEvaluation, Progress, RunState, Schedules
@@ -115,6 +115,7 @@ class Training:
         self.config, self.folder, self.command = config, folder, command
         self.state = RunState(config)
         self.stored: Story = {}
+        self._ancestors: list[dict[str, Any]] = []
         self._say, self._load_opponent, self._log = say, load_opponent, log
         self._identity = _identity_of(config, load_all(config.opponents, config.game))
         self.env = ResumableGames(_make_env(config), config.opponents)
@@ -168,6 +169,8 @@ class Training:
         given = policies.load(name, self.config.game)
         if not isinstance(given, LearnedPolicy):
             raise CheckpointError(f"start_from must name a learned policy, got {name!r}")
+        parent, *older = lineage(given.card)
+        self._ancestors = [parent | {"name": given.name}, *older]
         try:
             self.model.policy.actor.load_state_dict(given.weights())  # type: ignore[union-attr]
         except RuntimeError as error:
@@ -191,7 +194,8 @@ class Training:
 
     def _policy(self, network: GridPolicy | DronesPolicy, name: str) -> LearnedPolicy:
         steps, seconds = self.model.num_timesteps, self.state.seconds
-        return as_policy(network, self.config, name, steps=steps, seconds=seconds, command=self.command)
+        told: dict[str, Any] = {"steps": steps, "seconds": seconds, "command": self.command}
+        return as_policy(network, self.config, name, **told, ancestors=self._ancestors)
 
     @property
     def is_finished(self) -> bool:

@@ -41,7 +41,7 @@ def learn(
     """
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "train")
-    from swarm_pz.policies.learned import LearnedPolicy
+    from swarm_pz.policies.learned import ANCESTORS, LearnedPolicy
     from swarm_pz.training.checkpoint import CHECKPOINT
     from swarm_pz.training.exploit import fixed_learner, make_exploiter
 
@@ -63,7 +63,8 @@ def learn(
         learned = run.policy() if run.is_finished else run.run(should_stop)
         told = {name: learned.card["training"][name] for name in ("game", "total_steps", "seed")}
         card = learned.card | {"seconds": 0.0, "command": "", "training": told}
-        card.pop("digest", None)
+        for name in ("digest", ANCESTORS):
+            card.pop(name, None)
         out = Path(place, "exploiter")
         LearnedPolicy(card, learned.weights(), GameConfig.from_dict(told["game"]), out.name).write(out)
         return PolicyBundle.of(out)

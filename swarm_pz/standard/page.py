@@ -42,7 +42,7 @@ def render(report: dict[str, Any], head: str = "") -> str:
         kinds=kinds_of(report),
         opponents={name: list(map(_opponent, track["opponents"])) for name, track in said["tracks"].items()},
         costs=[
-            (policy["name"], *(_told(one[name]) for name in ("commands", "seconds", "processor", "parameters")))
+            (policy["name"], *(_cost(one, name) for name in ("commands", "seconds", "processor", "parameters")))
             for policy, one in zip(report["policies"], cost["policies"], strict=True)
         ],
         origin=_origin(report),
@@ -83,8 +83,11 @@ def _open_loop(one: dict[str, Any]) -> str:
     return f"{_number(one['score'])} ({_ends(one['score_ci95'])})"
 
 
-def _told(value: Any) -> str:
-    return "not said" if value is None else f"{value:,}" if isinstance(value, (int, float)) else str(value)
+def _cost(costs: dict[str, Any], name: str) -> str:
+    value = costs[name]
+    if not isinstance(value, (int, float)):
+        return "not said" if value is None else str(value)
+    return f"{'at least ' if name in costs['at_least'] else ''}{value:,}"
 
 
 def _notes(report: dict[str, Any]) -> list[str]:

@@ -220,17 +220,23 @@ def _claim(path: Path, what: dict[str, Any]) -> None:
 
 
 def cost_of(player: Player) -> dict[str, Any]:
-    """Return what a policy's card says of its training, and how many parameters it has; None where it is not said."""
+    """Return what a policy cost: commands and seconds of its training and of all ancestors', and its parameters.
+
+    A number is None if its card has it for no training; it is among `at_least` if it is missing for some of them.
+    """
+    from swarm_pz.policies.learned import lineage
+
     card = getattr(player, "card", None)
     told = card if isinstance(card, dict) else {}
     weights = getattr(player, "weights", None)
     parameters = sum(int(np.prod(values.shape)) for values in weights().values()) if weights is not None else None
-    return {
-        "commands": told.get("steps"),
-        "seconds": told.get("seconds"),
-        "processor": told.get("processor"),
-        "parameters": parameters,
-    }
+    trainings, sums, at_least = lineage(told), {}, []
+    for name, field in (("commands", "steps"), ("seconds", "seconds")):
+        known = [one[field] for one in trainings if one[field] is not None]
+        sums[name] = round(sum(known), 1) if known else None
+        if 0 < len(known) < len(trainings):
+            at_least.append(name)
+    return {**sums, "at_least": at_least, "processor": told.get("processor"), "parameters": parameters}
 
 
 def _read_baseline(folder: Path, protocol: Protocol) -> tuple[str, str, Results]:

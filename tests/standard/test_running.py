@@ -6,13 +6,16 @@ import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, ForfeitError, KindError, PolicyError, ResultsError, Stopped, WorkerError
-from swarm_pz.policy import allow_files
+from swarm_pz.policy import allow_files, load
 from swarm_pz.standard import Entry, attacks, run, verify
 from swarm_pz.standard.report import COST, GAMES, read
+from swarm_pz.standard.running import cost_of
 from tests.elsewhere import Elsewhere
 
 BOTS = Path(__file__).parents[2] / "examples" / "bots"
@@ -28,6 +31,16 @@ def test_a_report_holds_all_that_others_need(reported):
     assert report[COST]["policies"][0]["commands"] > 10**6 and report[COST]["policies"][0]["parameters"] > 1000
     assert set(report[COST]["policies"][1].values()) == {None}
     assert str(reported) not in json.dumps({name: value for name, value in report.items() if name != COST})
+
+
+def test_costs_of_ancestors_add_up_and_are_a_bound_where_one_is_unknown():
+    game = GameConfig()
+    hunter, champion, finisher = (cost_of(load(name, game)) for name in ("hunter", "champion", "finisher"))
+    assert (hunter["commands"], hunter["at_least"]) == (3_000_320, [])
+    assert champion["commands"] == 10_223_616 + 3_000_000 + 3_000_320 and "commands" in champion["at_least"]
+    assert finisher["commands"] > champion["commands"] + 28_000_000 and finisher["seconds"] > champion["seconds"]
+    foreign = SimpleNamespace(card={"steps": 5, "training": {"start_from": "runs/lost"}})
+    assert (cost_of(foreign)["commands"], cost_of(foreign)["at_least"]) == (5, ["commands"])
 
 
 def test_a_run_that_was_stopped_again_and_again_makes_the_same_report(reported, tiny, tmp_path):

@@ -15,9 +15,11 @@ from swarm_pz import policies
 from swarm_pz.config import CHANNELS, MOTION_CHANNELS, CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, KindError, OutputError, PolicyError
 from swarm_pz.evaluation.match import play_match
+from swarm_pz.policies.learned import lineage
 from swarm_pz.policy import load
 from swarm_pz.simulator.spawn import random_start
 from swarm_pz.spaces.actions import command_from_action
+from swarm_pz.standard.running import cost_of
 from swarm_pz.training import ppo
 from swarm_pz.training.callbacks import PeriodicEvaluation
 from swarm_pz.training.checkpoint import CHECKPOINT, write
@@ -184,6 +186,17 @@ def test_a_folder_that_cannot_be_written_to_is_refused_with_what_to_do(tmp_path,
 def test_players_that_cannot_be_had_are_refused(tmp_path, changes, error, message):
     with pytest.raises(error, match=message):
         Training(TINY.replace(**changes), tmp_path, say=quiet)
+
+
+def test_a_card_lists_all_that_its_weights_were_trained_by(tmp_path):
+    first = Training(TINY, tmp_path / "first", say=quiet).run()
+    second = Training(TINY.replace(start_from=str(tmp_path / "first")), tmp_path / "second", say=quiet).run()
+    third = Training(TINY.replace(start_from=str(tmp_path / "second")), tmp_path / "third", say=quiet).run()
+    assert [(one["name"], one["steps"]) for one in lineage(third.card)] == [("", 64), ("second", 64), ("first", 64)]
+    seconds = [policy.card["seconds"] for policy in (third, second, first)]
+    assert cost_of(third) == {
+        "commands": 192, "seconds": round(sum(seconds), 1), "at_least": [], "processor": None, "parameters": 399
+    }  # fmt: skip
 
 
 def test_training_its_evaluations_and_the_matches_after_it_are_on_different_games(tmp_path, monkeypatch):
