@@ -26,6 +26,11 @@ if TYPE_CHECKING:
     from swarm_pz.policies.learned import LearnedPolicy
 
 _HERE = Path(__file__).parent
+_ABOUT = {
+    "champion": "Trained in a league against scripts, its own snapshots and exploiters; veteran beats it.",
+    "hunter": "Trained by swarm-pz train --recipe long, against every script.",
+}
+"""Descriptions that replace those of the cards, which are part of the policies' digests and cannot change."""
 
 
 class Shipped:
@@ -34,7 +39,9 @@ class Shipped:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.__name__ = folder.name
-        self.__doc__ = str(json.loads((folder / "policy.json").read_text()).get("about", ""))
+        self.__doc__ = _ABOUT.get(folder.name) or str(
+            json.loads((folder / "policy.json").read_text()).get("about", "")
+        )
 
     def __call__(self, config: GameConfig) -> LearnedPolicy:
         """Make the policy for a game.

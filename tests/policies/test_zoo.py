@@ -15,7 +15,7 @@ from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import zoo
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.policy import about, load
-from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.config import RECIPES, TrainConfig
 
 FOLDER = Path(zoo.__file__).parent
 AS_SHIPPED = {
@@ -36,10 +36,16 @@ def test_a_tactic_answers_as_it_did_when_it_was_trained_and_its_card_says_how(na
     board = (np.arange(np.prod(shape)) * 37 % 256).reshape(shape).astype(np.uint8)
     np.testing.assert_allclose(policy.act(board, np.zeros(1, int))[0, :9:3, ::3], AS_SHIPPED[name], atol=2e-3)
     card = json.loads((FOLDER / name / "policy.json").read_text())
-    assert card["about"].endswith(".") and about(name) == card["about"].splitlines()[0]
+    assert about(name) == zoo._ABOUT.get(name, card["about"].splitlines()[0]) and about(name).endswith(".")
     assert card["command"].startswith("swarm-pz ") and card["steps"] > 0 and card["seconds"] > 0
     TrainConfig.from_dict(card["training"])
     assert card["results"]["against"]["uniform"]["games"] >= 100
+
+
+def test_hunter_names_the_recipe_that_trained_it_and_champion_is_no_longer_the_best():
+    trained = TrainConfig.from_dict(json.loads((FOLDER / "hunter" / "policy.json").read_text())["training"])
+    recipe = next(name for name, one in RECIPES.items() if one.total_steps == trained.total_steps)
+    assert f"--recipe {recipe}" in about("hunter") and "best" not in about("champion").lower()
 
 
 def test_a_tactic_wins_what_its_card_says():
