@@ -39,9 +39,7 @@ class Shipped:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.__name__ = folder.name
-        self.__doc__ = _ABOUT.get(folder.name) or str(
-            json.loads((folder / "policy.json").read_text()).get("about", "")
-        )
+        self.__doc__ = _ABOUT.get(folder.name) or str(json.loads((folder / "policy.json").read_text()).get("about", ""))
 
     def __call__(self, config: GameConfig) -> LearnedPolicy:
         """Make the policy for a game.
