@@ -37,7 +37,6 @@ def play(
     record_labels: bool = False,
     lsl: Annotated[tuple[str, ...] | None, tyro.conf.arg(metavar="[NAME]")] = None,
     factors: Path | None = None,
-    ladder: bool = False,
     embed: tuple[str, ...] = (),
     rosbridge: Annotated[int | None, tyro.conf.arg(metavar="PORT")] = None,
     ros_opponent: Annotated[str | None, tyro.conf.arg(metavar="PLAYER")] = None,
@@ -59,7 +58,6 @@ def play(
         lsl: Tell Lab Streaming Layer when games begin and end, commands come into force and drones are taken, in a
             stream of this name; swarm-pz if none is given.
         factors: File with what is varied at red's and at blue's seat: delays, what is shown, shared control.
-        ladder: People climb by code: each game is against an opponent about as good, and levels stand in OUT/levels.
         embed: Origins of pages that may hold this one in a frame, such as https://lab.example.
         rosbridge: Let ROS programs, such as the paper's tablet app, play and watch through a rosbridge at this port,
             which is 9090 by custom; 0 takes any that is free.
@@ -101,13 +99,12 @@ def play(
             port=port,
             allowed_hosts=allowed_hosts,
             folder=out,
-            page=f"play={quote(opponent, safe=':/')}" if opponent is not None else "ladder" if ladder else "",
+            page=f"play={quote(opponent, safe=':/')}" if opponent is not None else "",
             countdown_s=countdown,
             table=table,
             cards=_cards(),
             record_labels=record_labels,
             markers=Markers(*lsl) if lsl is not None else None,
-            levels=out / "levels" if ladder else None,
             embedders=embed,
             greeting=f"rules: {game.rules_hash} (rules_hash of rooms as they are set at first)",
             beside=_beside(host, rosbridge, ros_opponent, ros_origin, table),

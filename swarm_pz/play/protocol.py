@@ -245,20 +245,6 @@ class TakeOver(Message, tag="take_over"):
     opponent: Name | None = None
 
 
-class AskLevel(Message, tag="ask_level"):
-    """Ask what somebody has reached on the ladder with a control system; None for the table's."""
-
-    code: Name
-    system: Name | None = None
-
-
-class Climb(Message, tag="climb"):
-    """Open a room for somebody's next game on the ladder, and sit down in it."""
-
-    code: Name
-    system: Name | None = None
-
-
 ClientMessage = (
     Hello
     | Create
@@ -276,8 +262,6 @@ ClientMessage = (
     | Seek
     | Pace
     | TakeOver
-    | AskLevel
-    | Climb
 )
 
 # --- what the server says -------------------------------------------------------------------------
@@ -348,10 +332,8 @@ class Welcome(Message, tag="welcome"):
     """Control systems that may fly a seat."""
     default_systems: list[str] = msgspec.field(default_factory=list)
     """Names of those that fly red and blue where a room's settings say nothing else."""
-    ladder: bool = False
-    """Whether people can climb here."""
-    rungs: list[str] = msgspec.field(default_factory=list)
-    """Opponents in their order, the weakest first: those of the ladder, which pages unlock one by one."""
+    opponents: list[str] = msgspec.field(default_factory=list)
+    """Those that pages unlock one after the other, from the weakest on."""
     embedders: list[str] = msgspec.field(default_factory=list)
     """Origins of the pages that may hold this one in a frame."""
     guests: bool = True
@@ -471,25 +453,6 @@ class Refused(Message, tag="refused"):
     """To a hello whose token's seat is gone: the game that was played there."""
 
 
-class Level(Message, tag="level"):
-    """What somebody has reached on the ladder with a control system.
-
-    It is sent to who asks, and to who has played, once their game is kept. It is in rating points, as of cards, and
-    between low and high with 95 %; before the first game these say what is likely of anybody.
-    """
-
-    code: str
-    system: str
-    level: float
-    low: float
-    high: float
-    games: int
-    opponent: str
-    """Whom the next game is against."""
-    side: Side
-    """One's own in it."""
-
-
 class Notice(Message, tag="notice"):
     """Something that everybody in the room should know."""
 
@@ -507,9 +470,7 @@ class Pong(Message, tag="pong"):
     server_ms: float
 
 
-ServerMessage = (
-    Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Level | Notice | Displaced | Pong
-)
+ServerMessage = Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Notice | Displaced | Pong
 
 # --- how messages are written and read ------------------------------------------------------------
 

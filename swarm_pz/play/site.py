@@ -13,13 +13,13 @@ from swarm_pz.config.base import canonical
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import commands_of, installed_systems
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.levels import RUNGS
+from swarm_pz.play.opponents import opponents_among
 
 STATIC = Path(__file__).parent / "static"
 _OF_SERVERS = {
-    "climb.js", "marks.js", "monitor.html", "monitor.js", "stick.js", "study.css", "study.html", "study.js",
+    "marks.js", "monitor.html", "monitor.js", "stick.js", "study.css", "study.html", "study.js",
 }  # fmt: skip
-"""What only a server can offer: people's ladder, other control systems, studies."""
+"""What only a server can offer: other control systems, studies."""
 _HEAD = """\
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'self'; worker-src 'self';
  style-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'">
@@ -67,7 +67,7 @@ def _told(policies: Mapping[str, str], cards: Mapping[str, protocol.Card]) -> di
         server_ms=0.0,
         systems=[one for one in installed_systems(table.game) if one.name == system.name],
         default_systems=list(table.game.team_controllers),
-        rungs=[rung.name for rung in RUNGS if rung.name in policies],
+        opponents=opponents_among(policies),
         guests=False,
     )
     return {"welcome": welcome, "rules": canonical(table), "commands": commands_of(system, table.game)}

@@ -32,7 +32,7 @@ def test_a_table_is_served_as_it_was_asked_for(served):
     game = GameConfig(command_period=2.0)
     assert loader is load and policies == {"uniform": "everywhere", "ring": about("ring")}
     assert (how["host"], how["port"], how["folder"], how["page"]) == ("127.0.0.2", 0, Path("games"), "play=ring")
-    assert (how["countdown_s"], how["levels"], how["record_labels"]) == (1.5, None, True)
+    assert (how["countdown_s"], how["record_labels"]) == (1.5, True)
     assert how["embedders"] == ("https://lab.example", "http://localhost:3000")
     assert how["table"].game == game and how["table"].min_command_interval == 0.75
     assert "█" in how["draw_code"]("http://127.0.0.2:8000/") and how["say"].func is print
@@ -45,14 +45,11 @@ def test_the_address_of_a_table_against_a_program_holds_no_space(served):
     assert re.fullmatch(r"play=exec:A%3D1%20\S+%20-c%200", how["page"])
 
 
-@pytest.mark.parametrize(
-    ("words", "page", "levels"),
-    [("", "", None), ("--opponent none", "play=none", None), ("--ladder", "ladder", Path("runs/games/levels"))],
-)
-def test_a_table_without_an_opponent_knows_the_installed_policies_and_records_no_names(words, page, levels, served):
+@pytest.mark.parametrize(("words", "page"), [("", ""), ("--opponent none", "play=none")])
+def test_a_table_without_an_opponent_knows_the_installed_policies_and_records_no_names(words, page, served):
     run(f"play {words}")
     ((_, policies, how),) = served
-    assert (policies, how["page"], how["levels"]) == ({"uniform": "everywhere"}, page, levels)
+    assert (policies, how["page"]) == ({"uniform": "everywhere"}, page)
     assert not how["record_labels"]
 
 

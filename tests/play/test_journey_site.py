@@ -32,7 +32,7 @@ def test_a_game_is_played_saved_and_verified_goes_on_after_a_reload_and_needs_no
     address, folder = site
     page = visit(address + AT_ONCE, width=1000, height=700)
     expect(text_of(page, "quick")).to_be_enabled()
-    for name in ("invite-somebody", "join", "start-ladder", "responding"):
+    for name in ("invite-somebody", "join", "responding"):
         expect(text_of(page, name)).to_be_hidden()  # these need a server
     begin(page, "uniform")
     room = room_of(page)

@@ -10,7 +10,6 @@ import signal
 import pytest
 from playwright.sync_api import expect
 
-from swarm_pz.play.climbers import Climber
 from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, PaintedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from tests.kernels.compiled import make
@@ -42,7 +41,7 @@ def table(tmp_path_factory, lab):
     """Give a server that all journeys share, and whose page may be held in frames of the lab's pages."""
     for kind in ("paper", "variants"):  # else the first game of each waits for a compiler
         make(kind)
-    server = Table(tmp_path_factory.mktemp("games"), "--ladder", "--embed", lab[1])
+    server = Table(tmp_path_factory.mktemp("games"), "--embed", lab[1])
     yield server
     server.end()
 
@@ -272,21 +271,6 @@ def test_a_server_that_falls_silent_dies_and_comes_back(visit, own_table):
         again.end()
 
 
-def test_somebody_climbs_leaves_and_finds_the_level_again(open_page, table):
-    page = open_page("#ladder")
-    page.fill("#climber-code", "P01")
-    page.click("#climber button")
-    expect(text_of(page, "reached-text")).to_contain_text("No game yet")
-    page.click("#climb:has-text('Play against uniform, as red')")
-    wait_for_play(page)
-    page.click("#leave")
-    expect(text_of(page, "leaving-counts")).to_be_visible()
-    page.click("#leave-now")
-    expect(text_of(page, "reached-text")).to_contain_text("after 1 game")
-    (game,) = Climber(table.folder / "levels", "P01").games
-    assert (game.outcome, game.ended_by) == ("loss", "left")
-
-
 def test_the_lesson_waits_until_a_step_is_done(open_page):
     page = open_page(width=900, height=700)
     page.click("#start-lesson")
@@ -320,12 +304,6 @@ def views(page):
     expect(text_of(page, "invitation")).to_be_visible()
     yield "waiting"
     page.click("#go-home")
-    page.click("#start-ladder")
-    page.fill("#climber-code", "P09")
-    page.click("#climber button")
-    expect(text_of(page, "reached")).to_be_visible()
-    yield "ladder"
-    page.click("#ladder-home")
     page.click("#start-lesson")
     expect(text_of(page, "step")).to_be_visible()
     yield "lesson, held"

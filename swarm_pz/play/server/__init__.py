@@ -15,7 +15,6 @@
 `policy_workers`     the processes in which policies think
 `views`              what is shown of a game
 `replays`            recorded games that are watched
-`climbing`           the ladder
 `studies`            the pages of a study, and its `study_games`
 `server_context`     what all games share, their clocks and the folder of their recordings
 ===================  ==========================================================================

@@ -14,7 +14,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from swarm_pz.errors import PolicyError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.budget import Account
-from swarm_pz.play.server.climbing import Climbing
 from swarm_pz.play.server.connection import SHORT, Connection, RefusedError
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.rendered_command import is_rendered_at_once, render
@@ -182,10 +181,6 @@ class ClientHandler:
                 self._watched().pace(message.speed)
             case protocol.TakeOver():
                 self._take_over(message)
-            case protocol.AskLevel():
-                self._navigate("ask_level", functools.partial(self._tell_level, message))
-            case protocol.Climb():
-                self._navigate("climb", functools.partial(self._climb, message))
 
     def _greet(self, message: protocol.Hello) -> None:
         if self._greeted:
@@ -297,7 +292,7 @@ class ClientHandler:
         elif self._room is None and self._replay is None and silent_s > SILENT_S:
             self._connection.close(f"nothing was said for {SILENT_S:g} seconds, outside of any room")
 
-    # --- recorded games and the ladder ------------------------------------------------------------
+    # --- recorded games ---------------------------------------------------------------------------
 
     async def _open_replay(self, name: str) -> None:
         """Show a recorded game, once it was played through and compared with its recording."""
@@ -329,23 +324,6 @@ class ClientHandler:
             self._enter(room, message.seat, "", {_facing(message.seat): opponent})
 
         self._navigate("take_over", go_on)
-
-    def _climbing(self) -> Climbing:
-        if self._lobby.climbing is None:
-            raise RefusedError("unknown", "there is no ladder here: start the table with --ladder")
-        return self._lobby.climbing
-
-    async def _tell_level(self, message: protocol.AskLevel) -> None:
-        self._connection.send(await self._climbing().level(message.code, message.system))
-
-    async def _climb(self, message: protocol.Climb) -> None:
-        climbing = self._climbing()
-        level = await climbing.level(message.code, message.system)
-        climbing.check_free(level.code)
-        room = self._lobby.open_room(climbing.settings(level), address=self._connection.address)
-        self._enter(room, level.side, "", {_facing(level.side): level.opponent})
-        climbing.follow(room, level)
-        room.audience.tell_state()
 
     # --- commands ---------------------------------------------------------------------------------
 
@@ -383,8 +361,6 @@ class ClientHandler:
         team = room.seat_of(self._connection).team
         check_rules(message.rules)
         for policy in filter(None, (rule.do.policy for rule in message.rules)):
-            if room.ranked:
-                raise RefusedError("not_valid", "on the ladder nobody plays for you: no policy may command here")
             self._lobby.check_policy(policy)
         if self._ruling is not None:
             self._ruling.cancel()

@@ -14,13 +14,12 @@ from typing import Any
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import installed_systems
-from swarm_pz.play.levels import RUNGS
+from swarm_pz.play.opponents import opponents_among
 from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
 from swarm_pz.play.recordings.format import Moment, Recording
 from swarm_pz.play.recordings.seats import trial_rows
 from swarm_pz.play.recordings.summary import Summaries, Summary
 from swarm_pz.play.server.budget import Budget
-from swarm_pz.play.server.climbing import Climbing
 from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.rendered_command import CommandWorker
 from swarm_pz.play.server.replays import OpenedRecording, Replays, ReplaySession
@@ -53,7 +52,6 @@ class Lobby:
     - `cards`: of those of them that were rated.
     - `addresses`: of the page, as other devices reach it.
     - `embedders`: origins of the pages that may hold it in a frame.
-    - `climbing`: the ladder.
     - `is_hosted`: only a host opens rooms; clients take the seats that it keeps for them, and play.
     - `rooms`: by code.
     - `watched`: recorded games that somebody watches.
@@ -66,10 +64,9 @@ class Lobby:
         cards: Mapping[str, protocol.Card] | None = None,
         addresses: Sequence[str] = (),
         embedders: Sequence[str] = (),
-        climbing: Climbing | None = None,
         is_hosted: bool = False,
     ) -> None:
-        self.context, self.climbing, self.is_hosted = context, climbing, is_hosted
+        self.context, self.is_hosted = context, is_hosted
         self.addresses, self.embedders = list(addresses), list(embedders)
         self.rooms: dict[str, Room] = {}
         self.watched: set[ReplaySession] = set()
@@ -98,8 +95,7 @@ class Lobby:
             records_labels=self.context.record_labels,
             systems=self._systems,
             default_systems=list(table.game.team_controllers),
-            ladder=self.climbing is not None,
-            rungs=[rung.name for rung in RUNGS if rung.name in {policy.name for policy in self._policies}],
+            opponents=opponents_among({policy.name for policy in self._policies}),
             embedders=self.embedders,
         )
 
@@ -193,8 +189,6 @@ class Lobby:
         """End all games, threads and processes."""
         for room in list(self.rooms.values()):
             self.close_room(room)
-        if self.climbing is not None:
-            self.climbing.close()
         self.context.workers.close()
         self.commands.close()
         self._listing.close()

@@ -43,9 +43,7 @@ class Room:
     - `outcome`, `ended_by`: of that game, once it is over.
     - `seed`: of the next game's start; None takes any. After a countdown that was called off it is the same.
     - `once`: one game is played here, between those who sat down for it, and no more.
-    - `ranked`: it counts for a player's level: no policy may command in the player's place.
     - `lesson`: its games are lessons, and their recordings say so.
-    - `on_over`: told the outcome and what ended the game, of each that has begun.
     - `last_used`: when anything was last done here.
     """
 
@@ -76,8 +74,7 @@ class Room:
         self._before: tuple[LiveSession | None, Outcome | None] = None, None
         """The session before the one that counts down, and its outcome."""
         self.seed = hosted.seed if hosted is not None else None
-        self.once = self.ranked = self.lesson = False
-        self.on_over: Callable[[Outcome, EndedBy], None] | None = None
+        self.once = self.lesson = False
         self.last_used = time.monotonic()
         self._games = 0
         self._called_off_at = -PAUSE_S
@@ -400,8 +397,6 @@ class Room:
             if seat.gone:
                 seat.free()
         self._changed()
-        if self.on_over is not None:
-            self.on_over(outcome, ended_by)
         if self.hosted is not None:
             self.hosted.over()
 

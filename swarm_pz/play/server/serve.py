@@ -20,7 +20,6 @@ from swarm_pz.play import protocol
 from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.lsl import Markers
 from swarm_pz.play.server.app import Server
-from swarm_pz.play.server.climbing import Climbing, check_rules
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
 from swarm_pz.play.server.server_context import COUNTDOWN_S, ServerContext
@@ -145,7 +144,6 @@ def serve(
     record_labels: bool = True,
     study: StudyFolder | None = None,
     markers: Markers | None = None,
-    levels: Path | None = None,
     embedders: Sequence[str] = (),
     beside: Callable[[str], AbstractContextManager[None]] = lambda _: contextlib.nullcontext(),
     greeting: str = "",
@@ -168,18 +166,14 @@ def serve(
     - `record_labels`: whether recordings hold what players call themselves.
     - `study`: the table is for this study alone.
     - `markers`: where moments of games are told to who records other signals, too.
-    - `levels`: folder of what people reach on the ladder; None has no ladder.
     - `embedders`: origins of the pages that may hold this one in a frame.
     - `beside`: from host and port by which this machine reaches the table to what is entered while it serves.
     - `greeting`: said first, once it is sure that it can serve.
 
-    Raises CommandError if it cannot listen there, or an allowed host or an embedder is none. Raises ConfigError if its
-    rules are not those of the ladder.
+    Raises CommandError if it cannot listen there, or an allowed host or an embedder is none.
     """
     check_allowed(allowed_hosts)
     origins = [origin_of(embedder) for embedder in embedders]
-    if levels is not None:
-        check_rules(table.game)
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVED_AT_ONCE)  # and so each that comes in
@@ -200,8 +194,7 @@ def serve(
         markers=markers,
     )
     _ = context.seat_index  # read before anybody waits for it
-    climbing = Climbing(levels, table, policies) if levels is not None else None
-    lobby = Lobby(context, policies, cards, addresses_of(names), origins, climbing, is_hosted=study is not None)
+    lobby = Lobby(context, policies, cards, addresses_of(names), origins, is_hosted=study is not None)
     host_of_study = None
     if study is not None:
         from swarm_pz.play.server.studies import StudyHost  # what it needs is of an extra of its own

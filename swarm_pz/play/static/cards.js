@@ -5,12 +5,12 @@ import { addDrone, drawLine, look, newCanvas } from "./ground.js";
 import { called } from "./words.js";
 
 // The opponents that unlock one by one, as items of a list; play(name) is called for the one that is chosen.
-export function opponentCards(policies, rungs, { beaten, next }, play) {
-  return rungs.map((name, i) => {
+export function opponentCards(policies, opponents, { beaten, next }, play) {
+  return opponents.map((name, i) => {
     const isBeaten = beaten.includes(name), isOpen = isBeaten || name === next, { about, card } = policies.find((policy) => policy.name === name);
     const canvas = make("canvas", { width: 144, height: 144, "aria-hidden": "true" });
     paintCard(canvas, card);
-    const how = isBeaten ? "✓ beaten" : isOpen ? "next" : `after ${called(rungs.slice(0, i).findLast((other) => !beaten.includes(other)))}`;
+    const how = isBeaten ? "✓ beaten" : isOpen ? "next" : `after ${called(opponents.slice(0, i).findLast((other) => !beaten.includes(other)))}`;
     const text = make("span", {}, make("strong", {}, called(name)), make("span", {}, about), make("small", {}, how));
     return make("li", {}, button([canvas, text], () => play(name), { className: "card", "data-opponent": name, disabled: !isOpen }));
   });

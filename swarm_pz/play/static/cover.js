@@ -11,11 +11,11 @@ export class Cover {
   // begin: opens a room by a message and begins in it at once; story: tells why a game went as it did.
   constructor(link, begin, story) {
     this.story = story;
-    this.rungs = [];
+    this.opponents = [];
     this.waiting = new Waiting(link);
     this.chart = new Chart(byId("result-chart"));
     on("click", { "next-game": () => begin({ seat: "red", opponent: this.next, settings: ROUND }) });
-    hear(link, { welcome: ({ rungs }) => { this.rungs = rungs; } });
+    hear(link, { welcome: ({ opponents }) => { this.opponents = opponents; } });
   }
 
   // Something is on its way.
@@ -60,7 +60,7 @@ export class Cover {
 
   // After a game that was won: who comes next; after two that were lost: what helps.
   offerNext(isOffered) {
-    const { next, streak, lost } = progress(this.rungs), { outcome } = this.room, other = isOffered && this.room[this.other].name;
+    const { next, streak, lost } = progress(this.opponents), { outcome } = this.room, other = isOffered && this.room[this.other].name;
     const isWon = isOffered && outcome === SIDES[this.seat] && other !== next, isLost = isOffered && outcome === this.other;
     this.next = next;
     byId("next-game").hidden = !isWon || !next;

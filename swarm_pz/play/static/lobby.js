@@ -19,7 +19,6 @@ export class Lobby {
     on("click", {
       quick: () => this.play(this.next),
       "start-lesson": () => go("lesson"),
-      "start-ladder": () => go("ladder"),
       "invite-somebody": () => link.send({ type: "create", seat: "red", settings: ROUND, label: byId("label").value }),
       return: () => go(`room=${link.lastSeat.room}`),
       "look-on": () => { if (byId("code").reportValidity()) this.enter("watch"); },
@@ -40,7 +39,6 @@ export class Lobby {
     if (byId("recorded").open) listGames(this.link.table, byId("games"));
     if (!welcome) return;
     byId("quick").disabled = byId("invite-somebody").disabled = false;
-    byId("start-ladder").hidden = !welcome.ladder;
     byId("invite-somebody").hidden = byId("join").hidden = byId("responding").hidden = !welcome.guests;
     this.suggest(this.welcome = welcome);
     byId("label-hint").textContent = welcome.records_labels
@@ -65,12 +63,12 @@ export class Lobby {
   }
 
   // Whom the first button plays, and who unlocks after that.
-  suggest({ policies, rungs }) {
-    const reached = progress(rungs), policy = policies.find(({ name }) => name === reached.next) ?? policies[0];
+  suggest({ policies, opponents }) {
+    const reached = progress(opponents), policy = policies.find(({ name }) => name === reached.next) ?? policies[0];
     this.next = policy?.name;
     byId("quick").hidden = !policy;
     byId("next").textContent = policy ? `Next: ${called(policy.name)}. ${inARow(reached.streak)}` : "";
-    byId("opponents").replaceChildren(...opponentCards(policies, rungs, reached, (name) => this.play(name)));
+    byId("opponents").replaceChildren(...opponentCards(policies, opponents, reached, (name) => this.play(name)));
     paintPoster(byId("poster"), policy?.card);
   }
 

@@ -2,7 +2,7 @@
 //   #room=ABCD   to a room: to one's seat there, or the free one, or to look on
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
 //   #replay=FILE@TICK a recorded game                #lesson      the first lesson
-//   #ladder      to one's level                      #embed=ORIGIN  in the frame of an experiment there
+//   #embed=ORIGIN  in the frame of an experiment there
 // At /study/CODE/game it is a game of a study: afterwards one goes back there.
 
 import { byId, hear, on } from "./elements.js";
@@ -13,7 +13,7 @@ import { keep } from "./store.js";
 import { placeOf, Table } from "./table.js";
 import { freeSides } from "./waiting.js";
 
-const VIEWS = ["lobby", "table", "ladder"];
+const VIEWS = ["lobby", "table"];
 const SAYING_MS = 6000;
 const RESULT_MS = 6000; // for which the result of a study's game is shown
 const CODE = /^[A-Z0-9]{4,8}$/;
@@ -29,13 +29,11 @@ link.addEventListener("room", (event) => {
   if (placeOf(detail) === table.leftPlace) event.stopImmediatePropagation();
   else arrive(detail);
 });
-const table = new Table(link, { left: () => go(home), begin });
+const table = new Table(link, { left: () => go(""), begin });
 const embed = framed && new framed.Embed(link, wanted().value, begin);
 let welcomed = null;
 let isBeginning = false; // who comes for a game at once is ready as soon as they sit
 let wantsSeat = ""; // the room that an address led to, in which one has no seat yet
-let home = ""; // where one goes from a table: the ladder, for who climbs
-let climbing = null; // its code is fetched when somebody wants it
 let goal = ""; // where to, once a running game may be left
 let saysFor = 0, forgets; // for how long what is said stays, and the timer that ends it
 
@@ -98,7 +96,7 @@ function open(name) {
 // Open a room and begin in it at once; tell whether that could be asked for.
 function begin(message) {
   if (isBeginning) return false;
-  isBeginning = link.send(message.type === "climb" ? message : { type: "create", label: byId("label").value, settings: {}, ...message });
+  isBeginning = link.send({ type: "create", label: byId("label").value, settings: {}, ...message });
   if (!isBeginning) say("The server does not answer yet. Try again in a moment.");
   return isBeginning;
 }
@@ -110,7 +108,6 @@ function show() {
   if (table.isPlaying && !isHere) return ask();
   if (name === "" && STUDY) return goOn();
   if (name === "") return showLobby();
-  if (name === "ladder") return showLadder();
   open("table");
   if (!welcomed || isHere) return;
   if (name === "embed" && embed) table.cover.wait(embed.waiting);
@@ -128,27 +125,9 @@ function show() {
 }
 
 function showLobby() {
-  home = "";
   table.leave();
   if (open("lobby")) byId("quick").focus({ preventScroll: true });
   lobby.show(welcomed);
-}
-
-function showLadder() {
-  table.leave();
-  home = "ladder";
-  if (open("ladder")) byId("climber-code").focus({ preventScroll: true });
-  if (welcomed) climb();
-}
-
-// Show the ladder, and somebody's level, if there is one to show; else ask for that of the code that stands there.
-async function climb(level = null) {
-  if (!welcomed.ladder) return giveUp("This server has no ladder.");
-  climbing ??= import("./climb.js").then(({ Climbing }) => new Climbing(link, begin));
-  const here = await climbing;
-  here.offer(welcomed);
-  if (level) here.show(level);
-  else if (here.who.code) here.ask();
 }
 
 function enter(name, code) {
@@ -178,7 +157,6 @@ function arrive(room) {
 function ask() {
   goal = location.hash.slice(1);
   mark(`room=${table.room.code}`, true);
-  byId("leaving-counts").hidden = !table.room.once; // a game of the ladder
   if (!byId("leaving").open) byId("leaving").showModal();
 }
 
@@ -190,7 +168,7 @@ function refused({ about, code, reason, recording }) {
   if (embed) embed.refused({ about, reason, recording });
   else if (lostSeat && recording) go(`replay=${recording}`); // what became of it
   else if (lostSeat) return show(); // to look on, if its room is still there
-  else if (!table.room && !["", "ladder"].includes(name)) {
+  else if (!table.room && name !== "") {
     wantsSeat = "";
     table.lesson.stop();
     giveUp();
@@ -204,7 +182,6 @@ async function explain() { (await import("./legend.js")).explain(); }
 
 on("click", {
   signs: explain, "start-signs": explain, "close-legend": () => byId("legend").close(),
-  "ladder-home": () => go(""),
   stay: () => byId("leaving").close(),
   "leave-now": () => {
     byId("leaving").close();
@@ -228,10 +205,6 @@ hear(link, {
   closed: () => say(link.quiet
     ? "This seat was taken over by another window. Close this one, or reload it to take the seat back."
     : "The connection is lost; trying again…", Infinity),
-  level: (level) => {
-    home = "ladder";
-    climb(level);
-  },
   notice: ({ text }) => say(text),
   refused,
 });

@@ -6,9 +6,9 @@ export const ROUND = { time_limit: 120, majority: true }; // how a person's game
 
 // Whom one has beaten, how many games one has won in a row, to whom one lost the latest two, and whom one meets next: the last
 // one again, once all are beaten.
-export function progress(rungs) {
+export function progress(opponents) {
   const kept = recall("progress"), beaten = Array.isArray(kept?.beaten) ? kept.beaten : [], streak = Number(kept?.streak) || 0;
-  const next = rungs.find((name) => !beaten.includes(name)) ?? rungs.at(-1), lost = Array.isArray(kept?.lost) ? kept.lost : [];
+  const next = opponents.find((name) => !beaten.includes(name)) ?? opponents.at(-1), lost = Array.isArray(kept?.lost) ? kept.lost : [];
   return { beaten, streak, lost, next };
 }
 

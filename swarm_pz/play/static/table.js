@@ -181,7 +181,6 @@ export class Table {
     this.controls.forget();
     this.news.forget(this.seat);
     this.story.forget();
-    byId("reached-now").textContent = "";
     this.lastTick = this.shown = null;
   }
 
@@ -222,7 +221,7 @@ export class Table {
   // The lesson: its code is fetched when somebody wants it.
   async learn() {
     const { Lesson } = await import("./lesson.js");
-    if (this.lesson === NO_LESSON) this.lesson = new Lesson(this.link, { begin: this.begin, home: this.left, next: () => progress(this.cover.rungs).next });
+    if (this.lesson === NO_LESSON) this.lesson = new Lesson(this.link, { begin: this.begin, home: this.left, next: () => progress(this.cover.opponents).next });
     if (location.hash === "#lesson") this.lesson.start();
   }
 

@@ -86,11 +86,11 @@ class Opened:
 class Hall(Lobby):
     """A lobby in which nobody thinks."""
 
-    def __init__(self, folder, policies=("ring", "uniform"), climbing=None):
+    def __init__(self, folder, policies=("ring", "uniform")):
         workers = Workers()
         workers.close = lambda: None
         context = ServerContext(folder=folder, workers=workers, countdown_s=0.0)
-        super().__init__(context, dict.fromkeys(policies, ""), climbing=climbing)
+        super().__init__(context, dict.fromkeys(policies, ""))
 
     def room(self):
         """Return the only room."""
@@ -199,8 +199,6 @@ async def test_what_is_out_of_turn_or_unknown_is_refused(hall):
         (protocol.Create(player="ring"), "not_valid"),
     ):
         assert guest.say(message) == code and not hall.rooms, message
-    guest.say(protocol.AskLevel("P01"))
-    await until(lambda: "no ladder here" in guest.heard(protocol.Refused)[-1].reason)
     dumb.handler = ClientHandler(hall, dumb)
     assert dumb.say(protocol.Ping(0.0)) == "out_of_turn", "the first message is a hello"
     dumb.handler.hear(None)

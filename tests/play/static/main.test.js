@@ -4,7 +4,6 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
 import { at, fixtures, Line, reload, settled, Socket, time } from "./page.js";
-import "../../../swarm_pz/play/static/climb.js";
 import "../../../swarm_pz/play/static/games.js";
 import { Embed } from "../../../swarm_pz/play/static/embed.js";
 import "../../../swarm_pz/play/static/lesson.js";
@@ -12,10 +11,10 @@ import "../../../swarm_pz/play/static/replay.js";
 
 const SEAT = fixtures.seats.ergodic, SAVED = { room: "ABCD", token: SEAT.token, seat: "red" };
 const WELCOME = {
-  type: "welcome", server_ms: 0, addresses: [], ladder: false, guests: true, records_labels: false, embedders: ["https://lab"],
+  type: "welcome", server_ms: 0, addresses: [], guests: true, records_labels: false, embedders: ["https://lab"],
   policies: [{ name: "ring", about: "", card: null, answers: "density" }, { name: "uniform", about: "", card: null, answers: "density" }],
   systems: [{ name: "ergodic", takes: "density" }, { name: "direct", takes: "accelerations" }], default_systems: ["ergodic", "ergodic"],
-  rungs: ["ring", "uniform"],
+  opponents: ["ring", "uniform"],
 };
 const FREE = { ...fixtures.room.blue, kind: "free", name: "", policy_state: null, connected: false };
 const room = (has = {}) => ({ ...fixtures.room, ...has });
@@ -35,7 +34,7 @@ async function load(hash = "", { welcome = WELCOME, saved = null, pathname = "/"
   Object.assign(location, { hash, pathname });
   if (saved) for (const store of [sessionStorage, localStorage]) store.setItem("swarm-pz.seat", JSON.stringify(saved));
   await import(`../../../swarm_pz/play/static/main.js?${++loads}`);
-  for (const view of ["table", "ladder", "gone"]) at(view).hidden ??= true;
+  for (const view of ["table", "gone"]) at(view).hidden ??= true;
   await Socket.last.open();
   if (welcome) await hear(welcome);
 }
@@ -47,7 +46,7 @@ async function hear(...messages) {
 
 const said = (type) => Socket.last.line.last(type);
 const refuse = (about, has = {}) => hear({ type: "refused", code: "unknown", reason: "not so", about, recording: null, ...has });
-const view = () => ["lobby", "table", "ladder"].filter((name) => !at(name).hidden).join();
+const view = () => ["lobby", "table"].filter((name) => !at(name).hidden).join();
 async function click(id) {
   at(id).click();
   await settled();
@@ -201,27 +200,6 @@ test("the first button plays who comes next, and a name stays in the browser", a
   reload();
   await load();
   assert.equal(at("label").value, "Ann");
-});
-
-test("a level is asked for by its code, shown, and played on from", async () => {
-  await load("#ladder");
-  assert.deepEqual([view(), at("says").textContent], ["lobby", "This server has no ladder."]);
-  reload();
-  await load("#ladder", { welcome: { ...WELCOME, ladder: true } });
-  at("climber-code").value = " P01 ";
-  at("climber").fire("submit");
-  assert.deepEqual(said("ask_level"), { type: "ask_level", code: "P01", system: "ergodic" });
-  const level = { type: "level", code: "P01", system: "ergodic", level: 1212.4, low: 690, high: 1780, games: 1, opponent: "blind_ring", side: "blue" };
-  await hear({ ...level, games: 0 });
-  assert.equal(at("reached-text").textContent, "No game yet. Most people are between 690 and 1780.");
-  await hear(level);
-  assert.equal(at("reached-now").textContent, "Your level is 1212 after 1 game; it is likely between 690 and 1780.");
-  await click("climb");
-  assert.deepEqual(said("climb"), { type: "climb", code: "P01", system: "ergodic" });
-  await hear({ ...SEAT, type: "seated" }, room({ phase: "over", once: true, outcome: "red", recording: "a.jsonl" }));
-  assert.deepEqual(["ready", "next-game", "sit"].map((id) => at(id).hidden), [true, true, true]);
-  await click("go-home");
-  assert.equal(view(), "ladder");
 });
 
 // --- studies and experiments ------------------------------------------------------------------------

@@ -16,23 +16,23 @@ import { Waiting } from "../../../swarm_pz/play/static/waiting.js";
 beforeEach(reload);
 
 test("opponents unlock one by one, and a game that is won counts where the sides are even and it is no lesson", () => {
-  const rungs = ["a", "b", "c"], policies = rungs.map((name) => ({ name, about: "", card: null })), chosen = [];
-  const buttons = () => opponentCards(policies, rungs, progress(rungs), (name) => chosen.push(name)).flatMap((item) => item.all("button"));
+  const opponents = ["a", "b", "c"], policies = opponents.map((name) => ({ name, about: "", card: null })), chosen = [];
+  const buttons = () => opponentCards(policies, opponents, progress(opponents), (name) => chosen.push(name)).flatMap((item) => item.all("button"));
   const told = () => buttons().map(({ disabled, children }) => [disabled, children[1].all("small")[0].textContent]);
   assert.deepEqual(told(), [[false, "next"], [true, "after a"], [true, "after b"]]);
   count("a", true);
   count("a", true);
-  assert.deepEqual([told(), progress(rungs)], [[[false, "✓ beaten"], [false, "next"], [true, "after b"]], { beaten: ["a"], streak: 2, lost: [], next: "b" }]);
+  assert.deepEqual([told(), progress(opponents)], [[[false, "✓ beaten"], [false, "next"], [true, "after b"]], { beaten: ["a"], streak: 2, lost: [], next: "b" }]);
   count("b", false);
   for (const button of buttons()) button.click();
-  assert.deepEqual([chosen, progress(rungs).streak], [["a", "b"], 0]);
+  assert.deepEqual([chosen, progress(opponents).streak], [["a", "b"], 0]);
   localStorage.setItem("swarm-pz.progress", '{"beaten": ["b"]}');
   assert.equal(told()[2][1], "after a", "what is beaten already opens nothing");
   for (const name of ["a", "b", "c"]) count(name, true);
-  assert.equal(progress(rungs).next, "c", "the last one again");
+  assert.equal(progress(opponents).next, "c", "the last one again");
   for (const nonsense of ["5", "null", '{"beaten": 5, "streak": {}, "lost": 5}']) {
     localStorage.setItem("swarm-pz.progress", nonsense);
-    assert.deepEqual(progress(rungs), { beaten: [], streak: 0, lost: [], next: "a" });
+    assert.deepEqual(progress(opponents), { beaten: [], streak: 0, lost: [], next: "a" });
   }
   const policy = { kind: "policy" }, game = { settings: { red: 10, blue: 10, speed: 1 } }, uneven = { settings: { red: 20, blue: 10, speed: 1 } };
   assert.deepEqual([counts(game, policy, false), counts(uneven, policy, false), counts(game, { kind: "person" }, false), counts(game, policy, true)],
@@ -114,7 +114,7 @@ test("a result tells who won and why, leads to the turn and to who comes next", 
   story.take([0], scene(31, [0, 0.5, 0.5], [1, 0.55, 0.55], [1, 0.5, 0.42], [1, 0.9, 0.9], [0, 0.5, 0.5]));
   assert.equal(over()[1], "The turn, at 0:01: 3 of blue’s 4 drones stood within a fifth of the board’s width; you had flown around them, and gained 1 drone in 2 seconds.");
   assert.deepEqual([at("see").href, at("recording").href, at("next-game").hidden], ["#replay=a.jsonl@0", "#replay=a.jsonl", true]);
-  line.hear("welcome", { rungs: ["blind_ring", "halo"], addresses: [] });
+  line.hear("welcome", { opponents: ["blind_ring", "halo"], addresses: [] });
   count("blind_ring", true);
   over();
   assert.deepEqual([at("next-game").hidden, at("next-game").textContent], [false, "Next: halo"]);

@@ -21,7 +21,7 @@ beforeEach(() => {
 async function sit(system = "ergodic", has = {}) {
   const line = Object.assign(new Line(), { system });
   const table = new Table(line, { left() {}, begin() {} });
-  line.hear("welcome", { policies: [], rungs: [], addresses: [] });
+  line.hear("welcome", { policies: [], opponents: [], addresses: [] });
   line.hear("seated", { ...fixtures.seats[system], ...has });
   await settled();
   line.hear("room", fixtures.room);

@@ -21,7 +21,7 @@ export class Table {
     const isHere = (name) => PLAYERS.includes(name);
     this.asked = asked;
     this.factors = SIDES.map((side) => ({ ...UNVARIED, ...factors[side] }));
-    this.welcome = { ...welcome, policies: welcome.policies.filter(({ name }) => isHere(name)), rungs: welcome.rungs.filter(isHere), min_command_interval: interval };
+    this.welcome = { ...welcome, policies: welcome.policies.filter(({ name }) => isHere(name)), opponents: welcome.opponents.filter(isHere), min_command_interval: interval };
     this.software = `swarm-pz ${welcome.version}, in a page`;
     Object.assign(this, { rules, commands, shelf, countdown, interval, room: null, replay: null });
   }
