@@ -66,6 +66,9 @@ def test_commands_of_the_pages_exist(page, line, monkeypatch):
         options = [argument for argument in arguments if argument.startswith("--")]
         text = (ROOT / path).read_text()
         assert all(f'"{one}"' in text or f"    {one[2:].replace('-', '_')}: " in text for one in options)
+    elif program == "pip":
+        extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+        assert set(re.search(r"swarm-pz\[([\w,]+)\] @ ", arguments[1])[1].split(",")) <= extras.keys()
     else:
         assert program.startswith("scripts/"), f"{page} calls {program}, which this test cannot check"
         assert (ROOT / program).stat().st_mode & 0o100
