@@ -86,7 +86,7 @@ def clear(takes: Commands, cells: int) -> CommandMessage:
 def coarse(values: NDArray[np.float64], cells: int, is_weak: bool = False) -> NDArray[np.float64]:
     """Return an image as a density (cells, cells) with 1 as its largest value: each cell's mean.
 
-    If it is weak, its contrast is raised until drones follow it (python -m benchmarks.mappings).
+    If it is weak, its contrast is raised until drones follow it.
 
     Raises
     ------
