@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import platform
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import OutputError, PolicyError, SwarmError, WorkerError
+from swarm_pz.config.installed import FAULTS
+from swarm_pz.errors import PolicyError, WorkerError
 from swarm_pz.files import draft_of, explain
-from swarm_pz.policy import Player, load
+from swarm_pz.policy import Player, digest_of, load
 
 MOST_BYTES = 2**26
 """Of the files of a bundle."""
@@ -53,29 +54,30 @@ class PolicyBundle:
 
 @dataclass(frozen=True)
 class VerifyingLoader:
-    """Loads players on another machine, and refuses those with other digests than the players that were meant.
+    """Loads players, perhaps on another machine, and refuses those whose digest differs from the expected one.
 
-    `digests` are those of learned players, `bundles` the files of players from folders; `loader` loads the others.
+    `bundles` has the files of players from folders; `loader` loads the others.
     """
 
     loader: Callable[[str, GameConfig], Player]
-    digests: dict[str, str]
+    digests: Mapping[str, str]
     bundles: dict[str, PolicyBundle]
 
     def __call__(self, name: str, game: GameConfig) -> Player:
-        """Load a player; raise a WorkerError if that is impossible here, or it is another."""
+        """Load a player; raise a WorkerError if it cannot be made here, or has another digest."""
         try:
             if name in self.bundles:
                 with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
                     player = load(self.bundles[name].unpack(Path(place)), game)
             else:
                 player = self.loader(name, game)
-        except (OutputError, OSError, SwarmError) as error:
-            raise WorkerError(f"{platform.node()} cannot load {name}: {error}") from error
-        found, expected = getattr(player, "digest", None), self.digests.get(name)
-        if found != expected:
+        except FAULTS as error:  # no game is lost by that
+            raise WorkerError(f"{platform.node()} cannot load {name}: {error!r}") from error
+        expected = self.digests.get(name)
+        if expected is not None and (found := digest_of(name, player)) != expected:
             raise WorkerError(
-                f"{name} is another on {platform.node()}: expected digest {expected}, got {found}; make them the same"
+                f"{name} changed on {platform.node()}: expected digest {expected}, got {found}; undo the change, or "
+                "begin again under another name"
             )
         return player
 

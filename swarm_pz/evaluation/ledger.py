@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
+import math
 import os
 import platform
 from collections.abc import Iterable, Iterator
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from swarm_pz.config import GameConfig
+from swarm_pz.config.base import check, check_choice, check_count, check_number
 from swarm_pz.errors import ResultsError, require_extra
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of, named_if_full
@@ -40,6 +42,19 @@ class PlayedGame:
     forfeit: str = ""
     sent: tuple[int, int] = (0, 0)
     thinking_ms: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("one", "other", "fingerprint", "forfeit"):
+            check(isinstance(getattr(self, name), str), name, getattr(self, name), "a string")
+        check_count(self.number, "number", 0, 10**9)
+        check_choice(self.outcome, "outcome", tuple(_OPPOSITE))
+        check_number(self.share, "share", 0.0, 1.0)
+        for name in ("sent", "thinking_ms"):
+            check(len(getattr(self, name)) == 2, name, getattr(self, name), "a number for each player")
+        for name, value in (("seconds", self.seconds), *(("sent", one) for one in self.sent)):
+            check_number(value, name, 0.0, math.inf)
+        for value in self.thinking_ms:
+            check_number(value, "thinking_ms", 0.0, math.inf)
 
     @property
     def key(self) -> tuple[str, str, int]:
@@ -115,7 +130,7 @@ class Ledger:
             if game.hash != before["config_hash"]:
                 raise ResultsError(f"config_hash is {before['config_hash']}, its game has {game.hash}")
             differing = [name for name, value in self._settings.items() if before[name] != value]
-        except (OSError, LookupError, TypeError, ValueError) as error:
+        except (OSError, LookupError, TypeError, ValueError, RecursionError) as error:
             raise ResultsError(f"{path} is corrupt or foreign ({error!r:.300}); use another folder") from error
         differing += ["rules"] if game.rules_hash != self._game.rules_hash else []
         if differing:
@@ -159,8 +174,11 @@ class Ledger:
                 pairs = {name: tuple(plain[name]) for name in ("sent", "thinking_ms")}
                 game = PlayedGame(**plain | pairs)
                 games[game.key] = game
-            except (LookupError, TypeError, ValueError) as error:
-                raise ResultsError(f"line {number} of {path} is not a finished game: {error!r}") from error
+            except (LookupError, TypeError, ValueError, RecursionError) as error:
+                raise ResultsError(
+                    f"line {number} of {path} is not a finished game: {error!r:.300}; delete the line, and its game is "
+                    "played again"
+                ) from error
         return games
 
     def append(self, games: Iterable[PlayedGame]) -> None:

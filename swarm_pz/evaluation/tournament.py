@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count, check_number
-from swarm_pz.config.installed import FAULTS
-from swarm_pz.errors import CommandError, PolicyError, Stopped, SwarmError
+from swarm_pz.errors import CommandError, Stopped
 from swarm_pz.evaluation.bundles import PolicyBundle, VerifyingLoader
 from swarm_pz.evaluation.ledger import Ledger, PlayedGame, distinct, folder_lock
 from swarm_pz.evaluation.match import POINTS
@@ -29,7 +29,7 @@ from swarm_pz.evaluation.processes import alarm
 from swarm_pz.evaluation.ratings import Results
 from swarm_pz.evaluation.rollout import FaultError, Game, play_or_forfeit
 from swarm_pz.evaluation.workers import open_pool, share
-from swarm_pz.policy import Player, folder_of, sort_of
+from swarm_pz.policy import Player, digest_of, folder_of, sort_of
 
 _BLOCK = 20
 """Games that one process plays side by side."""
@@ -76,50 +76,47 @@ class TournamentConfig(Config):
 
 
 def play_block(
-    loader: Loader, one: str, other: str, numbers: Sequence[int], config: TournamentConfig
-) -> list[PlayedGame]:
-    """Play some games of two players; a policy that fails forfeits the game in which it did.
-
-    A player that cannot be made raises a PolicyError: nobody has lost by that.
-    """
-
-    def clock(games: int, is_first: bool) -> AbstractContextManager[None]:
-        return alarm(games * config.budget_ms / 1000.0 + (_PATIENCE if is_first else 0.0))
-
-    def make() -> tuple[Player, Player]:
-        return _made(loader, one, config.game), _made(loader, other, config.game)
-
-    games = play_or_forfeit(make, numbers, forfeits=FaultError, seed=config.seed, config=config.game, clock=clock)
-    return [_line(one, other, number, game) for number, game in zip(numbers, games, strict=True)]
-
-
-def _made(loader: Loader, name: str, game: GameConfig) -> Player:
-    try:
-        return loader(name, game)
-    except SwarmError:
-        raise
-    except FAULTS as error:
-        raise PolicyError(f"{name} cannot be made: {error!r}") from error
-
-
-def play_block_elsewhere(
     loader: Loader,
     one: str,
     other: str,
     numbers: Sequence[int],
     config: TournamentConfig,
-    digests: dict[str, str],
+    digests: Mapping[str, str] = MappingProxyType({}),
     *bundles: PolicyBundle | None,
 ) -> list[PlayedGame]:
-    """Play some games of two players on another machine, with the files of those that come from folders.
+    """Play some games of two players; a policy that fails forfeits the game in which it did.
 
-    A player that cannot be had there, or is another, raises a WorkerError: that is no forfeit.
+    Parameters
+    ----------
+    loader : callable
+    one, other : str
+    numbers : sequence of int
+    config : TournamentConfig
+    digests : dict of str to str
+        Expected digests of players; others are not checked.
+    *bundles : PolicyBundle or None
+        On another machine, the files of `one` and of `other`, where they come from a folder.
+
+    Raises
+    ------
+    WorkerError
+        If a player cannot be made here, or has another digest: nobody has lost by that.
     """
-    carried = {name: bundle for name, bundle in zip((one, other), bundles, strict=True) if bundle is not None}
-    arrivals = VerifyingLoader(loader, digests, carried)
-    for name in (one, other):
-        arrivals(name, config.game)
-    return play_block(arrivals, one, other, numbers, config)
+    carried = {name: bundle for name, bundle in zip((one, other), bundles, strict=False) if bundle is not None}
+    make = VerifyingLoader(loader, digests, carried)
+
+    def clock(games: int, is_first: bool) -> AbstractContextManager[None]:
+        return alarm(games * config.budget_ms / 1000.0 + (_PATIENCE if is_first else 0.0))
+
+    games = play_or_forfeit(
+        lambda: (make(one, config.game), make(other, config.game)),
+        numbers,
+        forfeits=FaultError,
+        seed=config.seed,
+        config=config.game,
+        clock=clock,
+    )
+    return [_line(one, other, number, game) for number, game in zip(numbers, games, strict=True)]
 
 
 def _line(one: str, other: str, number: int, game: Game) -> PlayedGame:
@@ -176,7 +173,7 @@ class Tournament:
         self.config, self.folder, self._loader, self.command = config, folder, loader, command
         made = {name: loader(name, config.game) for name in self.players}
         self.sorts = {name: sort_of(player) for name, player in made.items()}
-        digests = {name: getattr(player, "digest", None) for name, player in made.items()}
+        digests = {name: digest_of(name, player) for name, player in made.items()}
         self._digests = {name: digest for name, digest in digests.items() if digest is not None}
         self._ledger = Ledger(
             folder, seed=config.seed, budget_ms=config.budget_ms, game=config.game, digests=self._digests
@@ -239,11 +236,10 @@ class Tournament:
                 tell(done, total)
 
             tell(0, total)
-            is_elsewhere = getattr(workers, "elsewhere", False)
             share(
                 workers,
-                play_block_elsewhere if is_elsewhere else play_block,
-                self._tasks(blocks, is_elsewhere),
+                play_block,
+                self._tasks(blocks, getattr(workers, "elsewhere", False)),
                 keep,
                 should_stop=should_stop,
                 name=lambda task: f"{task[1]} against {task[2]}",
@@ -252,14 +248,14 @@ class Tournament:
             raise Stopped(f"{len(self.games):,} games are in {self.folder}, {left:,} are missing")
 
     def _tasks(self, blocks: Sequence[tuple[str, str, list[int]]], is_elsewhere: bool) -> Iterator[tuple[Any, ...]]:
-        """Return the arguments of `play_block`, or of `play_block_elsewhere`, for each block."""
+        """Yield the arguments of `play_block` for each block."""
         where = getattr(self._loader, "folder_of", folder_of)
         folders = {name: where(name) for name in self.players} if is_elsewhere else {}
         bundles = {name: PolicyBundle.of(folder) for name, folder in folders.items() if folder is not None}
         for one, other, numbers in blocks:
-            task = (self._loader, one, other, numbers, self.rules_of(one, other))
             digests = {name: self._digests[name] for name in (one, other) if name in self._digests}
-            yield (*task, digests, bundles.get(one), bundles.get(other)) if is_elsewhere else task
+            rules = self.rules_of(one, other)
+            yield self._loader, one, other, numbers, rules, digests, bundles.get(one), bundles.get(other)
 
     # --- what the games say -----------------------------------------------------------------------
 

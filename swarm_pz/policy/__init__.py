@@ -1,5 +1,6 @@
 """Policies: what they are, and how a name, a folder or a trained model becomes one."""
 
+from swarm_pz.policy.identity import digest_of, identity_of, sort_of
 from swarm_pz.policy.model_policy import Model, ModelPolicy
 from swarm_pz.policy.names import (
     FOLDERS,
@@ -13,7 +14,6 @@ from swarm_pz.policy.names import (
     load_players,
     name_of,
     registered,
-    sort_of,
 )
 from swarm_pz.policy.program import Program
 from swarm_pz.policy.protocol import Player, Policy, PolicyFactory, PrivilegedPolicy, answers_of
@@ -31,8 +31,10 @@ __all__ = [
     "about",
     "allow_files",
     "answers_of",
+    "digest_of",
     "faults",
     "folder_of",
+    "identity_of",
     "kind_of",
     "load",
     "load_players",

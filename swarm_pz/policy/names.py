@@ -12,8 +12,10 @@ from __future__ import annotations
 
 import copy
 import functools
+import hashlib
 import importlib.metadata
 import importlib.util
+import modulefinder
 import os
 import re
 import sys
@@ -60,7 +62,7 @@ class _InFile:
         if self.value.startswith(_EXEC):
             return functools.partial(Program, line=self.value.removeprefix(_EXEC))
         file, name = self.value.rsplit(":", 1)
-        module = _module_of(file)
+        module = module_of(file)
         if not hasattr(module, name):
             own = [key for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__]
             raise PolicyError(f"{file} has no {name!r}; {nearest(name, own)}")
@@ -70,8 +72,8 @@ class _InFile:
         return factory
 
 
-def _module_of(file: str) -> Any:
-    """Return the module of a file, which is run once in a process."""
+def module_of(file: str) -> Any:
+    """Return the module of a file, which a process runs once; `__digest__` is of it and what it imports beside it."""
     path = Path(file).resolve()
     if str(path) in sys.modules:
         return sys.modules[str(path)]
@@ -84,6 +86,7 @@ def _module_of(file: str) -> Any:
     sys.path.append(str(path.parent))  # what lies beside it can be imported
     try:
         spec.loader.exec_module(module)
+        module.__dict__["__digest__"] = _source_digest(path)
     except FAULTS as error:
         del sys.modules[str(path)]
         lines = [entry.lineno for entry in traceback.extract_tb(error.__traceback__) if entry.filename == str(path)]
@@ -92,6 +95,15 @@ def _module_of(file: str) -> Any:
     finally:
         sys.path.remove(str(path.parent))
     return module
+
+
+def _source_digest(path: Path) -> str:
+    """Return a digest of a file of Python and of what it imports from its folder."""
+    finder = modulefinder.ModuleFinder([str(path.parent)], excludes=["swarm_pz"])
+    finder.run_script(str(path))
+    found = (getattr(module, "__file__", None) for module in finder.modules.values())
+    files = sorted(file for file in found if file)
+    return hashlib.sha256(b"".join(hashlib.sha256(Path(file).read_bytes()).digest() for file in files)).hexdigest()
 
 
 def _point_of(name: str) -> importlib.metadata.EntryPoint | _InFile | None:
@@ -243,15 +255,6 @@ def folder_of(name: str) -> Path | None:
 def name_of(policy: str | Path | Player | Model) -> str:
     """Return what tables call a policy."""
     return str(policy) if isinstance(policy, (str, Path)) else str(getattr(policy, "name", type(policy).__name__))
-
-
-def sort_of(player: Player) -> str:
-    """Return what a player is: "planned" (it sees the simulator), "learned", "scripted" or "program"."""
-    if isinstance(player, Program):
-        return "program"
-    if isinstance(player, PrivilegedPolicy):
-        return "planned"
-    return "scripted" if getattr(player, "digest", None) is None else "learned"
 
 
 def load_players(first: str | Player, second: str | Player, config: GameConfig) -> tuple[Player, Player]:

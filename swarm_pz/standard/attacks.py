@@ -15,8 +15,8 @@ from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.bundles import PolicyBundle, unpacked_policy
 from swarm_pz.evaluation.workers import BackgroundTasks, never, silent
 from swarm_pz.policy import folder_of, load
+from swarm_pz.policy.identity import identity_of
 from swarm_pz.standard.games import SEARCHED, PlayerFactory, TrackGames, entry_name
-from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.protocol import Protocol, Track
 from swarm_pz.standard.siege import search
 

@@ -17,7 +17,7 @@ from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_bl
 from swarm_pz.evaluation.workers import silent
 from swarm_pz.policies.scripted import Tactic
 from swarm_pz.policy import Player, Program, folder_of, load
-from swarm_pz.standard.identity import identity_of
+from swarm_pz.policy.identity import identity_of
 from swarm_pz.standard.protocol import Protocol, Track, Trial
 from swarm_pz.standard.siege import siege
 

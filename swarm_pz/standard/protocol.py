@@ -21,7 +21,7 @@ from swarm_pz.errors import ResultsError
 from swarm_pz.files import draft_of
 from swarm_pz.policies import generated, open_loop, zoo
 from swarm_pz.policy import Player, load
-from swarm_pz.standard.identity import identity_of, source_digest
+from swarm_pz.policy.identity import identity_of, source_digest
 
 FILE = Path(__file__).with_name("protocol.json")
 ZOO = Path(zoo.__file__).parent

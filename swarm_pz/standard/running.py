@@ -22,10 +22,10 @@ from swarm_pz.evaluation.workers import BackgroundTasks, SerialExecutor, never, 
 from swarm_pz.files import check_folder, draft_of
 from swarm_pz.kernels.cache import processor
 from swarm_pz.policy import Player, sort_of
+from swarm_pz.policy.identity import identity_of
 from swarm_pz.standard import attacks
 from swarm_pz.standard.figures import Results, figures, improvement
 from swarm_pz.standard.games import LEARNED, Line, PlayerFactory, TrackGames, attacked, check_flies
-from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol, Track
 from swarm_pz.standard.report import FORMAT, GAMES, encode_games, read, signed, write

@@ -17,10 +17,10 @@ from swarm_pz.evaluation.provenance import versions
 from swarm_pz.evaluation.workers import silent
 from swarm_pz.kernels.cache import processor
 from swarm_pz.policy import Player, registered, sort_of
+from swarm_pz.policy.identity import identity_of
 from swarm_pz.standard import report as files
 from swarm_pz.standard.figures import ROBUST
 from swarm_pz.standard.games import LEARNED, Line, PlayerFactory, check_flies, play_again, siege_of
-from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol
 from swarm_pz.standard.running import Entry, cost_of, describe

@@ -12,7 +12,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError, WorkerError
 from swarm_pz.evaluation import bundles
 from swarm_pz.evaluation.bundles import PolicyBundle
-from swarm_pz.evaluation.tournament import TournamentConfig, play_block, play_block_elsewhere
+from swarm_pz.evaluation.tournament import TournamentConfig, play_block
 from swarm_pz.policy import folder_of
 
 CONFIG = TournamentConfig(game=GameConfig(time_limit=2.0, drones_per_team=2))
@@ -32,7 +32,7 @@ def test_a_policy_whose_folder_is_gone_plays_from_its_bundle(folder):
     assert [file for file, _ in bundle.files] == ["policy.safetensors", "policy.json"], "the card last"
     there = play_block(policies.load, name, "ring", [0, 1], CONFIG)
     shutil.rmtree(folder)
-    here = play_block_elsewhere(policies.load, name, "ring", [0, 1], CONFIG, {name: digest}, bundle, None)
+    here = play_block(policies.load, name, "ring", [0, 1], CONFIG, {name: digest}, bundle, None)
     assert [(game.key, game.fingerprint) for game in here] == [(game.key, game.fingerprint) for game in there]
 
 
@@ -45,7 +45,7 @@ def test_a_policy_whose_folder_is_gone_plays_from_its_bundle(folder):
 )
 def test_another_or_a_missing_policy_is_refused_and_forfeits_nothing(name, digests, reason):
     with pytest.raises(WorkerError, match=reason):
-        play_block_elsewhere(policies.load, name, "ring", [0], CONFIG, digests, None, None)
+        play_block(policies.load, name, "ring", [0], CONFIG, digests, None, None)
 
 
 def test_only_folders_travel_and_no_large_ones(folder, monkeypatch):

@@ -16,11 +16,12 @@ import pytest
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import CommandError, ConfigError, PolicyError, ResultsError, Stopped
+from swarm_pz.errors import CommandError, ConfigError, ResultsError, Stopped, WorkerError
 from swarm_pz.evaluation import ladder
 from swarm_pz.evaluation.ledger import GAMES, SETTINGS, folder_lock
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_block
+from swarm_pz.policy import names as policy_names
 
 SHORT = GameConfig(time_limit=4.0, drones_per_team=2)
 CONFIG = TournamentConfig(games=4, game=SHORT)
@@ -190,6 +191,63 @@ def test_a_folder_of_another_tournament_or_of_nonsense_is_refused(tmp_path):
             enter()
 
 
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        (b"[" * 3000, "RecursionError|JSONDecodeError"),
+        (b"[" * 100_000, "Recursion"),
+        (b"[1]", "TypeError"),
+        (b'{"outcome": "banana"}', "outcome must be 'win' or 'draw' or 'loss', got 'banana'"),
+        (b'{"share": 2.0}', "share must be"),
+        (b'{"sent": [1, "2"]}', "sent must be"),
+        (b'{"thinking_ms": [1, 2, 3]}', "thinking_ms must be"),
+        (b'{"number": -1}', "number must be"),
+        (b'{"one": 7}', "one must be"),
+        (b"\xff", "UnicodeDecodeError"),
+    ],
+)
+def test_a_line_that_is_no_game_is_named(line, reason, whole, tmp_path):
+    first = json.loads(lines(whole.folder)[0])
+    if line.startswith(b"{"):
+        line = json.dumps(first | json.loads(line)).encode()
+    (tmp_path / GAMES).write_bytes(json.dumps(first).encode() + b"\n" + line + b"\n")
+    with pytest.raises(ResultsError, match=f"line 2 of .*{GAMES} is not a finished game: .*({reason})"):
+        Tournament(FOUR, CONFIG, tmp_path, load)
+
+
+TACTIC = """import numpy as np
+import helper
+from swarm_pz.policies.scripted import tactic
+
+@tactic(grid=1, sees=("time_left",))
+def mine(view):
+    return view.every(np.full(view.x.shape, helper.LEVEL))
+"""
+
+
+@pytest.mark.parametrize("changed", ["mine.py", "helper.py"])
+def test_a_tactic_in_a_file_that_changed_is_another_player(tmp_path, monkeypatch, changed):
+    """Processes that begin after the change refuse it, too."""
+    name = f"{tmp_path}/mine.py:mine"
+    (tmp_path / "mine.py").write_text(TACTIC)
+    (tmp_path / "helper.py").write_text("LEVEL = 1.0\n")
+    policy_names.allow_files([name])
+    config = CONFIG.replace(games=2)
+    early = Tournament((name, "ring"), config, tmp_path / "out", load)
+    assert early.sorts[name] == "scripted"
+    early.play()
+    (tmp_path / changed).write_text((tmp_path / changed).read_text() + "# better\n")
+    (tmp_path / "beside.py").write_text("# which nobody imports\n")
+    for module in (f"{tmp_path}/mine.py", "helper"):
+        monkeypatch.delitem(sys.modules, module)
+    with pytest.raises(ResultsError, match=r"mine\.py:mine changed since"):
+        Tournament((name, "ring"), CONFIG, tmp_path / "out", load)
+    early.config = CONFIG
+    with pytest.raises(WorkerError, match=r"mine\.py:mine changed on .*expected digest"):
+        early.play()
+    assert len(lines(tmp_path / "out")) == 2
+
+
 def test_players_and_numbers_that_cannot_be_are_refused(tmp_path):
     for players in (("ring",), ("ring", "uniform", "ring")):
         with pytest.raises(CommandError, match="two or more players"):
@@ -307,7 +365,7 @@ def test_a_player_that_cannot_be_made_has_lost_nothing(tmp_path):
         return policies.load(name, config)
 
     tournament = Tournament(("ring", "uniform"), CONFIG, tmp_path, load_once)
-    with pytest.raises(PolicyError, match="ring cannot be made: AttributeError"):
+    with pytest.raises(WorkerError, match="cannot load ring: AttributeError"):
         tournament.play()
     assert not (tmp_path / GAMES).exists()
 

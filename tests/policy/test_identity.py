@@ -1,6 +1,8 @@
 """A digest of a player changes with its code or weights, and with nothing else."""
 
 import ast
+import subprocess
+import sys
 import textwrap
 
 import pytest
@@ -8,7 +10,7 @@ import pytest
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.policies import generated, open_loop, scripted
-from swarm_pz.standard.identity import _canonical, identity_of, source_digest
+from swarm_pz.policy.identity import _canonical, identity_of, source_digest
 
 
 def test_a_learned_player_is_its_weights_a_script_its_source_and_another_its_version():
@@ -29,6 +31,14 @@ def test_only_code_changes_a_digest(changed, is_same):
         return _canonical(ast.parse(textwrap.dedent(text)).body[0])
 
     assert (canonical(changed) == canonical("def f(x): return x + 1")) is is_same
+
+
+def test_a_digest_holds_no_place_in_memory():
+    """`generated` names a tuple of tactics, and a tactic's repr is its place in memory."""
+    words = "from swarm_pz import policies; from swarm_pz.policy import identity_of\n"
+    words += "print(identity_of('generated', policies.load('generated')))"
+    seen = {subprocess.run([sys.executable, "-c", words], capture_output=True, check=True).stdout for _ in range(2)}  # noqa: S603
+    assert len(seen) == 1
 
 
 def test_what_a_script_calls_and_its_constants_count(monkeypatch):

@@ -1,4 +1,4 @@
-"""Digests of what players are: of learned ones their weights and card, of scripts their source."""
+"""Digests of players: of their weights, their source code or their files."""
 
 from __future__ import annotations
 
@@ -12,35 +12,61 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
 
-from swarm_pz.policies.scripted import ScriptedPolicy, Tactic, View
-from swarm_pz.policy import Player, registered
+from swarm_pz.policy.names import module_of, registered
+from swarm_pz.policy.program import Program
+from swarm_pz.policy.protocol import Player, PrivilegedPolicy
 
 _OWN = ("swarm_pz.policies.", "swarm_pz.spaces.densities")
 """Modules whose code counts as a script's own; what is below them belongs to the version."""
 
 
+def sort_of(player: Player) -> str:
+    """Return what tables call a player: "planned" (it sees the simulator), "learned", "scripted" or "program"."""
+    if isinstance(player, Program):
+        return "program"
+    if isinstance(player, PrivilegedPolicy):
+        return "planned"
+    return "scripted" if getattr(player, "digest", None) is None else "learned"
+
+
+def digest_of(name: str, player: Player) -> str | None:
+    """Return a digest of a learned player, a program, a script, or a tactic in a file; None for others."""
+    if (digest := getattr(player, "digest", None)) is not None:
+        return str(digest)
+    if (point := registered().get(name.split(":", 1)[0])) is not None:
+        made = point.load()
+        return source_digest(made) if _is_tactic(made) else None
+    file, _, tactic = name.rpartition(":")
+    if not file.endswith(".py"):
+        return None
+    return hashlib.sha256(f"{module_of(file).__digest__} {tactic}".encode()).hexdigest()[:32]
+
+
 def identity_of(name: str, player: Player) -> str:
-    """Return the digest of a learned player or a script; of others the package and its version."""
-    if (told := getattr(player, "digest", None)) is not None:
-        return str(told)
+    """Return a player's digest, or else the package that it is from and its version."""
+    if (digest := digest_of(name, player)) is not None:
+        return digest
     point = registered().get(name.split(":", 1)[0])
     if point is None:
         return type(player).__name__
-    made = point.load()
-    if isinstance(made, Tactic):
-        return source_digest(made)
     origin = point.dist.name if point.dist is not None else "swarm-pz"
     return f"{origin} {importlib.metadata.version(origin)}: {name}"
 
 
-def source_digest(tactic: Tactic) -> str:
-    """Return a digest of a script's code and of all own code that it calls; not of its words and its form."""
+def _is_tactic(made: Any) -> bool:
+    """Return whether something is a `swarm_pz.policies.scripted.Tactic`, which this layer cannot import."""
+    return callable(getattr(made, "play", None)) and hasattr(made, "observation")
+
+
+def source_digest(tactic: Any) -> str:
+    """Return a digest of a tactic's code and of all own code that it calls, without comments and layout."""
+    scripted = sys.modules[type(tactic).__module__]
     seen: dict[str, Any] = {}
-    for part in (tactic.play, View, ScriptedPolicy):
+    for part in (tactic.play, scripted.View, scripted.ScriptedPolicy):
         _gather(part, seen)
-    told = [f"{name} {_canonical(value)}" for name, value in sorted(seen.items())]
-    told.append(repr(tactic.observation.to_dict()))
-    return hashlib.sha256("\n".join(told).encode()).hexdigest()[:32]
+    parts = [f"{name} {_canonical(value)}" for name, value in sorted(seen.items())]
+    parts.append(repr(tactic.observation.to_dict()))
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
 
 
 def _gather(part: Any, seen: dict[str, Any]) -> None:
@@ -52,11 +78,15 @@ def _gather(part: Any, seen: dict[str, Any]) -> None:
     seen[key] = tree
     space = vars(sys.modules[part.__module__])
     for value in _named(tree, space):
-        one = value.play if isinstance(value, Tactic) else value
+        one = value.play if _is_tactic(value) else value
         if callable(one) and str(getattr(one, "__module__", "")).startswith(_OWN) and hasattr(one, "__qualname__"):
             _gather(one, seen)
     for name in _words(tree):
-        if name.isupper() and isinstance(value := space.get(name), (int, float, str, tuple)):
+        value = space.get(name)
+        if isinstance(value, tuple) and any(map(_is_tactic, value)):
+            for one in value:
+                _gather(one.play, seen)
+        elif name.isupper() and isinstance(value, (int, float, str, tuple)):
             seen[f"{part.__module__}.{name}"] = repr(value)
 
 
