@@ -17,7 +17,7 @@ from swarm_pz.play.opponents import opponents_among
 
 STATIC = Path(__file__).parent / "static"
 _OF_SERVERS = {
-    "marks.js", "monitor.html", "monitor.js", "stick.js", "study.css", "study.html", "study.js",
+    "marks.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js",
 }  # fmt: skip
 """What only a server can offer: other control systems, studies."""
 _HEAD = """\

@@ -32,7 +32,7 @@ from tests.play.pages import (
 )
 
 pytestmark = pytest.mark.browser
-SYSTEMS = ("ergodic", "direct", "flocking", "formation", "leader_follower")
+SYSTEMS = ("ergodic", "flocking", "formation", "leader_follower")
 SIZES = [(320, 640), (390, 844), (1366, 768), (1024, 768), (800, 500)]
 
 
@@ -79,7 +79,7 @@ def test_each_kind_of_command_is_given_by_touch(open_page, table):
         if system == SYSTEMS[0]:
             page.click("#shelf")
         check_places(page, system)
-        hand.draw(*([(0.15, 0.15), (0.25, 0.2)] if system == "direct" else [(0.7, 0.7), (0.8, 0.8)]))
+        hand.draw((0.7, 0.7), (0.8, 0.8))
         given = commands(page, table, room, 1)[0]
         assert given.strokes if system == "ergodic" else given.command
         eventually(page, lambda: latest(table, room, InForceLine))  # noqa: B023

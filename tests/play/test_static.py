@@ -175,7 +175,7 @@ def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later(
     sizes = {path.name: len(gzip.compress(path.read_bytes())) for path in STATIC.iterdir() if path.is_file()}
     first = {"index.html", "icon.svg", "style.css", *needed("main.js")}
     assert sum(sizes[name] for name in first) < 60_000
-    deferred = "embed", "games", "legend", "lesson", "marks", "replay", "responses", "stick"
+    deferred = "embed", "games", "legend", "lesson", "marks", "replay", "responses"
     later = {f"{name}.js" for name in deferred}
     of_others = {"jspsych-plugin-swarm-pz.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js"}
     assert set(sizes) - first == later | of_others

@@ -8,21 +8,20 @@ import { isStudy, SIDES } from "./words.js";
 const BRUSHES = ["attract", "repel", "erase"];
 const DRAWN = ["density", "attraction"], PLACED = ["attractors", "leaders", "formation"]; // kinds of commands
 const HANDS = {
-  pointerdown: "begin", pointermove: "move", pointerup: "end", pointercancel: "cancel", keydown: "key", keyup: "keyUp", blur: "blur",
+  pointerdown: "begin", pointermove: "move", pointerup: "end", pointercancel: "cancel", keydown: "key", blur: "blur",
 };
 const TURN = 1 / 24; // by a key, or a notch of the wheel
 const WHEEL_MS = 300; // after which a wheel is at rest
 
 export class Controls {
-  // mayPlay: whether a command counts now; frame: gives the newest one and one's team; answer: says what was done; sent: hears
-  // of strokes that were sent.
-  constructor(link, { mayPlay, frame, answer, sent }) {
+  // mayPlay tells if a command counts now, answer shows a text, sent is called with the strokes that were sent.
+  constructor(link, { mayPlay, answer, sent }) {
     this.link = link;
     this.mayPlay = () => mayPlay() && this.isEquipped;
     this.answer = answer;
     this.sent = sent;
     /** @type {any} */
-    this.hand = { frame, lifted: () => this.lifted(), changed: () => this.show(), mayDraw: this.mayPlay };
+    this.hand = { lifted: () => this.lifted(), changed: () => this.show(), mayDraw: this.mayPlay };
     /** @type {any} */
     this.pen = this.brush = new Pen(byId("arena"), byId("ink"), this.hand);
     this.isEquipped = false;
@@ -69,15 +68,15 @@ export class Controls {
 
   // Have what commands of a seat are made with: what is not drawn has its own code, fetched when it is needed.
   async equip(seat, commands, policies) {
-    const { takes, serves_densities: isServed } = commands, kind = PLACED.includes(takes) || takes === "accelerations" ? takes : "strokes";
+    const { takes, serves_densities: isServed } = commands, kind = PLACED.includes(takes) ? takes : "strokes";
     this.seat = seat;
     this.policies = policies.filter(({ answers }) => answers === takes || answers === "any" || (answers === "density" && isServed));
     this.isEquipped = false;
     this.pen.forget();
     if (kind === "strokes") this.pen = this.brush;
     else {
-      const Tool = takes === "accelerations" ? (await import("./stick.js")).Stick : (await import("./marks.js")).Marks;
-      this.pen = new Tool(byId("arena"), byId("ink"), takes === "accelerations" ? { ...this.hand, lifted: () => this.send() } : this.hand);
+      const { Marks } = await import("./marks.js");
+      this.pen = new Marks(byId("arena"), byId("ink"), this.hand);
       this.pen.equip(commands);
     }
     this.pen.keep = byId("keep").checked;
@@ -90,11 +89,11 @@ export class Controls {
 
   // The tools of a kind of commands.
   showTools(kind, { shapes }) {
-    const isDrawn = kind === "strokes" && this.isEquipped, isFlown = kind === "accelerations";
+    const isDrawn = kind === "strokes" && this.isEquipped;
     const sized = isDrawn ? "Width" : this.pen.how?.sized, [min, max] = this.pen.sizes ?? [0.05, 0.3];
     for (const [id, isShown] of Object.entries({
       brushes: isDrawn, placing: !isDrawn, shapes: shapes.length, sized, turned: this.pen.how?.turn,
-      send: !isFlown, lifting: !isFlown, adding: isDrawn || kind === "attractors",
+      send: this.isEquipped, lifting: this.isEquipped, adding: isDrawn || kind === "attractors",
     })) byId(id).hidden = !isShown;
     byId("size-of").textContent = sized ?? "";
     Object.assign(byId("width"), { min, max, step: (max - min) / 25, value: this.pen.extent });

@@ -123,8 +123,6 @@ export class Pen {
     event.preventDefault();
   }
 
-  keyUp(_) {}
-
   step(dx, dy) {
     const { cursor } = this, stroke = this.down.get("keys");
     Object.assign(cursor, { x: within(cursor.x + dx, 0, 1), y: within(cursor.y + dy, 0, 1), shown: true });

@@ -43,8 +43,7 @@ export class Table {
     this.story = new Story();
     this.cover = new Cover(link, begin, this.story);
     this.controls = new Controls(link, {
-      mayPlay: () => this.mayPlay, frame: () => ({ ...this.arena.frame, own: this.seat }),
-      answer: (text) => this.news.answer(text), sent: (strokes) => this.lesson.sent(strokes),
+      mayPlay: () => this.mayPlay, answer: (text) => this.news.answer(text), sent: (strokes) => this.lesson.sent(strokes),
     });
     this.listen();
     new ResizeObserver(() => this.resize()).observe(byId("arena"));

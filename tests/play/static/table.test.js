@@ -1,4 +1,4 @@
-// A seat at the table: drawings, commands that are placed and commands that are flown, by fingers and keys, as they are
+// A seat at the table: drawings and commands that are placed, by fingers and keys, as they are
 // sent; and what is said of them. Seats are as the server describes them, and it reads afterwards what was sent.
 
 import assert from "node:assert/strict";
@@ -10,7 +10,6 @@ import { Table } from "../../../swarm_pz/play/static/table.js";
 import "../../../swarm_pz/play/static/marks.js";
 import "../../../swarm_pz/play/static/replay.js";
 import "../../../swarm_pz/play/static/responses.js";
-import "../../../swarm_pz/play/static/stick.js";
 
 beforeEach(() => {
   reload();
@@ -50,7 +49,6 @@ function press(...keys) {
   for (const key of keys) {
     const [name, ...held] = key.split("+").reverse(), has = { key: name || "+", shiftKey: held.includes("Shift") };
     for (const element of ["arena", "table"]) at(element).fire("keydown", has);
-    at("arena").fire("keyup", has);
   }
 }
 
@@ -296,46 +294,7 @@ test("a saved formation of another game is sent within the bounds of this one, a
   assert.equal(at("told").textContent, "Sent: B");
 });
 
-// --- the stick --------------------------------------------------------------------------------------
-
 const seen = (teams, positions) => ({ tick: 3, serverMs: time.ms, fields: null, teams: Uint8Array.from(teams), positions: Float32Array.from(positions), velocities: new Float32Array(2 * teams.length) });
-
-test("the stick flies all own drones while it is held, and not too often", async () => {
-  const { line, commands, sent } = await sit("direct");
-  line.hear("frame", seen([0, 0, 1, 1], [0.3, 0.3, 0.6, 0.6, 0.7, 0.3, 0.9, 0.9]));
-  point("pointerdown", [0.15, 0.15]);
-  time.pass(1000);
-  point("pointermove", [0.27, 0.15]);
-  assert.deepEqual(rounded(sent()), [[1, 0], [1, 0], [0, 0], [0, 0]]);
-  const before = commands().length;
-  for (const y of [0.16, 0.17, 0.18]) point("pointermove", [0.27, y]);
-  assert.equal(commands().length, before);
-  time.pass(250);
-  assert.equal(commands().length, before + 1);
-  point("pointerup", [0.27, 0.18]);
-  assert.deepEqual(sent(), [[0, 0], [0, 0], [0, 0], [0, 0]], "at once");
-});
-
-test("the stick flies one drone that was chosen, by keys or a tap, and never a foreign one", async () => {
-  const { line, sent, table } = await sit("direct");
-  line.hear("frame", seen([0, 0, 1, 1], [0.4, 0.4, 0.6, 0.6, 0.62, 0.62, 0.9, 0.9]));
-  press("n", "n");
-  at("arena").fire("keydown", { key: "ArrowLeft" });
-  assert.deepEqual(sent(), [[0, 0], [-1, 0], [0, 0], [0, 0]]);
-  time.pass(250);
-  at("arena").fire("keydown", { key: "ArrowUp" });
-  assert.deepEqual(sent()[1], [-0.71, 0.71], "no faster across");
-  at("arena").fire("blur");
-  assert.deepEqual(sent()[1], [0, 0]);
-  for (const [place, chosen] of [[[0.41, 0.4], 0], [[0.62, 0.62], 1], [[0.9, 0.9], null]]) {
-    draw(place);
-    assert.equal(table.controls.pen.chosen, chosen);
-  }
-  draw([0.41, 0.4]);
-  line.hear("frame", seen([1, 0, 1, 1], [0.4, 0.4, 0.6, 0.6, 0.62, 0.62, 0.9, 0.9]));
-  time.frame();
-  assert.equal(table.controls.pen.chosen, null, "it was captured");
-});
 
 // --- all of them ------------------------------------------------------------------------------------
 
