@@ -57,7 +57,6 @@ def commands_of(program: str) -> dict[str, Callable[..., None]]:
         "dataset": data.dataset,
         "policies": compare.list_policies,
         "render": machine.render,
-        "diagnose": machine.diagnose,
         "bench": machine.bench,
         "warmup": machine.warmup,
         "study": studies.run,  # for the list of commands: it has its own

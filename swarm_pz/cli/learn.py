@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -184,8 +183,6 @@ def export(
     /,
     trust: bool = False,
     card: bool = False,
-    results: Path | None = None,
-    license: str = "",  # noqa: A002  (the option's name)
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Write a learned policy, or a model that Stable-Baselines3 saved, as an ONNX file with its card.
@@ -194,15 +191,11 @@ def export(
         policy: Name of a learned policy, a folder that training wrote, or a file.zip of Stable-Baselines3.
         out: Folder to write, which is then a policy's name.
         trust: Open the file.zip. It is a pickle, and opening it runs whatever code it holds: say so of your own alone.
-        card: Write a README.md, too, whose metadata model hubs read: training, results and license.
-        results: Folder of a report of `swarm-pz benchmark` on this policy, whose results the README.md then shows; what
-            the policy's own card records, if none is given.
-        license: The license that the README.md names, as hubs do, such as mit; none if not given.
+        card: Write a README.md, too, with training, results, and the metadata that model hubs read.
         game: The game that it plays: its number of drones, what is seen, and the control system.
     """
     from swarm_pz.policies.onnx_policy import check_new
 
-    check(card or not (results or license), "card", card, "given with results or license, which are written there")
     check_new(out)  # before libraries are imported, which takes seconds
     need("train", "torch", "stable_baselines3")
     is_model, system = policy.lower().endswith(".zip"), game.team_systems[0]
@@ -223,12 +216,7 @@ def export(
         if card:
             from swarm_pz.cli import model_card
 
-            story, digest = ({}, "") if learned is None else (learned.card, learned.digest)
-            try:
-                model_card.write(out, story, digest, results, license)
-            except BaseException:  # so that the same command can be given again
-                shutil.rmtree(out)
-                raise
+            model_card.write(out, out.name, {} if learned is None else learned.card)
     print(f"wrote {out}; try it: {program()} evaluate {out}")
 
 

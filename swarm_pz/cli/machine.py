@@ -1,4 +1,4 @@
-"""Commands about one game and the simulator: ``render``, ``diagnose``, ``bench`` and ``warmup``."""
+"""Commands about one game and the simulator: ``render``, ``bench`` and ``warmup``."""
 
 from __future__ import annotations
 
@@ -15,11 +15,9 @@ import numpy as np
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.player_options import Player
-from swarm_pz.cli.report import in_seconds, print_rules, say, write_json
-from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig, ObservationConfig
+from swarm_pz.cli.report import in_seconds, print_rules, say
+from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check
-from swarm_pz.errors import require_extra
-from swarm_pz.files import check_file, draft_of
 
 Side = Literal["red", "blue"]
 
@@ -79,104 +77,36 @@ def render(
     print_rules(game)
 
 
-def diagnose(
-    policy: Player = "ring",
-    opponent: Player = "uniform",
-    /,
-    out: Path = Path("game.png"),
-    json: Path | None = None,
-    seed: int = 0,
-    pair: int = 0,
-    side: Side = "red",
-    seconds: float | None = None,
-    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
-) -> None:
-    """Play one game of a match between two policies and plot sizes, captures, coverage and commands over time.
-
-    With the same players, seed and rules it is that game of swarm-pz evaluate.
-
-    Args:
-        policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
-        opponent: Named in the same ways.
-        out: File to write, .png, .pdf or .svg.
-        json: Write the curves to this file, too.
-        seed: Seed of the match.
-        pair: Number of the pair of games from one start.
-        side: Which game of the pair: the side that the policy plays.
-        seconds: Play this much of the game at most.
-        game: The rules.
-    """
-    from swarm_pz import policies
-    from swarm_pz.analysis import diagnosis
-
-    require_extra("matplotlib.figure", "cli")
-    check(out.suffix in (".png", ".pdf", ".svg"), "out", str(out), "a file .png, .pdf or .svg")
-    for path in filter(None, (out, json)):
-        check_file(path)
-    players = policies.load(policy, game), policies.load(opponent, game)
-    found = diagnosis.diagnose(*players, config=game, seed=seed, pair=pair, side=side, seconds=seconds)
-    with draft_of(out) as draft:
-        diagnosis.plot(found, draft)
-    print(f"{found.title}: {out}")
-    print_rules(game)
-    if json is not None:
-        write_json(found.to_dict(), json, game)
-
-
 def bench(
-    games: tuple[int, ...] = (1, 16, 64, 256, 1024),
-    drones: tuple[int, ...] = (10, 20, 100, 1000),
+    games: tuple[int, ...] = (1, 64, 1024),
+    drones: tuple[int, ...] = (20,),
     threads: tuple[int, ...] = (1, 2),
-    grid: int = 50,
-    repeats: int = 3,
-    json: Path | None = None,
-    plot: Path | None = None,
     jax: bool = False,
 ) -> None:
-    """Measure how fast the simulator and the environments are here.
+    """Measure the speed of the simulator and the environments on this machine, and print one table.
 
     Args:
         games: Numbers of games side by side.
         drones: Numbers of drones in a game, both teams together, even.
         threads: Numbers of threads.
-        grid: Cells a side of the observations of both sides; scripted opponents have their own.
-        repeats: Measurements of each, of which the median is shown.
-        json: Write the figures to this file, too.
-        plot: Draw the figures into this file, too.
         jax: Measure games in JAX, too, on the device that it finds; on an accelerator with --games up to 65536.
     """
     from swarm_pz import bench as speed
 
-    if plot is not None:
-        require_extra("matplotlib.figure", "cli")
-    for name, values in (("games", games), ("drones", drones), ("threads", threads), ("repeats", (repeats,))):
+    for name, values in (("games", games), ("drones", drones), ("threads", threads)):
         check(bool(values) and min(values) >= 1, name, values, "at least 1")
     check(all(size % 2 == 0 for size in drones), "drones", drones, "even, for two teams alike")
-    for path in filter(None, (json, plot)):
-        check_file(path)
     apis: dict[str, speed.MakeStep] = {"simulator": speed.make_simulator_step, "batch_env": speed.make_batch_env_step}
     if importlib.util.find_spec("stable_baselines3") is None:
         print("stable-baselines3 is not installed: SwarmVecEnv is left out")
     else:
         apis |= {f"SwarmVecEnv, {name}": functools.partial(_make_vec_env_step, name) for name in ("uniform", "ring")}
     apis["parallel_env"] = speed.make_parallel_env_step
-    in_jax = importlib.import_module("swarm_pz.jax.speed") if jax else None
-    if in_jax is not None:
-        apis[speed.JAX] = in_jax.make_jax_step
+    if jax:
+        in_jax = importlib.import_module("swarm_pz.jax.speed")
+        apis["jax"] = in_jax.make_jax_step
         print(f"games in JAX are on {in_jax.device()}")
-    speeds = speed.measure(apis, games=games, drones=drones, threads=threads, grid=grid, repeats=repeats, log=say)
-    config = GameConfig(observation=ObservationConfig(grid=grid))
-    say("phases")
-    figures = speed.to_dict(speeds, speed.phases(config), config)
-    if in_jax is not None:
-        figures["jax"] = in_jax.describe(config)
-    tables.print_speeds(figures)
-    if json is not None:
-        write_json(figures, json, config)
-    if plot is not None:
-        with draft_of(plot) as draft:
-            speed.plot(speeds, draft)
-        print(f"plot: {plot}")
+    tables.print_speeds(speed.measure(apis, games, drones, threads, say), speed.machine())
 
 
 def _make_vec_env_step(opponent: str, config: GameConfig, games: int, threads: int) -> Callable[[], object]:

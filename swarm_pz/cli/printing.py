@@ -11,6 +11,7 @@ from swarm_pz.evaluation.ladder import figure
 from swarm_pz.evaluation.match import MatchResult
 
 if TYPE_CHECKING:
+    from swarm_pz.bench import Speed
     from swarm_pz.standard.exploitability import Exploitability
 
 _LEAST = 6
@@ -108,37 +109,18 @@ def print_ladder(ladder: dict[str, Any]) -> None:
     )
 
 
-def print_speeds(figures: dict[str, Any]) -> None:
-    """Print the figures of `swarm_pz.bench.to_dict`."""
+def print_speeds(speeds: Sequence[Speed], machine: Mapping[str, object]) -> None:
+    """Print what `swarm_pz.bench` measured, and on which machine."""
     _print(
         ("API", "games", "drones", "threads", "drone-steps", "env-steps"),
         [
-            (
-                row["api"],
-                str(row["games"]),
-                str(row["drones"]),
-                str(row["threads"]),
-                f"{row['drone_steps'] / 1e6:.2f} M",
-                f"{row['env_steps']:,.0f}",
-            )
-            for row in figures["speeds"]
+            (one.api, *map(str, (one.games, one.drones, one.threads)), f"{one.drone_steps / 1e6:.2f} M",
+             f"{one.env_steps:,.0f}")
+            for one in speeds
         ],
         title="a second, median",
-        caption=", ".join(f"{name} {value}" for name, value in figures["machine"].items()),
-    )
-    _print(
-        ("phase", "ns"),
-        [(name, f"{nanoseconds:.0f}") for name, nanoseconds in figures["phases_ns_per_drone_step"].items()],
-        title="of one drone-step, 64 games of 20, one thread",
-    )
-    print(f"a game's state takes {figures['bytes_per_game'] / 1024:.0f} KiB")
-    if "jax" in figures:
-        print(
-            "in JAX, on {device}: a drone-step has {operations:,.0f} operations and moves {bytes:,.0f} bytes, a game's "
-            "state takes {bytes_per_game:,} bytes, and a step compiles in {compile_s:.1f} s of the processor".format(
-                **figures["jax"]
-            )
-        )
+        caption=", ".join(f"{name} {value}" for name, value in machine.items()),
+    )  # fmt: skip
 
 
 def print_study(rows: Sequence[Any]) -> None:

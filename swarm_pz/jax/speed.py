@@ -1,8 +1,7 @@
-"""How fast games in JAX are on the device that is there, and what the compiler counts in a drone-step."""
+"""Speed of games in JAX on the device that it finds."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -10,9 +9,9 @@ from typing import Any
 import jax
 import numpy as np
 
-from swarm_pz.config import AGENTS, TICKS_PER_CONTROL_PERIOD, GameConfig
+from swarm_pz.config import AGENTS, GameConfig
 from swarm_pz.errors import ConfigError
-from swarm_pz.jax.game import State, advance_tick, reset, solve, step
+from swarm_pz.jax.game import State, reset, step
 from swarm_pz.jax.params import make_params
 
 _COMMANDS = 8
@@ -64,35 +63,3 @@ def bytes_of_game(config: GameConfig) -> int:
     """Return the memory that a game's state takes."""
     _, state = jax.eval_shape(reset, jax.random.key(0), make_params(config))
     return sum(int(np.prod(leaf.shape)) * leaf.dtype.itemsize for leaf in state)
-
-
-def describe(config: GameConfig, games: int = 64) -> dict[str, Any]:
-    """Return the device, what XLA counts in a drone-step, and how long a step takes to compile.
-
-    Returns
-    -------
-    dict
-        `device`; `bytes_per_game` of a state; `operations` and `bytes` of a drone-step, which is a solve and three
-        ticks; `compile_s` of a step with observations, in seconds of the processor.
-    """
-    params = make_params(config)
-    keys = jax.random.split(jax.random.key(0), games)
-    _, states = jax.eval_shape(jax.vmap(reset, (0, None)), keys, params)
-    found: dict[str, Any] = {
-        "device": device(),
-        "bytes_per_game": bytes_of_game(config),
-        "operations": 0.0,
-        "bytes": 0.0,
-    }
-    for part, times in (
-        (lambda state: solve(state, True), 1),
-        (lambda state: advance_tick(state, params.limit_ticks, params.threshold), TICKS_PER_CONTROL_PERIOD),
-    ):
-        cost = jax.jit(jax.vmap(part)).lower(states).compile().cost_analysis() or {}
-        for name, said in (("operations", "flops"), ("bytes", "bytes accessed")):
-            found[name] += times * float(cost[said]) / games / config.num_drones
-    shape = jax.ShapeDtypeStruct((games, config.command_cells, config.command_cells), np.float32)
-    lowered = jax.jit(jax.vmap(step, (0, 0, 0, None))).lower(keys, states, dict.fromkeys(AGENTS, shape), params)
-    began = time.process_time()
-    lowered.compile()
-    return found | {"compile_s": time.process_time() - began}

@@ -1,7 +1,6 @@
 """What commands print, write and refuse, and how they end."""
 
 import errno
-import functools
 import json
 import os
 import re
@@ -52,13 +51,9 @@ def test_evaluate_names_lost_games_and_the_line_that_shows_one(capsys):
     assert "lost:" not in capsys.readouterr().out
 
 
-def test_a_game_is_drawn_as_a_picture_or_over_time(capsys):
+def test_a_moment_of_a_game_is_drawn_as_a_picture(capsys):
     run(f"render ring noise --out board.png --seconds 2.5 --overlay target captures --overlay-team both {SHORT}")
     assert Path("board.png").read_bytes().startswith(b"\x89PNG") and "2.5 s" in capsys.readouterr().out
-    run(f"diagnose noise ring --seed 2 --side blue --seconds 2 --json game.json {SHORT}")
-    assert "ring (red) and noise (blue) had not finished after 2.0 s" in capsys.readouterr().out
-    assert Path("game.png").stat().st_size > 1000
-    assert len(json.loads(Path("game.json").read_text())["times_s"]) == 21
 
 
 def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(capsys):
@@ -90,14 +85,10 @@ def test_tournament_writes_the_ladder_and_goes_on(capsys):
 
 def test_bench_measures_every_api(capsys, monkeypatch):
     monkeypatch.setattr(bench, "MIN_SECONDS", 0.0)
-    monkeypatch.setattr(bench, "phases", functools.partial(bench.phases, games=2))
-    run("bench --games 1 4 --drones 4 --repeats 1 --grid 10 --json speed.json --plot speed.png")
-    measured = json.loads(Path("speed.json").read_text())
-    apis = {row["api"] for row in measured["speeds"]}
-    assert apis == {"simulator", "batch_env", "SwarmVecEnv, uniform", "SwarmVecEnv, ring", "parallel_env"}
-    assert {row["threads"] for row in measured["speeds"] if row["games"] == 4} == {1, 2}
-    assert len(measured["phases_ns_per_drone_step"]) == 4 and Path("speed.png").stat().st_size > 0
-    assert "drone-steps" in capsys.readouterr().out
+    run("bench --games 1 4 --drones 4")
+    printed = capsys.readouterr().out
+    for api in ("simulator", "batch_env", "SwarmVecEnv, uniform", "SwarmVecEnv, ring", "parallel_env", "drone-steps"):
+        assert api in printed
     run("warmup")
     assert "compiled kernels are ready" in capsys.readouterr().out
 
@@ -170,9 +161,7 @@ def test_a_log_is_told_now_and_then_and_not_more_often(monkeypatch, capsys):
         (f"tournament ring uniform --out {__file__}", "is a file, not a folder"),
         ("bench --games 0", "games must be at least 1"),
         ("bench --drones 5", "drones must be even"),
-        ("bench --drones 1000000", "nothing to measure"),
-        ("diagnose --out game.txt", "out must be a file .png"),
-        ("diagnose --json /", "got the folder"),
+        ("bench --threads 100000", "threads must be at most"),
         ("trian --help", "there is no command 'trian'; did you mean 'train'? Known: "),
         ("evaluate --policy ring", "policy is written without --policy, as in: swarm-pz evaluate POLICY"),
         ("tournament --players=ring", "players is written without --players"),
@@ -189,7 +178,6 @@ def test_a_log_is_told_now_and_then_and_not_more_often(monkeypatch, capsys):
         ("evaluate ring --resume", "left out without exploit, got (True, False)"),
         ("evaluate ring --processes 2", "processes must be left out without exploit, got 2"),
         ("export ring out", "only networks can be exported"),
-        ("export champion out --license mit", "card must be given with results or license"),
         ("study rum", "there is no command study 'rum'; did you mean 'run'"),
         (f"study {Path(__file__).parent}", "made by study tables FOLDER"),
         ("--preset paper study status .", "leave out --preset"),

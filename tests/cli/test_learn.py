@@ -5,10 +5,12 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import yaml
 
-from swarm_pz.cli import learn
+from swarm_pz.cli import learn, model_card
 from swarm_pz.config import GameConfig
 from swarm_pz.policies.scripted import SCRIPTS
+from swarm_pz.policy import load
 from swarm_pz.standard import exploitability
 from swarm_pz.training.config import TrainConfig
 from tests.cli.conftest import run
@@ -88,3 +90,16 @@ def test_exploit_measures_what_was_found_and_writes_it_twice(shown, monkeypatch)
     for place in ("runs/exploiter/exploitability.json", "e.json"):
         figures = json.loads(Path(place).read_text())
         assert (figures["best"], figures["rules_hash"]) == ("seed-1", GameConfig().rules_hash)
+
+
+@pytest.mark.parametrize("name", ["champion", "finisher", "hunter"])
+def test_the_readme_of_an_exported_policy_has_its_training_and_results_and_metadata_for_hubs(name, tmp_path):
+    story = load(name, GameConfig()).card
+    model_card.write(tmp_path, "mine", story)
+    _, front, text = (tmp_path / "README.md").read_text().split("---\n", 2)
+    assert yaml.safe_load(front)["library_name"] == "swarm-pz"
+    found = story["results"]["against"]["ring"]
+    assert f"| ring | {found['games']} | {found['wins']} | {found['draws']} | {found['losses']} |" in text
+    assert story["command"] in text
+    model_card.write(tmp_path, "bare", {})
+    assert "Trained by `unknown`" in (tmp_path / "README.md").read_text()

@@ -39,7 +39,7 @@ def test_rules_are_those_of_each_game_and_not_of_what_a_learner_sees():
 def test_commands_print_and_write_the_rules_and_themselves(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("swarm_pz.evaluation.ratings._RESAMPLES", 20)
     for words, files in {
-        "diagnose ring noise --seconds 1 --json out.json": ["out.json"],
+        "evaluate ring --opponent noise --games 2 --json out.json": ["out.json"],
         "tournament ring uniform --processes 1 --games 2 --out 'my ladder'": ["ladder.json", "tournament.json"],
     }.items():
         command = [*shlex.split(words), "--game.time-limit", "5", "--game.drones-per-team", "2"]
