@@ -99,7 +99,7 @@ def test_a_number_of_the_software_is_what_its_row_says(words):
 def test_options_topics_and_buttons_that_rows_name_are_there():
     told = " ".join(row["here"] for row in ROWS)
     options = {name.replace("-", "_") for name in re.findall(r"--([a-z-]+)", told)}
-    assert {"rosbridge", "lsl"} <= options <= set(inspect.signature(table.play).parameters)
+    assert "rosbridge" in options <= set(inspect.signature(table.play).parameters)
     topics = set(re.findall(r"(?<= )(/[a-z_/]+)", told))
     assert topics and topics <= set(INPUTS)
     for words in ("Go here", "Keep away", "Clear", "Undo", *re.findall(r'switch "([^"]+)"', told)):

@@ -27,7 +27,6 @@ def run(
     port: int = 8000,
     allowed_hosts: tuple[str, ...] = (),
     countdown: float = 3.0,
-    lsl: Annotated[tuple[str, ...] | None, tyro.conf.arg(metavar="[NAME]")] = None,
 ) -> None:
     """Serve a study: participants type a code and are led through it; started again, it goes on where it was.
 
@@ -38,19 +37,15 @@ def run(
         port: Port to listen at; 0 takes any that is free.
         allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.
         countdown: Seconds for which the start of a game is shown before it begins.
-        lsl: Tell Lab Streaming Layer when games begin and end, commands come into force and drones are taken, in a
-            stream of this name; swarm-pz if none is given.
     """
     need_play()
     require_extra("markdown_it", "lab")
-    from swarm_pz.play.lsl import Markers
     from swarm_pz.play.studies.design import Study
     from swarm_pz.play.studies.folder import CODES, StudyFolder
 
     check_count(port, "port", 0, 65535)
     check_number(countdown, "countdown", 0.0, 60.0)
     _check_players(Study.read(study))
-    markers = Markers(*lsl) if lsl is not None else None
     opened = StudyFolder.begin(study, folder)
     plan = opened.study
     say(f"study: {plan.title}; the participants' codes are in {folder / CODES}")
@@ -70,7 +65,6 @@ def run(
             countdown_s=countdown,
             record_labels=False,
             study=opened,
-            markers=markers,
         )
     finally:
         opened.close()

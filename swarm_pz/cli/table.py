@@ -35,7 +35,6 @@ def play(
     countdown: float = 3.0,
     out: Path = Path("runs/games"),
     record_labels: bool = False,
-    lsl: Annotated[tuple[str, ...] | None, tyro.conf.arg(metavar="[NAME]")] = None,
     factors: Path | None = None,
     embed: tuple[str, ...] = (),
     rosbridge: Annotated[int | None, tyro.conf.arg(metavar="PORT")] = None,
@@ -55,8 +54,6 @@ def play(
         countdown: Seconds for which the start of a game is shown before it begins.
         out: Folder of the recordings.
         record_labels: Write into recordings what players call themselves; else only those at the table see it.
-        lsl: Tell Lab Streaming Layer when games begin and end, commands come into force and drones are taken, in a
-            stream of this name; swarm-pz if none is given.
         factors: File with what is varied at red's and at blue's seat: delays, what is shown, shared control.
         embed: Origins of pages that may hold this one in a frame, such as https://lab.example.
         rosbridge: Let ROS programs, such as the paper's tablet app, play and watch through a rosbridge at this port,
@@ -71,13 +68,11 @@ def play(
     from swarm_pz.evaluation.ledger import folder_lock
     from swarm_pz.play.factors import Factors, read_factors
     from swarm_pz.play.game import TableConfig
-    from swarm_pz.play.lsl import Markers
     from swarm_pz.play.server.server_context import check_folder
 
     check_count(port, "port", 0, 65535)
     check_folder(out)
     check_number(countdown, "countdown", 0.0, 60.0)
-    check(lsl is None or len(lsl) <= 1, "lsl", lsl, "one name, or none")
     if ros_opponent is not None and rosbridge is None:
         raise CommandError(f"--ros-opponent {ros_opponent} plays against ROS programs: give --rosbridge a port, too")
     if ros_origin and rosbridge is None:
@@ -104,7 +99,6 @@ def play(
             table=table,
             cards=_cards(),
             record_labels=record_labels,
-            markers=Markers(*lsl) if lsl is not None else None,
             embedders=embed,
             greeting=f"rules: {game.rules_hash} (rules_hash of rooms as they are set at first)",
             beside=_beside(host, rosbridge, ros_opponent, ros_origin, table),

@@ -143,19 +143,6 @@ class SeatLine(_Line, tag="seat"):
     reason: str = ""
 
 
-class ClockLine(_Line, tag="clock"):
-    """Another clock and the recording's, as they were at the same moment: when the game began, and when it ended."""
-
-    clock: Literal["lsl"]
-    """Of Lab Streaming Layer, by which its markers are stamped."""
-    ms: float
-    """On the recording's clock."""
-    seconds: float
-    """On the other one."""
-    uncertainty_ms: float
-    """Of both having been read at the same moment."""
-
-
 class Delay(_Line):
     """A delay that was asked for, the median of what was got (null if there was nothing to delay), and of how many."""
 
@@ -184,7 +171,7 @@ class EndLine(_Line, tag="end"):
     """Red's and blue's, where the table varied anything."""
 
 
-EventLine = CommandLine | InForceLine | PaintedLine | CapturedLine | FrameLine | SeatLine | ClockLine | EndLine
+EventLine = CommandLine | InForceLine | PaintedLine | CapturedLine | FrameLine | SeatLine | EndLine
 L = TypeVar("L", bound=EventLine)
 
 _decoder: msgspec.json.Decoder[Header | EventLine] = msgspec.json.Decoder(Header | EventLine)
@@ -231,7 +218,7 @@ class Recording:
             is_over = isinstance(line, EndLine)
             if isinstance(line, CapturedLine) and line.drone >= drones:
                 raise RecordingError(f"{where}: drone must be below {drones}, the drones of its game, got {line.drone}")
-            if isinstance(line, PaintedLine | SeatLine | ClockLine):
+            if isinstance(line, PaintedLine | SeatLine):
                 continue
             if line.tick < latest:
                 raise RecordingError(f"{where}: tick must be {latest} or later, as before it, got {line.tick}")

@@ -16,7 +16,6 @@ from swarm_pz.errors import CommandError
 from swarm_pz.play.commands import as_followed
 from swarm_pz.play.game import LiveGame
 from swarm_pz.play.recordings.format import (
-    ClockLine,
     CommandLine,
     EndLine,
     InForceLine,
@@ -84,7 +83,7 @@ def _past(recording: Recording) -> Iterator[str]:
     for number, line in enumerate(recording.events, _FIRST_LINE):
         if isinstance(line, CommandLine) and line.tick == origin.tick:
             continue  # it may have come before or after
-        if isinstance(line, PaintedLine | SeatLine | ClockLine):
+        if isinstance(line, PaintedLine | SeatLine):
             is_past = False
         else:
             came_later = isinstance(line, InForceLine | EndLine)  # what a tick led to is the past at that tick

@@ -1,4 +1,4 @@
-"""What is written down of a game in real time, and when; Lab Streaming Layer is told, too."""
+"""A running game's recording."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import contextlib
 from collections.abc import Callable, Iterator
 
 from swarm_pz.play.game import Captured, InForce, LiveGame
-from swarm_pz.play.lsl import Markers
 from swarm_pz.play.recordings.format import (
     CapturedLine,
     CommandLine,
@@ -15,7 +14,6 @@ from swarm_pz.play.recordings.format import (
     InForceLine,
     Outcome,
     PaintedLine,
-    RecordedSeat,
     SeatDelays,
     SeatLine,
     frame_line,
@@ -31,7 +29,6 @@ class GameLog:
     What happens in the countdown is written once the game has begun; what arrives while control systems choose, once
     they have chosen.
 
-    - `seats`: who plays.
     - `server_ms`: returns the server's clock.
     - `starts_ms`: when the countdown should be over, by that clock.
     - `has_begun`: whether the clock runs, or ran.
@@ -41,13 +38,11 @@ class GameLog:
         self,
         recorder: Recorder,
         game: LiveGame,
-        seats: tuple[RecordedSeat, RecordedSeat],
         server_ms: Callable[[], float],
         starts_ms: float,
-        markers: Markers | None = None,
     ) -> None:
-        self.recorder, self.server_ms, self._game, self._seats = recorder, server_ms, game, seats
-        self._began_ms, self._markers = starts_ms, markers
+        self.recorder, self.server_ms, self._game = recorder, server_ms, game
+        self._began_ms = starts_ms
         self.has_begun = False
         self._held: list[CommandLine] | None = None
         """What arrives while control systems choose accelerations: it counts from the next solve on."""
@@ -79,9 +74,6 @@ class GameLog:
                 line.ms -= self._began_ms - planned
             self.recorder.write(line)
         self._early.clear()
-        self._note_clock()
-        if self._markers is not None:
-            self._markers.start(self.recorder.path.stem, self._game.tick, *self._seats)
 
     # --- what somebody does -----------------------------------------------------------------------
 
@@ -132,20 +124,11 @@ class GameLog:
     def in_force(self, event: InForce) -> None:
         """Write down that a command has come into force."""
         team, number, sender = event.command.team, event.command.number, event.command.sender
-        self._mark(InForceLine(team=team, number=number, tick=event.tick, ms=self.now_ms, sender=sender))
+        self.recorder.write(InForceLine(team=team, number=number, tick=event.tick, ms=self.now_ms, sender=sender))
 
     def captured(self, event: Captured) -> None:
         """Write down a capture."""
-        self._mark(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
-
-    def _mark(self, line: InForceLine | CapturedLine | EndLine) -> None:
-        self.recorder.write(line)
-        if self._markers is not None and self.has_begun:
-            self._markers.note(self.recorder.path.stem, line)
-
-    def _note_clock(self) -> None:
-        if self._markers is not None and self.has_begun:
-            self.recorder.write(self._markers.clock(lambda: self.now_ms))
+        self.recorder.write(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
 
     def flush(self) -> str:
         """Write what is due to the disk; return, once, why the recording breaks off, or nothing."""
@@ -158,6 +141,7 @@ class GameLog:
     def end(self, outcome: Outcome, ended_by: EndedBy, delays: tuple[SeatDelays, SeatDelays] | None) -> None:
         """Write down how the game ended, and finish its file."""
         tick, sizes = self._game.tick, self._game.sizes
-        self._note_clock()
-        self._mark(EndLine(outcome=outcome, tick=tick, sizes=sizes, ms=self.now_ms, ended_by=ended_by, delays=delays))
+        self.recorder.write(
+            EndLine(outcome=outcome, tick=tick, sizes=sizes, ms=self.now_ms, ended_by=ended_by, delays=delays)
+        )
         self.recorder.close()

@@ -154,7 +154,7 @@ class LiveSession:
         )
         path = context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}" if hosted is None else hosted.path
         self.recorder = Recorder(path, header)
-        self.log = GameLog(self.recorder, self.game, (red, blue), context.now_ms, self.starts_ms, context.markers)
+        self.log = GameLog(self.recorder, self.game, context.now_ms, self.starts_ms)
         self.commands = IncomingCommands(self.game, config.factors, self.log)
         is_compiled = all(system.kernel for system in config.game.team_systems)
         self._control = None if is_compiled else ControlThread(config.game)

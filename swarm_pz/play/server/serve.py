@@ -18,7 +18,6 @@ from swarm_pz.config import RED, TICKS_PER_SECOND
 from swarm_pz.errors import CommandError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import LiveGame, TableConfig
-from swarm_pz.play.lsl import Markers
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
@@ -143,7 +142,6 @@ def serve(
     cards: Mapping[str, protocol.Card] | None = None,
     record_labels: bool = True,
     study: StudyFolder | None = None,
-    markers: Markers | None = None,
     embedders: Sequence[str] = (),
     beside: Callable[[str], AbstractContextManager[None]] = lambda _: contextlib.nullcontext(),
     greeting: str = "",
@@ -165,7 +163,6 @@ def serve(
     - `cards`: of those of the policies that were rated.
     - `record_labels`: whether recordings hold what players call themselves.
     - `study`: the table is for this study alone.
-    - `markers`: where moments of games are told to who records other signals, too.
     - `embedders`: origins of the pages that may hold this one in a frame.
     - `beside`: from host and port by which this machine reaches the table to what is entered while it serves.
     - `greeting`: said first, once it is sure that it can serve.
@@ -191,7 +188,6 @@ def serve(
         table=table,
         countdown_s=countdown_s,
         record_labels=record_labels,
-        markers=markers,
     )
     _ = context.seat_index  # read before anybody waits for it
     lobby = Lobby(context, policies, cards, addresses_of(names), origins, is_hosted=study is not None)

@@ -24,7 +24,6 @@ from pathlib import Path
 from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import OutputError
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.lsl import Markers
 from swarm_pz.play.server.policy_workers import PolicyWorkers
 
 COUNTDOWN_S = 3.0
@@ -137,7 +136,6 @@ class ServerContext:
     countdown_s: float = COUNTDOWN_S
     record_labels: bool = True
     """Whether recordings hold the players' labels; else only those at the table see them."""
-    markers: Markers | None = None
     punctuality: Punctuality = field(default_factory=Punctuality)
     began: float = field(default_factory=time.monotonic)
 

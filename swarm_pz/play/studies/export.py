@@ -1,10 +1,9 @@
-"""A study as what is published of it: tables, data sets of two standards, a codebook, and a report.
+"""A study as what is published of it: tables, a data set of a standard, a codebook, and a report.
 
 ====================  ==========================================================================
 `report.md`           wins, lengths and scores by condition, compared; with a picture
 `tables/`             games, commands, captures, forms and participants, as CSV and Parquet
 `codebook.md`         what every column is, with its unit; `codebook.json` for programs
-`bids/`               events of each game, as the Brain Imaging Data Structure has them
 `psychds/`            the tables as a Psych-DS data set
 ====================  ==========================================================================
 """
@@ -23,7 +22,7 @@ from swarm_pz.play.recordings.tables import write_table
 from swarm_pz.play.studies.reading import StudyData, read_study
 from swarm_pz.play.studies.report import codebook_text, write_report
 from swarm_pz.play.studies.rows import NOTES, TABLES, codebook
-from swarm_pz.play.studies.standards import write_bids, write_json, write_psychds
+from swarm_pz.play.studies.standards import write_json, write_psychds
 
 VERSION = 1
 """Of the tables: it changes when a column means something else, or is gone."""
@@ -66,7 +65,6 @@ def export(
         }
         write_json(known, draft / _MARK)
         (draft / "codebook.md").write_text(codebook_text(data.study.title), encoding="utf-8")
-        write_bids(data, draft / "bids")
         write_psychds(data, draft / "psychds")
         write_report(data, draft, command)
     return data

@@ -87,10 +87,10 @@ class Workers:
 
 
 @contextlib.contextmanager
-def opened(tmp_path, workers=None, table=None, moment=None, countdown_s=0.0, markers=None, **settings):
+def opened(tmp_path, workers=None, table=None, moment=None, countdown_s=0.0, **settings):
     """Give a room that no process thinks for, and in which nobody is captured; what runs in it ends with it."""
     workers, table = workers or Workers(), table or CALM
-    shared = ServerContext(folder=tmp_path, workers=workers, table=table, countdown_s=countdown_s, markers=markers)
+    shared = ServerContext(folder=tmp_path, workers=workers, table=table, countdown_s=countdown_s)
     room = Room("ABCD", protocol.Settings(**settings), shared, moment)
     try:
         yield room

@@ -15,16 +15,14 @@ import pyarrow.parquet
 import pytest
 from markdown_it import MarkdownIt
 
-from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import ConfigError, MissingExtraError, OutputError, RecordingError
-from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, Recording
+from swarm_pz.play.recordings.format import CapturedLine, CommandLine, Recording
 from swarm_pz.play.studies import export as module
 from swarm_pz.play.studies.analysis import compare, conditions
 from swarm_pz.play.studies.export import export
 from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games, markdown, write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
-from swarm_pz.play.studies.standards import labels
 from tests.play.recordings.test_format import plain_lines, record, write_lines
 from tests.play.studies.playing import ANSWERS, PLAIN, begun, walk
 
@@ -195,40 +193,6 @@ def test_the_codebook_names_every_column_with_its_unit(out):
 # --- data sets ------------------------------------------------------------------------------------
 
 
-def test_events_are_as_bids_has_them_on_the_clock_whatever_the_speed(ran, out):
-    bids = out / "bids"
-    assert {"Name", "BIDSVersion", "DatasetType"} <= set(json.loads((bids / "dataset_description.json").read_text()))
-    people = rows_of(bids / "participants.tsv", "excel-tab")
-    assert [next(iter(one.items())) for one in people] == [("participant_id", "sub-P01"), ("participant_id", "sub-P02")]
-    assert set(json.loads((bids / "participants.json").read_text())) == set(people[0]) - {"participant_id"}
-    files = {path.relative_to(bids).as_posix() for path in bids.rglob("*") if path.is_file()}
-    files -= {"README", "dataset_description.json", "participants.tsv", "participants.json"}
-    for game in table(out, "games"):
-        practice, who = "_acq-practice" if game["practice"] == "true" else "", f"sub-{game['participant']}"
-        name = f"{who}/beh/{who}_task-{game['condition']}{practice}_run-{game['game']}_events"
-        files -= {f"{name}.tsv", f"{name}.json"}
-        rows, recording = rows_of(bids / f"{name}.tsv", "excel-tab"), Recording.read(ran / game["recording"])
-        sidecar = json.loads((bids / f"{name}.json").read_text())
-        assert all(isinstance(told, dict) for told in sidecar.values())
-        assert list(rows[0])[:2] == ["onset", "duration"] and set(rows[0]) <= set(sidecar)
-        onsets = [float(row["onset"]) for row in rows]
-        assert onsets == sorted(onsets)
-        assert all(value for row in rows for value in row.values())  # n/a, never nothing
-        of = {kind: [one for one in rows if one["trial_type"] == kind] for kind in sidecar["trial_type"]["Levels"]}
-        assert sum(map(len, of.values())) == len(rows)
-        (whole,), speed = of["game"], 2.0 if game["condition"] == "late" else 1.0
-        assert float(whole["onset"]) == 0.0 and whole["side"] == game["side"]
-        assert float(whole["duration"]) == pytest.approx(recording.end.tick / 30 / speed, abs=1e-5)
-        for row, line in zip(of["capture"], recording.of(CapturedLine), strict=True):
-            assert float(row["onset"]) == pytest.approx(line.tick / 30 / speed, abs=1e-5)
-            assert (row["actor"] == "participant") == (TEAM_NAMES[line.team] == game["side"])
-        for row, line in zip(of["command_received"], recording.of(CommandLine), strict=True):
-            assert float(row["onset"]) == pytest.approx(line.received_ms / 1000, abs=1e-5)
-        for row, line in zip(of["command_in_force"], recording.of(InForceLine), strict=True):
-            assert float(row["onset"]) == pytest.approx(line.ms / 1000, abs=1e-5)
-    assert not files
-
-
 def test_tables_are_as_psych_ds_has_them(out):
     folder = out / "psychds"
     described = json.loads((folder / "dataset_description.json").read_text())
@@ -244,11 +208,6 @@ def test_tables_are_as_psych_ds_has_them(out):
         header, *rows = csv.reader(io.StringIO(path.read_text(encoding="utf-8")))
         assert len(set(header)) == len(header) and set(header) <= set(known)
         assert {len(row) for row in rows} <= {len(header)}
-
-
-def test_labels_are_plain_and_differ():
-    names = ["drawing", "Drawing!", "Größe 1", "…", "draw-ing"]
-    assert list(labels(names, "condition").values()) == ["drawing", "Drawingx2", "Groe1", "condition", "drawingx3"]
 
 
 # --- the report -----------------------------------------------------------------------------------
