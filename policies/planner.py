@@ -14,13 +14,13 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
-from swarm_pz.config.base import Config, check_count, check_number
+from swarm_pz.config.base import Config, Range, ToMillion
 from swarm_pz.config.system import ControlSystem, serves_densities
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import KindError
@@ -54,18 +54,10 @@ class PlannerConfig(Config):
         horizon.
     """
 
-    drone_steps: int = 200_000
-    milliseconds: float | None = None
-    horizon: float = 3.0
-    promise: float = 0.5
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_count(self.drone_steps, "drone_steps", 1, 10**12)
-        if self.milliseconds is not None:
-            check_number(self.milliseconds, "milliseconds", 1e-3, 1e6)
-        check_number(self.horizon, "horizon", CONTROL_PERIOD, 1e4)
-        check_number(self.promise, "promise", 0.0, 1e6)
+    drone_steps: Annotated[int, Range(1, 10**12)] = 200_000
+    milliseconds: Annotated[float, Range(1e-3, 1e6)] | None = None
+    horizon: Annotated[float, Range(CONTROL_PERIOD, 1e4)] = 3.0
+    promise: ToMillion = 0.5
 
 
 class _Guess(NamedTuple):

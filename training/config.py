@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.config.base import Config, check, check_count, check_number
+from swarm_pz.config.base import Config, Range, Share, check
 from swarm_pz.policies import scripted
 
 SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)
@@ -18,14 +17,10 @@ MAY_CHANGE: dict[str, Any] = {"total_steps": 1, "threads": 1, "evaluate_every": 
 """What a resumed run may change, and the values that take their place where settings are compared."""
 
 
-def _check_names(names: object, field: str) -> None:
-    holds = isinstance(names, tuple) and all(isinstance(name, str) for name in names)
-    check(holds, field, names, "a tuple of policies' names")
-
-
-def _check_each(config: Config, check_one: Callable[..., Any], low: float, high: float, *names: str) -> None:
-    for name in names:
-        check_one(getattr(config, name), name, low, high)
+Steps = Annotated[int, Range(1, 10**12)]
+StepsOrNone = Annotated[int, Range(0, 10**12)]
+GamesAtOnce = Annotated[int, Range(1, 65536)]
+LogStd = Annotated[float, Range(-10.0, 2.0)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,52 +85,34 @@ class TrainConfig(Config):
     """
 
     game: GameConfig = field(default_factory=lambda: GameConfig(observation=ObservationConfig(grid=10)))
-    sizes: tuple[int, ...] = ()
+    sizes: tuple[Annotated[int, Range(1, 10_000)], ...] = ()
     opponents: tuple[str, ...] = FIELD
     start_from: str | None = None
-    critic_steps: int = 0
-    action_cells: int = 5
-    width: int = 32
-    total_steps: int = 2_400_000
-    num_envs: int = 320
-    rollout: int = 32
-    batch_size: int = 1024
-    epochs: int = 3
-    learning_rate: float = 6e-4
-    gamma: float = 0.98
-    gae_lambda: float = 0.95
-    clip_range: float = 0.2
-    entropy: float = 0.0
-    log_std: float = -0.7
-    final_log_std: float = -2.0
-    evaluate_every: int = 150_000
-    evaluation_games: int = 40
-    checkpoint_every: int = 100_000
-    seed: int = 0
-    threads: int = 2
+    critic_steps: StepsOrNone = 0
+    action_cells: Annotated[int, Range(2, 50)] = 5
+    width: Annotated[int, Range(8, 512)] = 32
+    total_steps: Steps = 2_400_000
+    num_envs: GamesAtOnce = 320
+    rollout: Annotated[int, Range(2, 65536)] = 32
+    batch_size: Annotated[int, Range(2, 10**7)] = 1024
+    epochs: Annotated[int, Range(1, 1000)] = 3
+    learning_rate: Share = 6e-4
+    gamma: Share = 0.98
+    gae_lambda: Share = 0.95
+    clip_range: Share = 0.2
+    entropy: Annotated[float, Range(-1.0, 1.0)] = 0.0
+    log_std: LogStd = -0.7
+    final_log_std: LogStd = -2.0
+    evaluate_every: Steps = 150_000
+    evaluation_games: Annotated[int, Range(2, 10**6)] = 40
+    checkpoint_every: Steps = 100_000
+    seed: Annotated[int, Range(0, 2**32 - 1)] = 0
+    threads: Annotated[int, Range(1, 1024)] = 2
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
         self.game.to_dict()  # refuses what no checkpoint can name
-        _check_names(self.opponents, "opponents")
         check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
-        check(isinstance(self.sizes, tuple), "sizes", self.sizes, "a tuple of numbers of drones")
-        for size in self.sizes:
-            check_count(size, "sizes", 1, 10_000)
-        _check_each(self, check_count, 1, 10**12, "total_steps", "evaluate_every", "checkpoint_every")
-        _check_each(self, check_count, 0, 10**12, "critic_steps")
-        _check_each(self, check_count, 8, 512, "width")
-        _check_each(self, check_count, 1, 65536, "num_envs")
-        _check_each(self, check_count, 2, 65536, "rollout")
-        _check_each(self, check_count, 2, 10**7, "batch_size")
-        _check_each(self, check_count, 1, 1000, "epochs")
-        _check_each(self, check_count, 2, 10**6, "evaluation_games")
-        _check_each(self, check_count, 0, 2**32 - 1, "seed")
-        _check_each(self, check_count, 1, 1024, "threads")
-        _check_each(self, check_number, 0.0, 1.0, "learning_rate", "gamma", "gae_lambda", "clip_range")
-        _check_each(self, check_number, -1.0, 1.0, "entropy")
-        _check_each(self, check_number, -10.0, 2.0, "log_std", "final_log_std")
         shared = self.num_envs % max(len(self.sizes), 1) == 0
         check(shared, "num_envs", self.num_envs, f"a multiple of {len(self.sizes)}, the number of sizes")
         check(self.evaluation_games % 2 == 0, "evaluation_games", self.evaluation_games, "even")
@@ -150,8 +127,7 @@ class TrainConfig(Config):
         kind, grid, cells = self.game.observations[0].kind, self.game.observations[0].grid, self.action_cells
         check(kind == "grids", "game.observation.kind", kind, "'grids', which the network is made for")
         check(self.width % 8 == 0, "width", self.width, "a multiple of 8, the symmetries of the square")
-        holds = isinstance(cells, int) and cells >= 2 and grid % cells == 0
-        check(holds, "action_cells", cells, f"a divisor of the observation's grid of {grid}, at least 2")
+        check(grid % cells == 0, "action_cells", cells, f"a divisor of the observation's grid of {grid}")
 
 
 RECIPES = {
@@ -199,25 +175,13 @@ class LeagueConfig(Config):
     learner: TrainConfig = field(default=RECIPES["long"])
     scripts: tuple[str, ...] = SCRIPTS
     initial_opponents: tuple[str, ...] = ()
-    seats: int = 16
-    cycle: int = 65_536
-    pfsp_exponent: float = 2.0
-    floor: float = 0.02
-    script_share: float = 0.5
-    snapshot_score: float = 0.65
-    snapshot_every: int = 500_000
-    exploiter_every: int = 1_500_000
-    exploiter_steps: int = 500_000
-    async_delay: int = 0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check(isinstance(self.learner, TrainConfig), "learner", self.learner, "a TrainConfig")
-        for name in ("scripts", "initial_opponents"):
-            _check_names(getattr(self, name), name)
-        _check_each(self, check_count, 1, 65536, "seats")
-        _check_each(self, check_count, 1, 10**12, "cycle", "snapshot_every", "exploiter_every")
-        _check_each(self, check_count, 0, 10**12, "exploiter_steps", "async_delay")
-        _check_each(self, check_number, 0.0, 100.0, "pfsp_exponent")
-        _check_each(self, check_number, 1e-6, 1.0, "floor")
-        _check_each(self, check_number, 0.0, 1.0, "script_share", "snapshot_score")
+    seats: GamesAtOnce = 16
+    cycle: Steps = 65_536
+    pfsp_exponent: Annotated[float, Range(0.0, 100.0)] = 2.0
+    floor: Annotated[float, Range(1e-6, 1.0)] = 0.02
+    script_share: Share = 0.5
+    snapshot_score: Share = 0.65
+    snapshot_every: Steps = 500_000
+    exploiter_every: Steps = 1_500_000
+    exploiter_steps: StepsOrNone = 500_000
+    async_delay: StepsOrNone = 0

@@ -9,7 +9,7 @@ from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from benchmarks.csv_table import write_csv
 from benchmarks.systems_ladder.contest import (
@@ -26,7 +26,7 @@ from benchmarks.systems_ladder.page import tables, to_markdown
 from benchmarks.systems_ladder.pictures import draw_field, draw_times
 from benchmarks.systems_ladder.traits import measure_traits
 from swarm_pz.config import GameConfig
-from swarm_pz.config.base import Config, check, check_count
+from swarm_pz.config.base import Config, Range, check
 from swarm_pz.errors import ResultsError, Stopped
 from swarm_pz.evaluation.ledger import folder_lock
 from swarm_pz.evaluation.provenance import provenance
@@ -64,18 +64,15 @@ class SystemsConfig(Config):
 
     systems: tuple[str, ...] = ()
     tracks: tuple[str, ...] = tuple(TRACKS)
-    pilot_games: int = 20
-    games: int = 40
-    starts: int = 20
-    seconds: int = 30
-    seed: int = 0
+    pilot_games: Annotated[int, Range(2, 10**6)] = 20
+    games: Annotated[int, Range(2, 10**6)] = 40
+    starts: Annotated[int, Range(2, 10**4)] = 20
+    seconds: Annotated[int, Range(1, 10**4)] = 30
+    seed: Annotated[int, Range(0, 2**32 - 1)] = 0
     game: GameConfig = field(default_factory=GameConfig)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        most = {"pilot_games": (2, 10**6), "games": (2, 10**6), "starts": (2, 10**4), "seconds": (1, 10**4)}
-        for name, (low, high) in {**most, "seed": (0, 2**32 - 1)}.items():
-            check_count(getattr(self, name), name, low, high)
         for name in ("pilot_games", "games"):
             check(getattr(self, name) % 2 == 0, name, getattr(self, name), "even, half for each side")
         check(set(self.tracks) <= set(TRACKS) and self.tracks != (), "tracks", self.tracks, f"of {', '.join(TRACKS)}")

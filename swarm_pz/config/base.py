@@ -1,14 +1,16 @@
-"""What every configuration is made of: checked fields, plain dicts in and out, and a hash."""
+"""Base of every configuration: checked fields, plain dicts in and out, and a hash."""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import hashlib
 import json
+import math
 import types
 import typing
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -20,38 +22,108 @@ _LONGEST = 200
 """Characters of a value that a message shows."""
 
 
+class Range(NamedTuple):
+    """Ends of the numbers that a field takes, both among them: `share: Annotated[float, Range(0.0, 1.0)]`."""
+
+    low: float
+    high: float
+
+
+_EVERY = Range(-math.inf, math.inf)
+_WORDS = {bool: "True or False", types.NoneType: "None", str: "a text", Any: "anything"}
+
+Share = Annotated[float, Range(0.0, 1.0)]
+ToMillion = Annotated[float, Range(0.0, 1e6)]
+
+
 def check(holds: bool, name: str, value: object, expected: str) -> None:
     """Raise a ConfigError that names field, value and range, unless the value holds."""
     if not holds:
         raise ConfigError(f"{name} must be {expected}, got {_shown(value)}")
 
 
-def _shown(value: object) -> str:
-    """Return a value as a message shows it; Python refuses to write whole numbers of thousands of digits."""
-    if isinstance(value, int) and value.bit_length() > 4 * _LONGEST:
-        return f"a whole number of {value.bit_length()} bits"
-    text = repr(value)
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+def check_type(value: Any, name: str, hint: Any) -> Any:
+    """Return a value of a type as annotations write it; one of NumPy as Python's."""
+    value = _one_form(value)
+    check(_fits(value, hint), name, value, _words(hint))
+    return value
 
 
 def check_number(value: Any, name: str, low: float, high: float) -> float:
-    """Return a finite real number in [low, high]; one of NumPy as Python's."""
-    is_number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    # Compared as they are: a whole number may be too large for a float. NaN is in no range.
-    check(bool(is_number and low <= value <= high), name, value, f"a number in [{low:g}, {high:g}]")
-    return float(value)
+    """Return a real number in [low, high]."""
+    return float(check_type(value, name, Annotated[float, Range(low, high)]))
 
 
 def check_count(value: Any, name: str, low: int, high: int) -> int:
-    """Return a whole number in [low, high]; one of NumPy as Python's."""
-    holds = isinstance(value, (int, np.integer)) and not isinstance(value, bool) and low <= value <= high
-    check(bool(holds), name, value, f"a whole number in [{low}, {high}]")
-    return int(value)
+    """Return a whole number in [low, high]."""
+    return int(check_type(value, name, Annotated[int, Range(low, high)]))
 
 
 def check_choice(value: object, name: str, choices: tuple[str, ...]) -> None:
     """Check that a value is one of some names."""
     check(isinstance(value, str) and value in choices, name, value, " or ".join(map(repr, choices)))
+
+
+def _shown(value: object) -> str:
+    """Return a value as a message shows it; Python does not write whole numbers of thousands of digits."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return "numbers of thousands of digits"
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def _parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    """Return the origin of a type and its arguments; every union alike."""
+    origin = typing.get_origin(hint)
+    return (types.UnionType if origin is typing.Union else origin), typing.get_args(hint)
+
+
+def _fits(value: Any, hint: Any, ends: Range = _EVERY) -> bool:
+    """Return whether a value is of a type; NaN is in no range."""
+    origin, args = _parts(hint)
+    if origin is Annotated:
+        return _fits(value, args[0], next((one for one in args[1:] if isinstance(one, Range)), ends))
+    if origin is types.UnionType:
+        return any(_fits(value, one, ends) for one in args)
+    if origin is Literal:
+        return isinstance(value, str) and value in args
+    if origin is tuple and isinstance(value, tuple):
+        items = args[:1] * len(value) if args[-1] is Ellipsis else args
+        return len(items) == len(value) and all(_fits(*pair, ends) for pair in zip(value, items, strict=True))
+    if hint in (int, float):
+        is_number = isinstance(value, int if hint is int else (int, float)) and not isinstance(value, bool)
+        return is_number and ends.low <= value <= ends.high  # as they are: an int may be too large for a float
+    kind = origin or hint
+    return not isinstance(kind, type) or isinstance(value, kind)
+
+
+def _words(hint: Any, ends: Range = _EVERY) -> str:
+    """Return a type in words."""
+    origin, args = _parts(hint)
+    if origin is Annotated:
+        return _words(args[0], next((one for one in args[1:] if isinstance(one, Range)), ends))
+    if origin is types.UnionType:
+        return " or ".join(_words(one, ends) for one in args)
+    if origin is Literal:
+        return " or ".join(map(repr, args))
+    if origin is tuple:
+        return f"a {'tuple' if args[-1] is Ellipsis else 'pair'}, each {_words(args[0], ends)}"
+    if hint in (int, float):
+        form = "" if hint is int else "g"
+        within = "" if ends is _EVERY else f" in [{ends.low:{form}}, {ends.high:{form}}]"
+        return f"{'a whole number' if hint is int else 'a number'}{within}"
+    name = getattr(origin or hint, "__name__", str(hint))
+    return _WORDS.get(hint, f"{'an' if name[0] in 'AEIOU' else 'a'} {name}")
+
+
+@functools.cache
+def hints_of(kind: type) -> dict[str, Any]:
+    """Return the types of a configuration's fields, with their ranges."""
+    try:
+        return typing.get_type_hints(kind, include_extras=True)
+    except NameError:  # another package's, of names that it imports for type checkers alone
+        return {}
 
 
 def hash_exempt(default: Any, metadata: Mapping[str, Any] | None = None) -> Any:
@@ -60,18 +132,28 @@ def hash_exempt(default: Any, metadata: Mapping[str, Any] | None = None) -> Any:
 
 
 class Config:
-    """Refuses unknown names with the nearest known one; reads and writes plain dicts.
+    """Checked fields; unknown names are refused with the nearest known one; plain dicts in and out.
 
-    What means the same is kept the same, before anything is checked: numpy's scalars as Python's, lists as
-    tuples, and a pair of two equal values as that value where a field is `PER_TEAM`.
+    Values that mean the same are kept the same: numpy's scalars as Python's, lists as tuples, and a pair of two equal
+    values as that value where a field is `PER_TEAM`. Each value must then be of its field's type, a number in its
+    `Range`; a subclass checks what depends on several fields.
     """
 
+    _section: ClassVar[str] = ""
+
     def __post_init__(self) -> None:
-        """Keep every field in its one form; the checks of a subclass come after this."""
+        hints = hints_of(type(self))  # type: ignore[arg-type]
         for entry in dataclasses.fields(self):  # type: ignore[arg-type]
             value = _one_form(getattr(self, entry.name))
             is_pair = "per_team" in entry.metadata and isinstance(value, tuple) and len(value) == 2
-            object.__setattr__(self, entry.name, value[0] if is_pair and _are_equal(*value) else value)
+            value = value[0] if is_pair and _are_equal(*value) else value
+            object.__setattr__(self, entry.name, value)
+            if value is not entry.default and entry.name in hints:
+                check_type(value, self._path(entry.name), hints[entry.name])
+
+    def _path(self, field: str) -> str:
+        """Return what an error calls a field, as `spawn.inset`."""
+        return f"{self._section}.{field}" if self._section else field
 
     def __new__(cls, *_: object, **given: object) -> Self:
         """Refuse unknown names before `__init__` would, with a better message."""
@@ -100,7 +182,7 @@ class Config:
             is_needed = entry.default is entry.default_factory is dataclasses.MISSING
             if is_needed and entry.name not in values:
                 raise ConfigError(f"{cls.__name__} needs the field {entry.name!r}, got {_shown(dict(values))}")
-        hints = typing.get_type_hints(cls)
+        hints = hints_of(cls)  # type: ignore[arg-type]
         return cls(**{name: _from_plain(hints.get(name), value) for name, value in values.items()})
 
     def replace(self, **changes: Any) -> Self:
@@ -150,8 +232,8 @@ def _are_equal(red: Any, blue: Any) -> bool:
 
 def _from_plain(hint: Any, value: Any) -> Any:
     """Turn a plain value into what a field of type `hint` holds."""
-    is_union = isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union
-    options = typing.get_args(hint) if is_union else (hint,)
+    origin, args = _parts(hint)
+    options = args if origin is types.UnionType else (hint,)
     if isinstance(value, Mapping):
         for option in options:
             if isinstance(option, type) and issubclass(option, Config) and hasattr(option, "__dataclass_fields__"):

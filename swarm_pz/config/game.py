@@ -5,18 +5,9 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
-from swarm_pz.config.base import (
-    PER_TEAM,
-    Config,
-    canonical,
-    check,
-    check_count,
-    check_number,
-    digest,
-    hash_exempt,
-)
+from swarm_pz.config.base import PER_TEAM, Config, Range, canonical, check, digest, hash_exempt
 from swarm_pz.config.constants import (
     CONTROL_PERIOD,
     GRID_CELLS,
@@ -41,6 +32,8 @@ from swarm_pz.errors import ConfigError, UnknownNameError, nearest
 
 Controller = str | ControlSystem
 """Who flies a team: the name of an installed control system, or one with numbers of its own."""
+TeamSize = Annotated[int, Range(0, 10_000)]
+Duration = Annotated[float, Range(CONTROL_PERIOD, 1e6)]
 _NOT_RULES = ("observation", "reward")
 """Fields of a `GameConfig` that change no game between two policies."""
 
@@ -80,10 +73,10 @@ class GameConfig(Config):
     0.75
     """
 
-    drones_per_team: int | tuple[int, int] = field(default=10, metadata=PER_TEAM)
-    time_limit: float = 300.0
-    command_period: float = 1.0
-    command_cells: int = 10
+    drones_per_team: TeamSize | tuple[TeamSize, TeamSize] = field(default=10, metadata=PER_TEAM)
+    time_limit: Duration = 300.0
+    command_period: Duration = 1.0
+    command_cells: Annotated[int, Range(2, GRID_CELLS)] = 10
     spawn: SpawnConfig = field(default_factory=SpawnConfig)
     memory: MemoryConfig = field(default_factory=MemoryConfig)
     capture: CaptureConfig = field(default_factory=CaptureConfig)
@@ -97,45 +90,18 @@ class GameConfig(Config):
     dynamics: DynamicsConfig = hash_exempt(DynamicsConfig())
 
     def __post_init__(self) -> None:
+        given = self.controllers
+        read = tuple(map(read_choice, given)) if isinstance(given, (list, tuple)) else read_choice(given)
+        object.__setattr__(self, "controllers", read)
         super().__post_init__()
-        sizes = self.drones_per_team
-        if isinstance(sizes, tuple):
-            check(len(sizes) == 2, "drones_per_team", sizes, "a whole number or a pair (red, blue)")
         # A team without drones has lost already, unless nobody can be captured.
-        check(isinstance(self.capture, CaptureConfig), "capture", self.capture, "a CaptureConfig")
-        fewest = 1 if self.capture.enabled else 0
-        for size in self.team_sizes:
-            check_count(size, "drones_per_team", fewest, 10_000)
-        check(sum(self.team_sizes) > 0, "drones_per_team", sizes, "at least one drone in all")
-        check_number(self.time_limit, "time_limit", CONTROL_PERIOD, 1e6)
-        check_number(self.command_period, "command_period", CONTROL_PERIOD, 1e6)
+        is_legal = min(self.team_sizes) > 0 or not self.capture.enabled
+        check(is_legal, "drones_per_team", self.drones_per_team, "at least 1 for each team, unless captures are off")
+        check(sum(self.team_sizes) > 0, "drones_per_team", self.drones_per_team, "at least one drone in all")
         for name in ("time_limit", "command_period"):
-            periods = getattr(self, name) / CONTROL_PERIOD
-            check(
-                abs(periods - round(periods)) < 1e-6,
-                name,
-                getattr(self, name),
-                "a whole number of control periods of 0.1 s",
-            )
-        check_count(self.command_cells, "command_cells", 2, GRID_CELLS)
-        check(
-            len(self.observations) == 2 and all(isinstance(one, ObservationConfig) for one in self.observations),
-            "observation",
-            self.observation,
-            "an ObservationConfig or a pair of them",
-        )
-        for name, kind in (
-            ("spawn", SpawnConfig),
-            ("memory", MemoryConfig),
-            ("controller", ControllerConfig),
-            ("reward", RewardConfig),
-            ("flocking", FlockingConfig),
-            ("dynamics", DynamicsConfig),
-        ):
-            check(isinstance(getattr(self, name), kind), name, getattr(self, name), f"a {kind.__name__}")
-        check(len(self._controllers) == 2, "controllers", self.controllers, "a control system or a pair of them")
-        red, blue = map(read_choice, self._controllers)
-        object.__setattr__(self, "controllers", red if red == blue else (red, blue))
+            seconds = getattr(self, name)
+            periods = seconds / CONTROL_PERIOD
+            check(abs(periods - round(periods)) < 1e-6, name, seconds, "a whole number of control periods of 0.1 s")
 
     @classmethod
     def preset(cls, name: str) -> GameConfig:

@@ -8,16 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, Self, get_args
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
-from swarm_pz.config.base import (
-    Config,
-    check,
-    check_choice,
-    check_count,
-    check_number,
-    hash_exempt,
-)
+from swarm_pz.config.base import Config, Range, Share, ToMillion, check, hash_exempt
 from swarm_pz.config.constants import (
     CHANNELS,
     GRID_CELLS,
@@ -55,19 +48,19 @@ class SpawnConfig(Config):
         at rest. Drawn after all else, so that the places of a seed's start do not depend on it.
     """
 
-    inset: float = 0.1
-    radius: float = 0.08
+    _section: ClassVar[str] = "spawn"
+
+    inset: Annotated[float, Range(0.0, 0.5)] = 0.1
+    radius: Annotated[float, Range(0.0, 0.5)] = 0.08
     layout: Literal["corners", "squares"] = hash_exempt("corners")
-    side: float = hash_exempt(0.1)
-    speed: float = hash_exempt(0.0)
+    side: Share = hash_exempt(0.1)
+    speed: Annotated[float, Range(0.0, 10.0)] = hash_exempt(0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_number(self.inset, "spawn.inset", 0.0, 0.5)
-        check_number(self.radius, "spawn.radius", 0.0, self.inset if self.layout == "corners" else 0.5)
-        check_choice(self.layout, "spawn.layout", ("corners", "squares"))
-        check_number(self.side, "spawn.side", 0.0, 1.0 - self.inset)
-        check_number(self.speed, "spawn.speed", 0.0, 10.0)
+        fits = self.layout == "squares" or self.radius <= self.inset
+        check(fits, "spawn.radius", self.radius, f"at most spawn.inset, {self.inset:g}")
+        check(self.side <= 1.0 - self.inset, "spawn.side", self.side, f"at most 1 - spawn.inset, {1 - self.inset:g}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,24 +83,20 @@ class MemoryConfig(Config):
         the table, holds what is in force where it asks for that again, and sends whatever else it asks for.
     """
 
-    trail: float | None = 5.0
-    controller: float | None = 4.0
+    _section: ClassVar[str] = "memory"
+
+    trail: Annotated[float, Range(1 / TICKS_PER_SECOND, LONGEST_TRAIL)] | None = 5.0
+    controller: Annotated[float, Range(0.01, 1e6)] | None = 4.0
     trail_forgotten_on: tuple[Occasion, ...] = hash_exempt(())
     controller_forgotten_on: tuple[Occasion, ...] = hash_exempt(("capture",))
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.trail is not None:
-            check_number(self.trail, "memory.trail", 1 / TICKS_PER_SECOND, LONGEST_TRAIL)
-            ticks = self.trail * TICKS_PER_SECOND
-            check(abs(ticks - round(ticks)) < 1e-6, "memory.trail", self.trail, "a whole number of ticks of 1/30 s")
-        if self.controller is not None:
-            check_number(self.controller, "memory.controller", 0.01, 1e6)
+        ticks = (self.trail or 0.0) * TICKS_PER_SECOND
+        check(abs(ticks - round(ticks)) < 1e-6, "memory.trail", self.trail, "a whole number of ticks of 1/30 s")
         for name in ("trail_forgotten_on", "controller_forgotten_on"):
-            occasions, known = getattr(self, name), get_args(Occasion)
-            fits = isinstance(occasions, tuple) and all(occasion in known for occasion in occasions)
-            check(fits, f"memory.{name}", occasions, f"a tuple of any of {', '.join(known)}")
-            object.__setattr__(self, name, tuple(occasion for occasion in known if occasion in occasions))
+            occasions = getattr(self, name)
+            object.__setattr__(self, name, tuple(one for one in get_args(Occasion) if one in occasions))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,15 +114,11 @@ class CaptureConfig(Config):
         believes to cover, with the averages rescaled to [0, 1]; see `swarm_pz.kernels.reconstruction`.
     """
 
-    enabled: bool = True
-    threshold: float = 0.75
-    field: Literal["occupancy", "reconstruction"] = hash_exempt("occupancy")
+    _section: ClassVar[str] = "capture"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check(isinstance(self.enabled, bool), "capture.enabled", self.enabled, "True or False")
-        check_number(self.threshold, "capture.threshold", 0.001, 0.999)
-        check_choice(self.field, "capture.field", ("occupancy", "reconstruction"))
+    enabled: bool = True
+    threshold: Annotated[float, Range(0.001, 0.999)] = 0.75
+    field: Literal["occupancy", "reconstruction"] = hash_exempt("occupancy")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,16 +154,18 @@ class ControllerConfig(Config):
         none, and coast.
     """
 
-    modes: int = 10
-    horizon: int = 10
-    ergodic_weight: float = 200.0
-    control_weight: float = 0.1
-    wall_weight: float = 100.0
-    wall_margin: float = 0.05
-    max_acceleration: float = 1.0
+    _section: ClassVar[str] = "controller"
+
+    modes: Annotated[int, Range(2, MAX_MODES)] = 10
+    horizon: Annotated[int, Range(2, 100)] = 10
+    ergodic_weight: ToMillion = 200.0
+    control_weight: Annotated[float, Range(1e-4, 1e6)] = 0.1
+    wall_weight: ToMillion = 100.0
+    wall_margin: Annotated[float, Range(0.0, 0.5)] = 0.05
+    max_acceleration: Annotated[float, Range(1e-9, 100.0)] = 1.0
     spectrum: Literal["sobolev", "exponential"] = hash_exempt("sobolev")
-    communication_radius: float | None = hash_exempt(None)
-    target_mass: float = hash_exempt(1.0)
+    communication_radius: Annotated[float, Range(0.0, 2.0)] | None = hash_exempt(None)
+    target_mass: Annotated[float, Range(1e-3, 1e3)] = hash_exempt(1.0)
     warm_start: bool = hash_exempt(False)
 
     @classmethod
@@ -187,21 +174,6 @@ class ControllerConfig(Config):
         if isinstance(values, Mapping):
             values = {name: value for name, value in values.items() if (name, value) not in _REMOVED}
         return super().from_dict(values)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_count(self.modes, "controller.modes", 2, MAX_MODES)
-        check_count(self.horizon, "controller.horizon", 2, 100)
-        check_number(self.ergodic_weight, "controller.ergodic_weight", 0.0, 1e6)
-        check_number(self.control_weight, "controller.control_weight", 1e-4, 1e6)
-        check_number(self.wall_weight, "controller.wall_weight", 0.0, 1e6)
-        check_number(self.wall_margin, "controller.wall_margin", 0.0, 0.5)
-        check_number(self.max_acceleration, "controller.max_acceleration", 1e-9, 100.0)
-        check_choice(self.spectrum, "controller.spectrum", ("sobolev", "exponential"))
-        if self.communication_radius is not None:
-            check_number(self.communication_radius, "controller.communication_radius", 0.0, 2.0)
-        check_number(self.target_mass, "controller.target_mass", 1e-3, 1e3)
-        check(isinstance(self.warm_start, bool), "controller.warm_start", self.warm_start, "True or False")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,31 +198,21 @@ class FlockingConfig(Config):
         Seconds that each attractor of a command is in force before the next one is; the last one stays.
     """
 
-    alignment: float = 0.1
-    cohesion: float = 0.1
-    separation: float = 0.15
-    migration: tuple[float, float] = (50.0, 100.0)
-    communication_radius: float = 0.15
-    separation_radius: float = 0.05
-    max_turn: float = math.pi / 10
-    speed: float = 0.25
-    dwell: float = hash_exempt(5.0)
+    _section: ClassVar[str] = "flocking"
+
+    alignment: ToMillion = 0.1
+    cohesion: ToMillion = 0.1
+    separation: ToMillion = 0.15
+    migration: tuple[ToMillion, ToMillion] = (50.0, 100.0)
+    communication_radius: Annotated[float, Range(0.0, 2.0)] = 0.15
+    separation_radius: Annotated[float, Range(0.0, 2.0)] = 0.05
+    max_turn: Annotated[float, Range(1e-3, math.pi)] = math.pi / 10
+    speed: Annotated[float, Range(1e-3, 10.0)] = 0.25
+    dwell: Annotated[float, Range(0.1, 1e6)] = hash_exempt(5.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("alignment", "cohesion", "separation"):
-            check_number(getattr(self, name), f"flocking.{name}", 0.0, 1e6)
-        is_pair = isinstance(self.migration, tuple) and len(self.migration) == 2
-        check(is_pair, "flocking.migration", self.migration, "a pair (least, largest)")
-        least, largest = self.migration
-        check_number(least, "flocking.migration[0]", 0.0, 1e6)
-        check_number(largest, "flocking.migration[1]", least, 1e6)
-        object.__setattr__(self, "migration", (float(least), float(largest)))
-        check_number(self.communication_radius, "flocking.communication_radius", 0.0, 2.0)
-        check_number(self.separation_radius, "flocking.separation_radius", 0.0, 2.0)
-        check_number(self.max_turn, "flocking.max_turn", 1e-3, math.pi)
-        check_number(self.speed, "flocking.speed", 1e-3, 10.0)
-        check_number(self.dwell, "flocking.dwell", 0.1, 1e6)
+        check(self.migration[0] <= self.migration[1], "flocking.migration", self.migration, "(least, largest)")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -272,17 +234,15 @@ class DynamicsConfig(Config):
         that must fly cannot fail.
     """
 
-    speed_factor: float = 1.0
-    failure_rate: float = 0.0
-    repair_rate: float = 0.0
-    min_speed: float = hash_exempt(0.0)
+    _section: ClassVar[str] = "dynamics"
+
+    speed_factor: Annotated[float, Range(1e-3, 10.0)] = 1.0
+    failure_rate: Annotated[float, Range(0.0, 1e3)] = 0.0
+    repair_rate: Annotated[float, Range(0.0, 1e3)] = 0.0
+    min_speed: Annotated[float, Range(0.0, 2.0)] = hash_exempt(0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_number(self.speed_factor, "dynamics.speed_factor", 1e-3, 10.0)
-        check_number(self.failure_rate, "dynamics.failure_rate", 0.0, 1e3)
-        check_number(self.repair_rate, "dynamics.repair_rate", 0.0, 1e3)
-        check_number(self.min_speed, "dynamics.min_speed", 0.0, 2.0)
         stands = self.min_speed == 0.0 or self.failure_rate == 0.0
         check(stands, "dynamics.failure_rate", self.failure_rate, "0 with a min_speed: failed drones stand still")
 
@@ -302,18 +262,17 @@ class ObservationConfig(Config):
         no time.
     """
 
+    _section: ClassVar[str] = "observation"
+
     kind: Literal["grids", "entities", "drones"] = "grids"
-    grid: int = GRID_CELLS
+    grid: Annotated[int, Range(1, GRID_CELLS)] = GRID_CELLS
     channels: tuple[str, ...] = CHANNELS
 
     def __post_init__(self) -> None:
         super().__post_init__()
         every = CHANNELS + MOTION_CHANNELS
-        known = isinstance(self.channels, tuple) and all(channel in every for channel in self.channels)
-        fits = known and 0 < len(self.channels) == len(set(self.channels))
+        fits = set(self.channels) <= set(every) and 0 < len(self.channels) == len(set(self.channels))
         check(fits, "observation.channels", self.channels, f"different ones of {', '.join(every)}")
-        check_choice(self.kind, "observation.kind", ("grids", "entities", "drones"))
-        check_count(self.grid, "observation.grid", 1, GRID_CELLS)
         check(GRID_CELLS % self.grid == 0, "observation.grid", self.grid, f"a divisor of {GRID_CELLS}")
 
 
@@ -329,10 +288,7 @@ class RewardConfig(Config):
         Weight of +1 for a win and -1 for a loss.
     """
 
-    size_change: float = 1.0
-    outcome: float = 1.0
+    _section: ClassVar[str] = "reward"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_number(self.size_change, "reward.size_change", -1e6, 1e6)
-        check_number(self.outcome, "reward.outcome", -1e6, 1e6)
+    size_change: Annotated[float, Range(-1e6, 1e6)] = 1.0
+    outcome: Annotated[float, Range(-1e6, 1e6)] = 1.0

@@ -76,6 +76,7 @@ class ControlSystem(Config):
         super().__init_subclass__()
         if "name" not in vars(cls):
             cls.name = f"{cls.__module__}:{cls.__qualname__}"
+        cls._section = cls.name
 
     def tag(self) -> dict[str, str]:
         """Return the name, which stands among a system's plain values."""

@@ -14,13 +14,13 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.config.base import Config, check, check_count, check_number
+from swarm_pz.config.base import Config, Range, check
 from swarm_pz.errors import CommandError, Stopped
 from swarm_pz.evaluation.bundles import PolicyBundle, VerifyingLoader
 from swarm_pz.evaluation.ledger import Ledger, PlayedGame, distinct, folder_lock
@@ -57,18 +57,14 @@ class TournamentConfig(Config):
         in all games of the two.
     """
 
-    games: int = 40
-    seed: int = 0
-    budget_ms: float = 2000.0
+    games: Annotated[int, Range(2, 10**6)] = 40
+    seed: Annotated[int, Range(0, 2**128 - 1)] = 0
+    budget_ms: Annotated[float, Range(1e-3, 1e7)] = 2000.0
     game: GameConfig = field(default_factory=GameConfig)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_count(self.games, "games", 2, 10**6)
         check(self.games % 2 == 0, "games", self.games, "even, half for each side")
-        check_count(self.seed, "seed", 0, 2**128 - 1)
-        check_number(self.budget_ms, "budget_ms", 1e-3, 1e7)
-        check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
         self.game.to_dict()  # refuses what the folder cannot name
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Annotated, Literal
 
 from swarm_pz.config import TEAM_NAMES
-from swarm_pz.config.base import Config, check, check_choice, check_count, check_number
+from swarm_pz.config.base import Config, Range, Share, check
 from swarm_pz.errors import ConfigError, nearest
 from swarm_pz.files import read_toml
 
-HIDEABLE = ("opponents", "ground", "trails", "target")
-"""What a seat may not be shown."""
+Hideable = Literal["opponents", "ground", "trails", "target"]
+Delay = Annotated[float, Range(0.0, 5000.0)]
 FULL_RATE = 30
 """The frame rate that leaves nothing out."""
 
@@ -36,26 +37,17 @@ class Factors(Config):
         That policy.
     """
 
-    command_delay_ms: float = 0.0
-    display_delay_ms: float = 0.0
-    frame_rate: int = FULL_RATE
-    speed: float = 1.0
-    hide: tuple[str, ...] = ()
-    share: float = 0.0
+    command_delay_ms: Delay = 0.0
+    display_delay_ms: Delay = 0.0
+    frame_rate: Annotated[int, Range(1, FULL_RATE)] = FULL_RATE
+    speed: Annotated[float, Range(0.25, 2.0)] = 1.0
+    hide: tuple[Hideable, ...] = ()
+    share: Share = 0.0
     helper: str = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("command_delay_ms", "display_delay_ms"):
-            check_number(getattr(self, name), name, 0.0, 5000.0)
-        check_count(self.frame_rate, "frame_rate", 1, FULL_RATE)
-        check_number(self.speed, "speed", 0.25, 2.0)
-        check_number(self.share, "share", 0.0, 1.0)
-        check(isinstance(self.helper, str), "helper", self.helper, "a policy's name")
         check(self.share == 0.0 or bool(self.helper), "helper", self.helper, "a policy, if it has a share")
-        check(isinstance(self.hide, tuple), "hide", self.hide, "a list of names")
-        for name in self.hide:
-            check_choice(name, "hide", HIDEABLE)
 
     @property
     def bare(self) -> Factors:

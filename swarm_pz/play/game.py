@@ -7,18 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
-from swarm_pz.config.base import Config, check, check_number, hash_exempt
+from swarm_pz.config.base import Config, Range, check, hash_exempt
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.fourier import SAME_TARGET
 from swarm_pz.kernels.game import Games
 from swarm_pz.play.commands import Command, CommandReader
 from swarm_pz.play.factors import Factors
-from swarm_pz.play.strokes import MAPPINGS, Mapping, mapping_of
+from swarm_pz.play.strokes import Mapping, mapping_of
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import CheckedCommands, make_target
 from swarm_pz.simulator.spawn import Seed
@@ -46,26 +46,18 @@ class TableConfig(Config):
     """
 
     game: GameConfig = field(default_factory=GameConfig)
-    min_command_interval: float = 0.5
+    min_command_interval: Annotated[float, Range(0.0, 60.0)] = 0.5
     mapping: Mapping = None  # type: ignore[assignment]  # None until the rules are known
-    speed: float = 1.0
+    speed: Annotated[float, Range(0.1, 10.0)] = 1.0
     factors: tuple[Factors, Factors] = (Factors(), Factors())
     majority: bool = hash_exempt(False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
         self.game.to_dict()  # refuses what no recording can name
-        check_number(self.min_command_interval, "min_command_interval", 0.0, 60.0)
         if vars(self)["mapping"] is None:  # whatever its type says
             object.__setattr__(self, "mapping", mapping_of(self.game))
-        is_known = isinstance(self.mapping, str) and self.mapping in MAPPINGS
-        check(is_known, "mapping", self.mapping, f"one of {', '.join(MAPPINGS)}")
-        check_number(self.speed, "speed", 0.1, 10.0)
-        check(isinstance(self.majority, bool), "majority", self.majority, "True or False")
         pair = self.factors
-        fits = isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(one, Factors) for one in pair)
-        check(fits, "factors", pair, "a pair of Factors, red's and blue's")
         object.__setattr__(self, "factors", tuple(one.bare for one in pair))
         speeds = {one.speed for one in pair} - {1.0}
         check(len(speeds) < 2, "factors: speed", sorted(speeds), "the same for both seats: a table has one clock")

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.config.base import check, check_count, check_number
+from swarm_pz.config.base import Range
 from swarm_pz.config.system import Flight
 from swarm_pz.kernels.controllers.coverage import CoverageParameters, Grid, cover
 from swarm_pz.systems.ergodic import Densities
@@ -48,24 +48,13 @@ class Coverage(Densities):
     name: ClassVar[str] = "coverage"
     shares: ClassVar[str] = "its position"
 
-    gain: float = 1.0
-    blend: float = 1.0
-    floor: float = 0.02
+    gain: Annotated[float, Range(0.0, 100.0)] = 1.0
+    blend: Annotated[float, Range(0.01, 1e3)] = 1.0
+    floor: Annotated[float, Range(1e-6, 1.0)] = 0.02
     neighbours: bool = True
-    speed: float = 0.3
-    response: float = 0.3
-    grid: int = 50
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        super().__post_init__()
-        check_number(self.gain, "coverage.gain", 0.0, 100.0)
-        check_number(self.blend, "coverage.blend", 0.01, 1e3)
-        check_number(self.floor, "coverage.floor", 1e-6, 1.0)
-        check_number(self.speed, "coverage.speed", 1e-3, 10.0)
-        check_number(self.response, "coverage.response", 0.01, 1e3)
-        check(isinstance(self.neighbours, bool), "coverage.neighbours", self.neighbours, "True or False")
-        check_count(self.grid, "coverage.grid", 2, 200)
+    speed: Annotated[float, Range(1e-3, 10.0)] = 0.3
+    response: Annotated[float, Range(0.01, 1e3)] = 0.3
+    grid: Annotated[int, Range(2, 200)] = 50
 
     def solve(self, flight: Flight, config: GameConfig) -> NDArray[np.float64]:
         """Steer towards the centroids; see `swarm_pz.kernels.controllers.coverage.cover`."""

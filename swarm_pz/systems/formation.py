@@ -9,14 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.config.base import check_number
+from swarm_pz.config.base import Range
 from swarm_pz.config.system import ControlSystem, Flight
 from swarm_pz.config.values import check_values, describe
 from swarm_pz.errors import CommandError, nearest
@@ -61,15 +61,9 @@ class Formation(ControlSystem):
     shares: ClassVar[str] = "its position"
     shapes: ClassVar[tuple[str, ...]] = SHAPES
 
-    stiffness: float = 4.0
-    damping: float = 4.0
-    margin: float = 0.02
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_number(self.stiffness, "formation.stiffness", 0.0, 1e4)
-        check_number(self.damping, "formation.damping", 0.0, 1e3)
-        check_number(self.margin, "formation.margin", 0.0, 0.5)
+    stiffness: Annotated[float, Range(0.0, 1e4)] = 4.0
+    damping: Annotated[float, Range(0.0, 1e3)] = 4.0
+    margin: Annotated[float, Range(0.0, 0.5)] = 0.02
 
     # --- commands -----------------------------------------------------------------------------
 

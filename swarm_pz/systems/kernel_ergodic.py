@@ -7,13 +7,13 @@ Robotics, 2025); `swarm_pz.kernels.controllers.kernel_ergodic` flies.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
-from swarm_pz.config.base import check_count, check_number
+from swarm_pz.config.base import Range
 from swarm_pz.config.system import Flight
 from swarm_pz.kernels.controllers.kernel_ergodic import KernelErgodicParameters, descend
 from swarm_pz.systems.ergodic import Densities
@@ -60,20 +60,11 @@ class KernelErgodic(Densities):
     name: ClassVar[str] = "kernel_ergodic"
     shares: ClassVar[str] = "its position and velocity"
 
-    gain: float = 8.0
-    length: float = 0.87
-    softening: float = 0.17
-    damping: float = 0.0
-    horizon: int = 6
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        super().__post_init__()
-        check_number(self.gain, "kernel_ergodic.gain", 0.0, 1e3)
-        check_number(self.length, "kernel_ergodic.length", 0.01, 100.0)
-        check_number(self.softening, "kernel_ergodic.softening", 1e-3, 10.0)
-        check_number(self.damping, "kernel_ergodic.damping", 0.0, 1e3)
-        check_count(self.horizon, "kernel_ergodic.horizon", 0, 100)
+    gain: Annotated[float, Range(0.0, 1e3)] = 8.0
+    length: Annotated[float, Range(0.01, 100.0)] = 0.87
+    softening: Annotated[float, Range(1e-3, 10.0)] = 0.17
+    damping: Annotated[float, Range(0.0, 1e3)] = 0.0
+    horizon: Annotated[int, Range(0, 100)] = 6
 
     def solve(self, flight: Flight, config: GameConfig) -> NDArray[np.float64]:
         """Steer down the metric; see `swarm_pz.kernels.controllers.kernel_ergodic.descend`."""

@@ -12,24 +12,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.config.base import check_choice, check_count, check_number
+from swarm_pz.config.base import Range, Share
 from swarm_pz.config.system import ControlSystem, Flight
 from swarm_pz.config.values import describe
 from swarm_pz.errors import CommandError
 from swarm_pz.spaces.densities import density_at
 
-Appointment = Literal["nearest", "lowest"]
-
+Gain = Annotated[float, Range(0.0, 1e4)]
 Array = NDArray[np.float64]
 
-_MOST_LEADERS = 100
 _APART = 0.25
 """Distance of several leaders from the middle of what they surround, in map widths."""
 _CLOSE = 1e-6
@@ -71,28 +69,17 @@ class LeaderFollower(ControlSystem):
     turns: ClassVar[str] = "places"
     shares: ClassVar[str] = "its position and velocity"
 
-    leaders: int = 2
-    appoint: Appointment = "nearest"
-    foresight: float = 0.5
-    stiffness: float = 4.0
-    damping: float = 4.0
-    cohesion: float = 4.0
-    alignment: float = 4.0
-    leadership: float = 0.5
-    separation: float = 2.0
-    separation_radius: float = 0.1
-    margin: float = 0.02
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_count(self.leaders, "leader_follower.leaders", 1, _MOST_LEADERS)
-        check_choice(self.appoint, "leader_follower.appoint", get_args(Appointment))
-        check_number(self.foresight, "leader_follower.foresight", 0.0, 10.0)
-        for name in ("stiffness", "damping", "cohesion", "alignment", "separation"):
-            check_number(getattr(self, name), f"leader_follower.{name}", 0.0, 1e4)
-        check_number(self.leadership, "leader_follower.leadership", 0.0, 1.0)
-        check_number(self.separation_radius, "leader_follower.separation_radius", 1e-3, 2.0)
-        check_number(self.margin, "leader_follower.margin", 0.0, 0.5)
+    leaders: Annotated[int, Range(1, 100)] = 2
+    appoint: Literal["nearest", "lowest"] = "nearest"
+    foresight: Annotated[float, Range(0.0, 10.0)] = 0.5
+    stiffness: Gain = 4.0
+    damping: Gain = 4.0
+    cohesion: Gain = 4.0
+    alignment: Gain = 4.0
+    leadership: Share = 0.5
+    separation: Gain = 2.0
+    separation_radius: Annotated[float, Range(1e-3, 2.0)] = 0.1
+    margin: Annotated[float, Range(0.0, 0.5)] = 0.02
 
     # --- commands -----------------------------------------------------------------------------
 

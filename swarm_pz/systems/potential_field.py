@@ -9,17 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.config.base import check_number
+from swarm_pz.config.base import Range
 from swarm_pz.config.system import ControlSystem, Flight
 from swarm_pz.kernels.controllers.potential_field import PotentialParameters, repel
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
+
+Charge = Annotated[float, Range(0.0, 1e3)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,19 +48,12 @@ class PotentialField(ControlSystem):
     turns: ClassVar[str] = "images"
     shares: ClassVar[str] = "its position"
 
-    strength: float = 0.1
-    attraction: float = 1.0
-    repulsion: float = 1.0
-    wall: float = 0.01
-    friction: float = 1.0
-    softening: float = 0.05
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        super().__post_init__()
-        for field in fields(self):
-            least = 1e-3 if field.name == "softening" else 0.0  # which divides
-            check_number(getattr(self, field.name), f"potential_field.{field.name}", least, 1e3)
+    strength: Charge = 0.1
+    attraction: Charge = 1.0
+    repulsion: Charge = 1.0
+    wall: Charge = 0.01
+    friction: Charge = 1.0
+    softening: Annotated[float, Range(1e-3, 1e3)] = 0.05
 
     def space(self, config: GameConfig) -> spaces.Box:
         """Return the images (2, A, A) of what attracts and what repels, `[row = y, column = x]`: their shapes count."""

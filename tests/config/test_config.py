@@ -1,9 +1,8 @@
-"""Every field of every section: its range, its spellings, its plain values, and the hashes."""
+"""Rules of several fields, spellings of values, plain values, and hashes."""
 
 from __future__ import annotations
 
 import json
-import math
 import pickle
 
 import numpy as np
@@ -27,31 +26,6 @@ from swarm_pz.spaces.formats import FormatOptions, WrapperOptions
 from swarm_pz.systems.formation import Formation
 from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
 
-COUNTS = {
-    (ControllerConfig, "controller."): {"modes": (2, 16), "horizon": (2, 100)},
-    (ObservationConfig, "observation."): {"grid": (1, 50)},
-    (GameConfig, ""): {"command_cells": (2, 50), "drones_per_team": (1, 10_000)},
-}
-MILLION = (0.0, 1e6)
-NUMBERS = {
-    (SpawnConfig, "spawn."): {"radius": (0.0, 0.1), "side": (0.0, 0.9), "speed": (0.0, 10.0)},
-    (MemoryConfig, "memory."): {"trail": (1 / 30, 600.0), "controller": (0.01, 1e6)},
-    (CaptureConfig, "capture."): {"threshold": (0.001, 0.999)},
-    (ControllerConfig, "controller."): {
-        "ergodic_weight": MILLION, "control_weight": (1e-4, 1e6), "wall_weight": MILLION, "wall_margin": (0.0, 0.5),
-        "max_acceleration": (1e-9, 100.0), "communication_radius": (0.0, 2.0),
-        "target_mass": (1e-3, 1e3),
-    },
-    (FlockingConfig, "flocking."): {
-        "alignment": MILLION, "cohesion": MILLION, "separation": MILLION, "communication_radius": (0.0, 2.0),
-        "separation_radius": (0.0, 2.0), "max_turn": (1e-3, math.pi), "speed": (1e-3, 10.0), "dwell": (0.1, 1e6),
-    },
-    (DynamicsConfig, "dynamics."): {
-        "speed_factor": (1e-3, 10), "failure_rate": (0.0, 1e3), "repair_rate": (0.0, 1e3), "min_speed": (0.0, 2.0),
-    },
-    (RewardConfig, "reward."): {"size_change": (-1e6, 1e6), "outcome": (-1e6, 1e6)},
-    (GameConfig, ""): {"time_limit": (0.1, 1e6), "command_period": (0.1, 1e6)},
-}  # fmt: skip
 OPTIONS = [
     GameConfig.preset("released"),
     GameConfig(controllers="flocking"),
@@ -74,68 +48,32 @@ OPTIONS = [
 SEAT = ObservationConfig(grid=10)
 
 
-@pytest.mark.parametrize(("section", "name"), COUNTS | NUMBERS, ids=str)
-def test_a_number_is_taken_up_to_the_ends_of_its_range_and_no_further(section, name):
-    for ranges, is_count in ((COUNTS, True), (NUMBERS, False)):
-        for field, (low, high) in ranges.get((section, name), {}).items():
-            for number in (low, high):
-                assert getattr(section(**{field: number}), field) == number
-            ends = (low - 1, high + 1, float(low)) if is_count else (*map(np.nextafter, (low, high), (-9e9, 9e9)), "1")
-            for number in (*ends, math.nan, True, 10**400):
-                with pytest.raises(ConfigError, match=rf"^{name}{field} must be .*, got"):
-                    section(**{field: number})
-
-
 PEACE = CaptureConfig(enabled=False)
 
 
 @pytest.mark.parametrize(
     ("make", "name"),
     [
-        (lambda: SpawnConfig(inset=-0.01, radius=0.0), "spawn.inset"),
-        (lambda: SpawnConfig(inset=0.51), "spawn.inset"),
-        (lambda: SpawnConfig(inset=0.05, radius=0.06), r"spawn.radius .*\[0, 0.05\]"),
-        (lambda: SpawnConfig(layout="rings"), "spawn.layout"),
-        (lambda: SpawnConfig(layout="squares", inset=0.3, side=0.71), r"spawn.side .*\[0, 0.7\]"),
-        (lambda: SpawnConfig(layout="squares", radius=0.51), "spawn.radius"),
-        (lambda: SpawnConfig(outset=1.0), "no field 'outset'"),
+        (lambda: SpawnConfig(inset=0.05, radius=0.06), "spawn.radius must be at most spawn.inset, 0.05, got 0.06"),
+        (lambda: SpawnConfig(layout="squares", inset=0.3, side=0.71), "spawn.side must be at most .* 0.7, got 0.71"),
+        (lambda: SpawnConfig(outset=1.0), "no field 'outset'; did you mean 'inset'"),
         (lambda: MemoryConfig(trail=1.01), "memory.trail .*ticks"),
-        (lambda: MemoryConfig(trail_forgotten_on=("noon",)), "memory.trail_forgotten_on"),
-        (lambda: MemoryConfig(controller_forgotten_on="capture"), "memory.controller_forgotten_on"),
-        (lambda: CaptureConfig(enabled=1), "capture.enabled .*got 1"),
-        (lambda: CaptureConfig(field="trails"), "capture.field"),
-        (lambda: ControllerConfig(warm_start=1), "controller.warm_start"),
-        (lambda: ControllerConfig(spectrum="flat"), "controller.spectrum"),
-        (lambda: FlockingConfig(migration=5.0), "flocking.migration"),
-        (lambda: FlockingConfig(migration=(1.0, 2.0, 3.0)), "flocking.migration"),
-        (lambda: FlockingConfig(migration=(-1.0, 2.0)), r"flocking.migration\[0\]"),
-        (lambda: FlockingConfig(migration=(3.0, 2.0)), r"flocking.migration\[1\] .*\[3, 1e\+06\]"),
-        (lambda: FlockingConfig(migration=(3.0, 1.1e6)), r"flocking.migration\[1\]"),
+        (lambda: FlockingConfig(migration=(3.0, 2.0)), "flocking.migration"),
+        (lambda: DynamicsConfig(min_speed=0.1, failure_rate=0.1), "dynamics.failure_rate"),
         (lambda: ObservationConfig(grid=20), "observation.grid .*divisor of 50, got 20"),
-        (lambda: ObservationConfig(kind="pixels"), "observation.kind"),
         (lambda: ObservationConfig(channels=()), "observation.channels"),
-        (lambda: ObservationConfig(channels="own_share"), "observation.channels"),
         (lambda: ObservationConfig(channels=("own_share", "own_share")), "observation.channels"),
         (lambda: ObservationConfig(channels=("own_share", "weather")), "observation.channels"),
         (lambda: GameConfig(time_limit=0.25), "time_limit .*control periods"),
         (lambda: GameConfig(command_period=0.25), "command_period .*control periods"),
         (lambda: GameConfig(time_limit=np.True_), "time_limit .*got True"),
-        (lambda: GameConfig(observation="grids"), "observation"),
-        (lambda: GameConfig(observation=(SEAT,) * 3), "observation"),
-        (lambda: GameConfig(observation=(SEAT, 5)), "observation"),
         (lambda: GameConfig(controllers="herding"), "no control system 'herding'; did you mean"),
         (lambda: GameConfig(controllers=("ergodic",) * 3), "controllers"),
         (lambda: GameConfig(controllers={}), "has a name"),
         (lambda: GameConfig(controllers=5), "controllers must be the name .*got 5"),
-        (lambda: GameConfig(drones_per_team=(1, 2, 3)), "drones_per_team"),
-        (lambda: GameConfig(drones_per_team=(3, 10_001)), r"drones_per_team .*\[1, 10000\]"),
         (lambda: GameConfig(drones_per_team=(3, 0)), "drones_per_team"),
-        (lambda: GameConfig(drones_per_team=(1, True)), "drones_per_team .*got True"),
-        (lambda: GameConfig(drones_per_team=(10, 10.0)), "drones_per_team .*got 10.0"),
         (lambda: GameConfig(drones_per_team=(np.array([5, 5]),) * 2), "drones_per_team"),
-        (lambda: GameConfig(drones_per_team=-(10**5000)), "drones_per_team .*bits"),
         (lambda: GameConfig(drones_per_team=0, capture=PEACE), "drones_per_team"),
-        (lambda: GameConfig(drones_per_team=(-1, 2), capture=PEACE), r"\[0, 10000\], got -1"),
         (lambda: GameConfig.preset("papr"), "did you mean 'paper'"),
         (lambda: GameConfig(drone_per_team=3), "did you mean 'drones_per_team'"),
         (lambda: GameConfig().replace(drones=3), "no field 'drones'"),
@@ -146,13 +84,6 @@ PEACE = CaptureConfig(enabled=False)
 def test_what_cannot_be_is_refused_by_name(make, name):
     with pytest.raises(ConfigError, match=name):
         make()
-
-
-def test_a_section_is_not_taken_for_another_one():
-    for name in ("spawn", "memory", "capture", "controller", "reward", "flocking", "dynamics"):
-        for wrong in (SpawnConfig() if name != "spawn" else MemoryConfig(), None, 0.5):
-            with pytest.raises(ConfigError, match=f"^{name} must be a {type(getattr(GameConfig(), name)).__name__}"):
-                GameConfig(**{name: wrong})
 
 
 def test_the_ends_of_ranges_that_depend_on_other_fields_are_taken():

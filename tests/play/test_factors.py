@@ -69,9 +69,3 @@ def test_only_densities_are_shared():
     assert TableConfig(game=attractors, factors=(helped, NONE)).varies
     with pytest.raises(ConfigError, match=r"blue .* ring: .* flocking, .*'attractors'"):
         TableConfig(game=attractors, factors=(NONE, helped))
-
-
-@pytest.mark.parametrize("pair", [(NONE,), (NONE, None)])
-def test_what_is_no_pair_is_refused(pair):
-    with pytest.raises(ConfigError, match="a pair of Factors"):
-        TableConfig(factors=pair)

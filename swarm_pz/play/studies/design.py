@@ -13,12 +13,12 @@ import secrets
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
-from typing import Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
 from swarm_pz.config import TEAM_NAMES, GameConfig
-from swarm_pz.config.base import Config, check, check_choice, check_count, check_number
+from swarm_pz.config.base import Config, Range, check
 from swarm_pz.errors import ConfigError, nearest
 from swarm_pz.files import read_text, read_toml
 from swarm_pz.play.factors import Factors
@@ -26,7 +26,6 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, check_words
 
 When = Literal["start", "block", "end"]
-_WHEN: tuple[When, ...] = ("start", "block", "end")
 PERSON = "person"
 """The opponent of a condition in which two participants play each other."""
 _STUDY = 21
@@ -69,13 +68,10 @@ class Condition(Factors):
     text: str = ""
 
     def __post_init__(self) -> None:
-        where = f"condition {self.title!r}"
-        with _named(where):
+        with _named(f"condition {self.title!r}"):
             super().__post_init__()
+            check(bool(self.opponent), "opponent", self.opponent, "a policy")
         check_words(self.title, "condition: title")
-        check(isinstance(self.opponent, str) and bool(self.opponent), f"{where}: opponent", self.opponent, "a policy")
-        check_choice(self.side, f"{where}: side", TEAM_NAMES)
-        check(isinstance(self.rules, dict), f"{where}: rules", self.rules, "a table of fields")
 
     @property
     def is_of_two(self) -> bool:
@@ -102,15 +98,16 @@ class Practice(Config):
     opponent : str
     """
 
-    wins: int = 0
-    most: int = 5
+    _section: ClassVar[str] = "practice"
+
+    wins: Annotated[int, Range(0, 100)] = 0
+    most: Annotated[int, Range(1, 100)] = 5
     opponent: str = "corners"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_count(self.wins, "practice.wins", 0, 100)
-        check_count(self.most, "practice.most", max(1, self.wins), 100)
-        check(isinstance(self.opponent, str) and bool(self.opponent), "practice.opponent", self.opponent, "a policy")
+        check(self.most >= self.wins, "practice.most", self.most, f"at least practice.wins, {self.wins}")
+        check(bool(self.opponent), "practice.opponent", self.opponent, "a policy")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,9 +117,8 @@ class Asked(Config):
     form: Form
     when: When = "block"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_choice(self.when, f"form {self.form.name}: when", _WHEN)
+    def _path(self, field: str) -> str:
+        return f"form {self.form.name}: {field}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,29 +156,24 @@ class Study(Config):
 
     title: str
     conditions: tuple[Condition, ...]
-    participants: int
-    games: int = 4
+    participants: Annotated[int, Range(1, 10_000)]
+    games: Annotated[int, Range(1, 1000)] = 4
     order: str | tuple[tuple[str, ...], ...] = "balanced"
     rules: dict[str, Any] = field(default_factory=dict)
     practice: Practice = field(default_factory=Practice)
-    break_s: float = 0.0
+    break_s: Annotated[float, Range(0.0, 86_400.0)] = 0.0
     forms: tuple[Asked, ...] = ()
     consent: str = ""
     consent_version: str = ""
     welcome: str = ""
-    seed: int = 0
+    seed: Annotated[int, Range(0, 2**63)] = 0
     codes: tuple[str, ...] = ()
     folder: Path = Path()
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_words(self.title, "title")
-        check(isinstance(self.rules, dict), "rules", self.rules, "a table of fields")
-        check_count(self.participants, "participants", 1, 10_000)
-        check_count(self.games, "games", 1, 1000)
-        check_number(self.break_s, "break_s", 0.0, 86_400.0)
         check_words(self.consent_version, "consent_version", may_be_empty=True)
-        check_count(self.seed, "seed", 0, 2**63)
         titles = [condition.title for condition in self.conditions]
         check(0 < len(titles) <= _MOST_CONDITIONS, "conditions", titles, f"1 to {_MOST_CONDITIONS} [[conditions]]")
         check(len(set(titles)) == len(titles), "conditions", titles, "conditions of different titles")
@@ -237,8 +228,12 @@ class Study(Config):
             check(self.participants % rows == 0, "participants", self.participants, why)
             return
         check(self.participants % together == 0, "participants", self.participants, "even: they play in pairs")
-        rows_given = isinstance(self.order, tuple) and all(isinstance(row, tuple) for row in self.order)
-        check(rows_given and bool(self.order), "order", self.order, '"balanced", or rows of conditions\' titles')
+        check(
+            isinstance(self.order, tuple) and bool(self.order),
+            "order",
+            self.order,
+            '"balanced", or rows of conditions\' titles',
+        )
         for row in self.order:
             for name in row:
                 if name not in titles:

@@ -13,14 +13,13 @@ import itertools
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from swarm_pz.config.base import Config, check, check_choice, check_count
+from swarm_pz.config.base import Config, Range, check, check_choice
 from swarm_pz.errors import ConfigError, nearest
 
 Kind = Literal["scale", "choice", "number", "text", "pair"]
-_KINDS: tuple[Kind, ...] = ("scale", "choice", "number", "text", "pair")
-_SCORES = ("", "nasa-tlx", "sus")
+Number = Annotated[int, Range(-(10**9), 10**9)]
 MOST_TEXT = 4000
 """Characters of a free answer."""
 _MOST_WORDS = 200
@@ -57,30 +56,29 @@ class Item(Config):
     id: str
     text: str
     kind: Kind = "scale"
-    least: int = 1
-    most: int = 7
-    step: int = 1
+    least: Number = 1
+    most: Number = 7
+    step: Annotated[int, Range(1, 2 * 10**9)] = 1
     low: str = ""
     high: str = ""
     choices: tuple[str, ...] = ()
     optional: bool = False
 
+    def _path(self, field: str) -> str:
+        return "item.id" if field == "id" else f"item {self.id}: {field}"
+
     def __post_init__(self) -> None:
         super().__post_init__()
-        check(isinstance(self.id, str) and self.id.isidentifier(), "item.id", self.id, "a name of letters and digits")
+        check(self.id.isidentifier(), "item.id", self.id, "a name of letters and digits")
         where = f"item {self.id}"
-        words = isinstance(self.text, str) and bool(self.text.strip()) and len(self.text) <= MOST_TEXT
+        words = bool(self.text.strip()) and len(self.text) <= MOST_TEXT
         check(words, f"{where}: text", self.text, f"words, {MOST_TEXT} characters at most")
         for name in ("low", "high"):
             check_words(getattr(self, name), f"{where}: {name}", may_be_empty=True)
-        check(isinstance(self.optional, bool), f"{where}: optional", self.optional, "true or false")
-        check(isinstance(self.choices, tuple), f"{where}: choices", self.choices, "a list of texts")
         for choice in self.choices:
             check_words(choice, f"{where}: choices")
-        check_choice(self.kind, f"{where}: kind", _KINDS)
-        check_count(self.least, f"{where}: least", -(10**9), 10**9)
-        check_count(self.most, f"{where}: most", self.least, 10**9)
-        check_count(self.step, f"{where}: step", 1, max(1, self.most - self.least))
+        check(self.most >= self.least, f"{where}: most", self.most, f"at least {self.least}")
+        check(self.step <= max(1, self.most - self.least), f"{where}: step", self.step, "no longer than the scale")
         if self.kind in ("choice", "pair"):
             fits = len(self.choices) >= 2 and len(set(self.choices)) == len(self.choices)
             check(fits, f"{where}: choices", self.choices, "at least two different ones")
@@ -132,13 +130,14 @@ class Form(Config):
     items: tuple[Item, ...] = field(default=())
     score: Literal["", "nasa-tlx", "sus"] = ""
 
+    def _path(self, field: str) -> str:
+        return "form.name" if field == "name" else f"form {self.name}: {field}"
+
     def __post_init__(self) -> None:
         super().__post_init__()
         check_words(self.name, "form.name")
         check_words(self.title, f"form {self.name}: title", may_be_empty=True)
-        check_choice(self.score, f"form {self.name}: score", _SCORES)
-        fits = isinstance(self.items, tuple) and all(isinstance(item, Item) for item in self.items)
-        check(fits and bool(self.items), f"form {self.name}: items", self.items, "at least one question")
+        check(bool(self.items), f"form {self.name}: items", self.items, "at least one question")
         ids = [item.id for item in self.items]
         check(len(set(ids)) == len(ids), f"form {self.name}: items", ids, "questions of different ids")
         self._check_score()
