@@ -1,7 +1,7 @@
 """The table's server: rooms, the clients in them, and games in real time.
 
 ===================  ==========================================================================
-`serve`, `app`       where it listens, and its pages; `middleware`, `sockets` and `budget` guard them
+`serve`, `app`       where it listens, and its pages; `middleware` and `limits` guard them
 `client_handler`     what one client says is obeyed, or refused to it alone; `connection` sends
 `lobby`              all rooms, and the recorded games
 `room`               two seats and their games, one after the other, by its `room_settings`

@@ -27,9 +27,8 @@ from starlette.websockets import WebSocket
 
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
-from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.client_handler import ClientHandler
-from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.middleware import STATIC, AccessMiddleware, page
 
@@ -39,9 +38,6 @@ if TYPE_CHECKING:
 _STATUS_TICKS, _STATUS_AGE_S = 20_000, 0.2
 """Latest ticks that the server's figures are taken of, and seconds for which they are not taken again."""
 _SWEEP_S = 5.0
-CONNECTION_S, ADDRESS_S = Rate(0.2, 0.05), Rate(3.0, 0.3)
-"""Seconds of processor time that a connection may use, and all of one address: a game in a page uses about a
-thousandth of a second each second."""
 
 
 class Server:
@@ -54,7 +50,6 @@ class Server:
         self.lobby, self.study = lobby, study
         self._handlers: set[ClientHandler] = set()
         self._figures: tuple[float, dict[str, Any]] | None = None
-        self.accounts = Accounts(CONNECTION_S, ADDRESS_S)
 
     def app(self, hosts: Sequence[str], allowed_hosts: Sequence[str] = ()) -> ASGIApp:
         """Return the application, for the names (with port) that it is served by, itself and through a proxy."""
@@ -72,7 +67,7 @@ class Server:
             Mount("/static", GZipMiddleware(StaticFiles(directory=STATIC))),
         ]
         inner = Starlette(routes=routes, lifespan=self._lifespan, exception_handlers={RecordingError: _not_found})
-        return AccessMiddleware(inner, hosts, allowed_hosts, self.lobby.embedders, accounts=self.accounts)
+        return AccessMiddleware(inner, hosts, allowed_hosts, self.lobby.embedders)
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[dict[str, Any]]:
@@ -80,7 +75,7 @@ class Server:
         if self.study is not None:
             tasks.append(asyncio.create_task(self.study.games.watch()))
         try:
-            yield {"accounts": self.accounts}
+            yield {}
         finally:
             for task in tasks:
                 task.cancel()
@@ -96,7 +91,6 @@ class Server:
     def sweep(self, now: float) -> None:
         """Close rooms that nobody is in, and connections that say nothing."""
         self.lobby.close_idle_rooms()
-        self.accounts.forget(now)
         for handler in self._handlers:
             handler.close_if_silent(now)
 
@@ -109,7 +103,7 @@ class Server:
         handler = ClientHandler(self.lobby, Connection(socket, address))
         self._handlers.add(handler)
         try:
-            await handler.serve(socket, socket.scope["account"])
+            await handler.serve(socket)
         finally:
             self._handlers.discard(handler)
 
@@ -123,14 +117,28 @@ class Server:
         return FileResponse(path, media_type="application/x-ndjson")
 
     async def _trial(self, request: Request) -> Response:
-        return _json(await self.lobby.trial(request.path_params["name"]))
+        reading = asyncio.ensure_future(self.lobby.trial(request.path_params["name"]))
+        hang_up = asyncio.ensure_future(_hang_up_of(request))
+        try:
+            await asyncio.wait({reading, hang_up}, return_when=asyncio.FIRST_COMPLETED)
+            return _json(reading.result()) if reading.done() else Response(status_code=499)
+        except RefusedError as error:
+            return PlainTextResponse(f"{error}\n", 503)
+        finally:
+            reading.cancel()
+            hang_up.cancel()
 
     async def _invitation(self, request: Request) -> Response:
         """Answer with the picture of a room's address, at one of the addresses of this page."""
         room, at = request.path_params["room"], request.query_params.get("at", "")
         here = {f"{scheme}://{request.headers.get('host', '')}/" for scheme in ("http", "https")}
-        if room not in self.lobby.rooms or at not in here | {*self.lobby.addresses}:
-            raise HTTPException(404, "there is no such room or address here")
+        address = request.client.host if request.client is not None else ""
+        try:
+            self.lobby.find_room(room, address)
+        except RefusedError as error:
+            raise HTTPException(429 if error.code == "too_many" else 404, str(error)) from error
+        if at not in here | {*self.lobby.addresses}:
+            raise HTTPException(404, "there is no such address here")
         return Response(_picture_of(f"{at}#room={room}"), media_type="image/svg+xml")
 
     async def _status(self, _: Request) -> JSONResponse:
@@ -156,6 +164,12 @@ class Server:
             "most_caught_up": punctuality.most_caught_up,
             "slipped": punctuality.slipped,
         }
+
+
+async def _hang_up_of(request: Request) -> None:
+    """Wait until the client of a request is gone."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
 
 
 async def _not_found(_: Request, error: Exception) -> Response:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Callable, Sequence
 
 from swarm_pz.play import protocol
-from swarm_pz.play.server.budget import Budget, Rate
 from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.limits import RateLimit
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 
-TOLD = Rate(200.0, 200.0)
-"""Clients that are told the room's state at once, and in a second: each who enters is news to all."""
-TELL_S = 0.5
-"""Seconds after which, beyond that, all of them are told together."""
+MOST_STATES_A_SECOND = 20
+"""States of a room that are sent at once: each client who enters changes it for all."""
+SEND_S = 0.5
+"""Seconds after which, beyond that, the next one is sent."""
 
 
 class Audience:
@@ -24,7 +23,7 @@ class Audience:
     def __init__(self, seats: Sequence[Seat], state: Callable[[], protocol.RoomState]) -> None:
         self._seats, self._state = seats, state
         self.watchers: set[Connection] = set()
-        self._budget = Budget(*TOLD, time.monotonic())
+        self._limit = RateLimit(MOST_STATES_A_SECOND, 1.0)
         self._later: asyncio.TimerHandle | None = None
 
     @property
@@ -62,11 +61,11 @@ class Audience:
             view.send(self._state())
 
     def tell_state(self) -> None:
-        """Tell everybody the room's state; a little later, if so many were told of late that games would wait."""
-        if self._budget.take(float(len(self.connections)), time.monotonic()):
+        """Tell everybody the room's state; a little later if it changes too often."""
+        if self._limit.take():
             self.tell(self._state())
         elif self._later is None:
-            self._later = asyncio.get_running_loop().call_later(TELL_S, self._tell_later)
+            self._later = asyncio.get_running_loop().call_later(SEND_S, self._tell_later)
 
     def _tell_later(self) -> None:
         self._later = None

@@ -11,10 +11,10 @@ from typing import Literal
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import PolicyError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
-from swarm_pz.play.server.budget import Account
-from swarm_pz.play.server.connection import SHORT, Connection, RefusedError
+from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.rendered_command import is_rendered_at_once, render
 from swarm_pz.play.server.replays import ReplaySession
@@ -29,9 +29,6 @@ _WITHOUT_SEAT = 2048
 """Characters of a message of a client without a seat: only drawings, densities and other commands are longer."""
 SILENT_S = 300.0
 """Seconds after which a silent client is closed that is nowhere; pages ask for the clock, hidden ones each minute."""
-_TOLD_S = 0.5
-"""A client is told of a debt of so many seconds."""
-_SLOWED = "your messages cost this server more processor time than a client may use; it reads them more slowly now"
 _OF_PLAYERS = (
     protocol.Hello,
     protocol.Ping,
@@ -47,13 +44,6 @@ log = logging.getLogger("swarm_pz.play")
 def _facing(seat: protocol.Side | Literal["watch"]) -> protocol.Side:
     """Return the opponent's side; it is blue for a spectator."""
     return "red" if seat == "blue" else "blue"
-
-
-async def wait_for_turn(account: Account, connection: Connection, size: int) -> None:
-    """Wait until a message may be read; short ones do not wait for those of neighbours."""
-    if account.debt_s() > _TOLD_S:
-        connection.send(protocol.Notice(text=_SLOWED))
-    await account.turn(in_line=size > SHORT)
 
 
 class ClientHandler:
@@ -74,8 +64,8 @@ class ClientHandler:
 
     # --- messages ---------------------------------------------------------------------------------
 
-    async def serve(self, socket: WebSocket, account: Account) -> None:
-        """Obey what comes by an accepted socket until that is closed; its processor time is charged to an account."""
+    async def serve(self, socket: WebSocket) -> None:
+        """Obey what comes by an accepted socket until that is closed."""
         connection = self._connection
         sender = asyncio.create_task(connection.run())
         try:
@@ -83,9 +73,7 @@ class ClientHandler:
                 received = await socket.receive()
                 if received["type"] == "websocket.disconnect":
                     break
-                text = received.get("text")
-                await wait_for_turn(account, connection, len(text or ""))
-                self.hear(text)
+                self.hear(received.get("text"))
         except WebSocketDisconnect:
             pass
         finally:
@@ -104,7 +92,7 @@ class ClientHandler:
             if len(text) > _WITHOUT_SEAT:
                 self._in_room().seat_of(self._connection)
             if not self._connection.may_send(len(text)):
-                raise RefusedError("too_many", "drawings came too fast after each other; this one is lost")
+                raise RefusedError("too_many", "long drawings came too fast after each other; this one is lost")
             message = protocol.decode_client(text)
             about = str(type(message).__struct_config__.tag)
             # Acknowledgements are as many as the frames on their way: without them no more would be sent.
@@ -152,13 +140,10 @@ class ClientHandler:
             case protocol.Create():
                 self._create(message)
             case protocol.Join():
-                room = lobby.rooms.get(message.room.upper())
-                if room is None:
-                    raise RefusedError("unknown", f"there is no room {message.room}")
+                room = lobby.find_room(message.room, connection.address)
                 self._enter(room, message.seat, message.label, {})
             case protocol.Invite():
-                policy = lobby.check_policy(message.policy) if message.policy is not None else None
-                self._in_room().invite(connection, message.seat, policy)
+                self._invite(message)
             case protocol.Ready():
                 self._in_room().ready(connection, message.ready)
             case protocol.CommandMessage():
@@ -216,15 +201,23 @@ class ClientHandler:
         if message.player is not None and message.seat != "watch":
             raise RefusedError("not_valid", "a player besides oneself has a seat only if one watches")
         policies = {"red": message.player, _facing(message.seat): message.opponent}
-        for name in filter(None, policies.values()):
-            self._lobby.check_policy(name)
-        room = self._lobby.open_room(message.settings, address=self._connection.address)
+        named = [self._lobby.check_policy(name) for name in policies.values() if name is not None]
+        room = self._lobby.open_room(message.settings, address=self._connection.address, policies=len(named))
         room.once, room.lesson, room.seed = message.once, message.lesson, message.seed
         self._enter(room, message.seat, message.label, policies)
         given, fitting = room.config.mapping, mapping_of(room.config.game)
         if given != fitting:
             text = f"under these rules drones hardly follow drawings of the mapping {given}: open a room with {fitting}"
             self._connection.send(protocol.Notice(text))
+
+    def _invite(self, message: protocol.Invite) -> None:
+        room = self._in_room()
+        if message.policy is not None:
+            self._lobby.check_policy(message.policy)
+            room.seat_of(self._connection)
+            if room.seats[TEAM_NAMES.index(message.seat)].loaded is None:
+                self._lobby.make_way(room, 1)
+        room.invite(self._connection, message.seat, message.policy)
 
     def _enter(
         self, room: Room, side: protocol.Side | Literal["watch"], label: str, policies: dict[protocol.Side, str | None]
@@ -320,7 +313,8 @@ class ClientHandler:
             moment = await replay.moment()
             if moment.game.over:
                 raise RefusedError("not_valid", "the game is over at this moment; go back to an earlier one")
-            room = self._lobby.open_room(settings_of(moment.game.config), moment, self._connection.address)
+            address, policies = self._connection.address, int(opponent is not None)
+            room = self._lobby.open_room(settings_of(moment.game.config), moment, address, policies)
             self._enter(room, message.seat, "", {_facing(message.seat): opponent})
 
         self._navigate("take_over", go_on)
@@ -358,10 +352,12 @@ class ClientHandler:
     def _set_rules(self, message: protocol.Rules) -> None:
         """Set automatic responses, once their commands are rendered; of several messages, the latest counts."""
         room = self._in_room()
-        team = room.seat_of(self._connection).team
+        seat = room.seat_of(self._connection)
         check_rules(message.rules)
-        for policy in filter(None, (rule.do.policy for rule in message.rules)):
-            self._lobby.check_policy(policy)
+        named = {self._lobby.check_policy(rule.do.policy) for rule in message.rules if rule.do.policy is not None}
+        more = len(named) - (seat.responses.policies if seat.responses is not None else 0)
+        if more > 0:
+            self._lobby.make_way(room, more)
         if self._ruling is not None:
             self._ruling.cancel()
 
@@ -370,7 +366,7 @@ class ClientHandler:
             for rule in message.rules:
                 command = None
                 if rule.do.policy is None:
-                    given = room.reader, room.config.mapping, team, 0, SAVED
+                    given = room.reader, room.config.mapping, seat.team, 0, SAVED
                     command = (await self._lobby.commands.render(rule.do, *given)).command
                 rules.append(ReadyRule(rule, command))
             if room is self._room:

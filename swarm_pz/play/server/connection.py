@@ -11,16 +11,14 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
-from swarm_pz.play.server.budget import Budget
+from swarm_pz.play.server.limits import RateLimit
 
 FRAMES_IN_FLIGHT = 12
 """Frames that a client may leave unacknowledged; then it is sent none until it answers."""
 _MOST_WAITING = 256
 """Messages that may wait for a client; then it is closed."""
-_BYTES_PER_SECOND = 2 * protocol.MAX_MESSAGE_BYTES
-"""What a client may say in a second, and at once: reading, rendering and writing down take as long as it is large."""
-SHORT = 256
-"""Bytes of a message that is not counted by its bytes: so no acknowledgement is lost to a drawing."""
+LONG, MOST_LONG_PER_SECOND = 4096, 3
+"""Characters of a long message, and such messages a second: reading, rendering and recording take as long."""
 _MOST_REFUSED, _PATIENCE_S = 100, 10.0
 """So many refusals in so many seconds, and a client is closed."""
 
@@ -53,9 +51,9 @@ class Connection:
         self._frame: tuple[bytes, int] | None = None
         self._in_flight: deque[int] = deque()
         self._wake = asyncio.Event()
-        self._received: deque[float] = deque(maxlen=protocol.MAX_MESSAGES_PER_SECOND)
-        self._refused: deque[float] = deque(maxlen=_MOST_REFUSED)
-        self._bytes = Budget(_BYTES_PER_SECOND, _BYTES_PER_SECOND, self.last_heard)
+        self._received = RateLimit(protocol.MAX_MESSAGES_PER_SECOND, 1.0)
+        self._long = RateLimit(MOST_LONG_PER_SECOND, 1.0)
+        self._refused = RateLimit(_MOST_REFUSED - 1, _PATIENCE_S)
         self.closed = False
         self._reason = ""
 
@@ -86,9 +84,7 @@ class Connection:
     def refuse(self, refusal: protocol.Refused) -> None:
         """Send a refusal; a client that is refused again and again is closed."""
         self.send(refusal)
-        now = time.monotonic()
-        self._refused.append(now)
-        if len(self._refused) == _MOST_REFUSED and now - self._refused[0] < _PATIENCE_S:
+        if not self._refused.take():
             self.close(f"{_MOST_REFUSED} messages were refused within {_PATIENCE_S:g} seconds")
 
     def close(self, reason: str = "") -> None:
@@ -129,14 +125,10 @@ class Connection:
         return is_news
 
     def may_send(self, size: int) -> bool:
-        """Count a message's bytes, and return whether they are within what a client may send in a second."""
+        """Count a message if it is long, and return whether it is within the limit."""
         self.last_heard = time.monotonic()
-        return size <= SHORT or self._bytes.take(size, self.last_heard)
+        return size <= LONG or self._long.take()
 
     def may_speak(self) -> bool:
-        """Count a message, and return whether it is within what a client may send in a second."""
-        now = time.monotonic()
-        if len(self._received) == self._received.maxlen and now - self._received[0] < 1.0:
-            return False
-        self._received.append(now)
-        return True
+        """Count a message, and return whether it is within the limit."""
+        return self._received.take()

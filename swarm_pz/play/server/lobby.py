@@ -7,9 +7,9 @@ import importlib.metadata
 import logging
 import secrets
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Coroutine, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
@@ -19,22 +19,26 @@ from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
 from swarm_pz.play.recordings.format import Moment, Recording
 from swarm_pz.play.recordings.seats import trial_rows
 from swarm_pz.play.recordings.summary import Summaries, Summary
-from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.connection import RefusedError
+from swarm_pz.play.server.limits import AddressLimits
 from swarm_pz.play.server.rendered_command import CommandWorker
 from swarm_pz.play.server.replays import OpenedRecording, Replays, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, Room
-from swarm_pz.play.server.room_settings import Hosted, settings_of
+from swarm_pz.play.server.room_settings import POLICY_COST, Hosted, settings_of
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.server_context import ServerContext, check_folder
 from swarm_pz.play.server.worker import Worker
 from swarm_pz.policy import kind_of
 
-MOST_ROOMS = 100
-"""Of 10 against 10 at normal speed; others count by what they take, as `cost_of` says."""
-MOST_ROOMS_OF_ADDRESS = 40
-"""Of these: a class behind one address has enough, and others some left. An address may open so many rooms at once, and
-then one a second: opening a room and beginning its game is work."""
+MOST_ROOMS, MOST_ROOMS_OF_ADDRESS = 125, 50
+"""Costs of all rooms, and of those of one address, in games of 10 against 10 at normal speed, as `cost_of` says: 100
+rooms with a policy each, and 40 for a class behind one address."""
+OPENING_S = 50.0
+"""Seconds in which an address may open `MOST_ROOMS_OF_ADDRESS` rooms: to open one and begin its game is work."""
+MOST_READING = 8
+"""Recorded games that are read or wait for it."""
+MOST_GUESSES, GUESSES_S = 20, 100.0
+"""Codes of no room that an address may send in so many seconds."""
 MOST_REPLAY_BYTES = 64 * 2**20
 """Of the files of recorded games that are watched at once: each takes some times as much memory."""
 EMPTY_S = 30.0
@@ -43,6 +47,7 @@ _MOST_LISTED = 200
 """Recorded games that are listed."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 log = logging.getLogger("swarm_pz.play")
+T = TypeVar("T")
 
 
 class Lobby:
@@ -71,7 +76,9 @@ class Lobby:
         self.rooms: dict[str, Room] = {}
         self.watched: set[ReplaySession] = set()
         self.commands = CommandWorker()
-        self._openings: dict[str, Budget] = {}
+        self._openings = AddressLimits(MOST_ROOMS_OF_ADDRESS, OPENING_S)
+        self._guesses = AddressLimits(MOST_GUESSES, GUESSES_S)
+        self._reading = 0
         self._replays = Replays()
         self._listing = Worker("listing")
         self._summaries = Summaries()
@@ -107,16 +114,30 @@ class Lobby:
 
     # --- rooms ------------------------------------------------------------------------------------
 
-    def open_room(self, settings: protocol.Settings, moment: Moment | None = None, address: str = "") -> Room:
-        """Return a new room, perhaps one in which a recorded game goes on.
+    def find_room(self, code: str, address: str) -> Room:
+        """Return the room of a code.
+
+        Raises RefusedError if there is none, or the address has sent too many wrong codes.
+        """
+        guesses = self._guesses.of(address)
+        if guesses.is_reached():  # right codes are refused, too: else they are told from wrong ones
+            raise RefusedError("too_many", "too many codes of no room came from your network; wait for two minutes")
+        room = self.rooms.get(code.upper())
+        if room is None:
+            guesses.take()
+            raise RefusedError("unknown", f"there is no room {code}")
+        return room
+
+    def open_room(
+        self, settings: protocol.Settings, moment: Moment | None = None, address: str = "", policies: int = 0
+    ) -> Room:
+        """Return a new room for so many policies, perhaps one in which a recorded game goes on.
 
         Raises RefusedError if there are too many, in all or of its address, there is no such game, or games cannot be
         recorded.
         """
-        now = time.monotonic()
-        budget = self._openings.setdefault(address, Budget(MOST_ROOMS_OF_ADDRESS, 1.0, now))
-        if not budget.take(1.0, now):
-            raise RefusedError("full", "your network opens rooms too fast; wait for a second, or join one")
+        if not self._openings.of(address).take():
+            raise RefusedError("full", "your network opens rooms too fast; wait for some seconds, or join one")
         try:
             check_folder(self.context.folder)
         except OutputError as error:
@@ -126,13 +147,17 @@ class Lobby:
             room = Room(self._new_code(), settings, self.context, moment, address)
         except ConfigError as error:
             raise RefusedError("not_valid", str(error)) from error
-        self._make_way(room)
+        self.make_way(room, policies)
         self.rooms[room.code] = room
         return room
 
-    def _make_way(self, room: Room) -> None:
-        """Refuse a room that takes too much; else close as many empty ones of its address as it needs."""
-        kept = list(self.rooms.values())
+    def make_way(self, room: Room, policies: int) -> None:
+        """Close as many empty rooms of a room's address as it needs for so many more policies.
+
+        Raises RefusedError if that is not enough.
+        """
+        cost = room.cost + POLICY_COST * policies
+        kept = [other for other in self.rooms.values() if other is not room]
         empty = [other for other in kept if other.address == room.address and not other.connections]
         empty.sort(key=lambda other: other.last_used)
         while True:
@@ -140,17 +165,17 @@ class Lobby:
             left = MOST_ROOMS - sum(other.cost for other in kept)
             if own:  # a first one may take more than an address has
                 left = min(left, MOST_ROOMS_OF_ADDRESS - sum(own))
-            if room.cost <= left:
+            if cost <= left:
                 break
             if not empty:
                 raise RefusedError(
                     "full",
-                    f"this room takes as much as {room.cost:.1f} rooms of 10 against 10 at normal speed, and there are "
-                    f"{max(left, 0.0):.1f} left for your network: take fewer drones, a lower speed or a simpler "
-                    "control system, leave another room, or join one",
+                    f"this room takes as much as {cost:.1f} rooms of 10 against 10 at normal speed, and there are "
+                    f"{max(left, 0.0):.1f} left for your network: take fewer drones or policies, a lower speed or a "
+                    "simpler control system, leave another room, or join one",
                 )
             kept.remove(empty.pop(0))
-        for other in set(self.rooms.values()) - set(kept):
+        for other in set(self.rooms.values()) - {room, *kept}:
             self.close_room(other)
 
     def open_hosted(self, hosted: Hosted) -> Room:
@@ -177,7 +202,8 @@ class Lobby:
     def close_idle_rooms(self) -> None:
         """Close rooms that nobody has been in for a while, and free the seats of players who do not come back."""
         now = time.monotonic()
-        self._openings = {where: budget for where, budget in self._openings.items() if not budget.is_full(now)}
+        self._openings.forget()
+        self._guesses.forget()
         for room in list(self.rooms.values()):
             room.free_absent()
             if room.connections:
@@ -244,12 +270,23 @@ class Lobby:
 
         Raises RecordingError if there is none of that name, or it cannot be read.
         """
-        rows: list[dict[str, Any]] = await self._replays.work(self.find_recording(name), _trial_of)
+        rows: list[dict[str, Any]] = await self._queued(self._replays.work(self.find_recording(name), _trial_of))
         return rows
 
     async def read(self, name: str) -> OpenedRecording:
         """Return a recorded game, played through; errors as of `trial`."""
-        return await self._replays.read(self.find_recording(name))
+        return await self._queued(self._replays.read(self.find_recording(name)))
+
+    async def _queued(self, reading: Coroutine[Any, Any, T]) -> T:
+        """Await what reads a recorded game, unless too many do; whoever hangs up is forgotten."""
+        if self._reading >= MOST_READING:
+            reading.close()
+            raise RefusedError("full", "too many recorded games are read here now; try again in a minute")
+        self._reading += 1
+        try:
+            return await reading
+        finally:
+            self._reading -= 1
 
     def check_replays(self, own: ReplaySession | None = None) -> None:
         """Refuse to show one more recorded game, in place of one's own, where too many are shown."""

@@ -112,6 +112,11 @@ class Responses:
         self._seed = np.random.SeedSequence()
         """Of the policy that acts; recordings hold its answers."""
 
+    @property
+    def policies(self) -> int:
+        """Number of policies that it holds."""
+        return len(self._policies)
+
     def replace(self, rules: list[ReadyRule]) -> None:
         """Take other rules; the same ones change nothing."""
         if [one.rule for one in rules] == [one.rule for one in self._rules]:

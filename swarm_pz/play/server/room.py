@@ -19,7 +19,7 @@ from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.live_session import LiveSession
 from swarm_pz.play.server.rendered_command import RenderedCommand
 from swarm_pz.play.server.responses import ReadyRule
-from swarm_pz.play.server.room_settings import Hosted, cost_of, settings_of, table_config
+from swarm_pz.play.server.room_settings import POLICY_COST, Hosted, cost_of, settings_of, table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 from swarm_pz.play.server.server_context import ServerContext
@@ -29,6 +29,7 @@ AWAY_S = 60.0
 """Seconds that a seat waits between games for a client whose connection was lost."""
 PAUSE_S = 1.0
 """Seconds after a countdown was called off in which none begins: to begin one is work."""
+MOST_WATCHERS = 50
 log = logging.getLogger("swarm_pz.play")
 
 
@@ -38,7 +39,6 @@ class Room:
     - `moment`: of a recorded game, that the first game here goes on from.
     - `address`: of the client that opened it.
     - `hosted`: what a host has decided, in place of the settings and of who is in it.
-    - `cost`: what its games take of the server, as `cost_of` says.
     - `session`: the game that counts down, is played, or was played last.
     - `outcome`, `ended_by`: of that game, once it is over.
     - `seed`: of the next game's start; None takes any. After a countdown that was called off it is the same.
@@ -63,7 +63,7 @@ class Room:
             self.config = table_config(settings, context.table)
         else:  # by its rules; what was varied then is not varied now
             self.config = moment.game.config.replace(factors=(Factors(), Factors()))
-        self.settings, self.cost = settings_of(self.config), cost_of(self.config)
+        self.settings, self._game_cost = settings_of(self.config), cost_of(self.config)
         self.reader = CommandReader(self.config.game)
         red, blue = (Seat(team, self.config, code, context.workers) for team in range(2))
         self.seats = red, blue
@@ -91,6 +91,11 @@ class Room:
         if self.outcome is not None:
             return "over"
         return "playing" if self.session.has_begun else "starting"
+
+    @property
+    def cost(self) -> float:
+        """What its games and policies take of the server, as `cost_of` says."""
+        return self._game_cost + POLICY_COST * sum(seat.policies for seat in self.seats)
 
     @property
     def is_on(self) -> bool:
@@ -188,6 +193,8 @@ class Room:
         """Let somebody watch who has no seat here."""
         if self._held_by(connection) is not None:
             raise RefusedError("out_of_turn", "you have a seat in this room and see its games; leave it first to watch")
+        if len(self.audience.watchers - {connection}) >= MOST_WATCHERS:
+            raise RefusedError("full", f"{MOST_WATCHERS} people watch this room already, and no more can")
         self.audience.watchers.add(connection)
         self._welcome(connection)
 

@@ -27,6 +27,8 @@ _COSTS = {
 """What a team that a control system flies takes besides, and each of its drones, as measured on one game by itself."""
 _UNKNOWN_COST = 3.0, 0.1
 """The same, of another package's system."""
+POLICY_COST = 0.25
+"""The same, of a policy that plays, helps or responds in a room."""
 _UNTIMED = 1e6
 """Seconds that stand for no time limit."""
 

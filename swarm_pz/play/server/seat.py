@@ -114,6 +114,11 @@ class Seat:
         return SeatPolicy(place, self.workers, changed)
 
     @property
+    def policies(self) -> int:
+        """Number of policies that play, help or respond here."""
+        return (self.loaded is not None) + (self.responses.policies if self.responses is not None else 0)
+
+    @property
     def policy_state(self) -> Literal["loading", "loaded", "failed"] | None:
         """State of its policy, or its player's helper; None if there is neither."""
         return self.loaded.state if self.loaded is not None else None

@@ -22,13 +22,15 @@ from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
 from swarm_pz.play.server.server_context import COUNTDOWN_S, ServerContext
-from swarm_pz.play.server.sockets import ACCEPTED_AT_ONCE, RECEIVED_AT_ONCE, BoundedHTTP, BoundedWebSocket
 from swarm_pz.play.server.views import capture_fields, target_message
 from swarm_pz.play.strokes import WIDEST, Stroke, density_of
 from swarm_pz.play.studies.folder import StudyFolder
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _END_S = 3
+_ACCEPTED_AT_ONCE, _RECEIVED_AT_ONCE = 32, 16 * 1024
+"""Connections that are taken in one turn of the event loop, and bytes of each that are read in one: games wait."""
+_MOST_CONNECTIONS, _MOST_HEADER_BYTES = 1000, 16 * 1024
 _PING_S = 20.0
 _SWITCH_S = 0.0001
 """Seconds after which a thread gives way to another: less than a tick of a game takes to simulate. A kernel lets go of
@@ -173,7 +175,7 @@ def serve(
     origins = [origin_of(embedder) for embedder in embedders]
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVED_AT_ONCE)  # and so each that comes in
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVED_AT_ONCE)  # and so each that comes in
     try:
         listening.bind((host, port))
         listening.listen(128)  # who comes before the server has started waits
@@ -217,12 +219,14 @@ def serve(
     say(f"games are recorded in {folder}; end with Ctrl-C")
     config = uvicorn.Config(
         app,
-        log_level="warning",
-        http=BoundedHTTP,
-        ws=BoundedWebSocket,
+        log_level="error",
+        http="h11",
+        ws="websockets-sansio",
+        limit_concurrency=_MOST_CONNECTIONS,
+        h11_max_incomplete_event_size=_MOST_HEADER_BYTES,
         ws_max_size=protocol.MAX_MESSAGE_BYTES,
         ws_max_queue=32,
-        backlog=ACCEPTED_AT_ONCE,
+        backlog=_ACCEPTED_AT_ONCE,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=_END_S,
         # A peer that is gone, and answers no ping, is closed.

@@ -18,7 +18,7 @@ from starlette.routing import Route
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError, SwarmError
 from swarm_pz.play import protocol
-from swarm_pz.play.server.budget import Budget
+from swarm_pz.play.server.limits import AddressLimits
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.middleware import page
 from swarm_pz.play.server.study_games import StudyGames
@@ -29,8 +29,8 @@ from swarm_pz.play.studies.texts import html_of
 
 LEASE_S = 8.0
 """Seconds for which a window that says nothing is still the participant's: pages say something every two."""
-MOST_WRONG_CODES, _WRONG_CODES_PER_SECOND = 20, 0.2
-"""Of an address: a class behind one mistypes some, and who guesses tries millions."""
+MOST_WRONG_CODES, WRONG_CODES_S = 20, 100.0
+"""Wrong codes of an address in so many seconds: a class behind one mistypes some, and a guesser tries millions."""
 _MOST_BYTES = 4096
 """Of what a page says, but for answers."""
 _PART_S = 10.0
@@ -92,8 +92,7 @@ class StudyHost:
         self.games = StudyGames(folder, lobby)
         self.token = secrets.token_urlsafe(12)
         self._visitors = [Visitor() for _ in range(self.study.participants)]
-        self._guesses: dict[str, Budget] = {}
-        """Wrong codes, by the address that they came from."""
+        self._guesses = AddressLimits(MOST_WRONG_CODES, WRONG_CODES_S)
         self._longest = _MOST_BYTES + max((_bytes_of(asked.form) for asked in self.study.forms), default=0)
         """Bytes that answers may have."""
         self._turns = [asyncio.Lock() for _ in self._visitors[::2]]
@@ -144,14 +143,12 @@ class StudyHost:
             number, fault = -1, str(error)
         if number >= 0 and window and window == self._visitors[number].window:
             return number
-        now = time.monotonic()
-        guesses = self._guesses.get(address, Budget(MOST_WRONG_CODES, _WRONG_CODES_PER_SECOND, now))
-        if guesses.left(now) < 1.0:
-            raise HTTPException(429, "too many wrong codes came from your network: wait for a minute, and try again")
+        self._guesses.forget()
+        guesses = self._guesses.of(address)
+        if guesses.is_reached():
+            raise HTTPException(429, "too many wrong codes came from your network: wait for two minutes")
         if number < 0:
-            guesses.take(1.0, now)
-            others = {where: budget for where, budget in self._guesses.items() if not budget.is_full(now)}
-            self._guesses = others | {address: guesses}
+            guesses.take()
             raise HTTPException(404, fault)
         if number in self.folder.withdrawn:
             raise HTTPException(410, "who had this code has withdrawn from the study, and nothing of theirs is kept")

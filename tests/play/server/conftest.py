@@ -5,6 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from swarm_pz.play.server import limits
+
 
 @pytest.fixture
 def anyio_backend():
@@ -13,8 +15,10 @@ def anyio_backend():
 
 @pytest.fixture
 def clock(request, monkeypatch):
-    """Give the module that a file tests a clock that goes on when it is told."""
+    """Give the limits, and the module that a file tests, a clock that goes on when it is told."""
     made = SimpleNamespace(now=1000.0)
-    tested = importlib.import_module("swarm_pz.play.server." + request.module.__name__.rpartition(".test_")[2])
-    monkeypatch.setattr(tested, "time", SimpleNamespace(monotonic=lambda: made.now))
+    name = "swarm_pz.play.server." + request.module.__name__.rpartition(".test_")[2]
+    for tested in {limits, importlib.import_module(name)} if name.rpartition(".")[2] != "attacks" else {limits}:
+        if hasattr(tested, "time"):
+            monkeypatch.setattr(tested, "time", SimpleNamespace(monotonic=lambda: made.now))
     return made

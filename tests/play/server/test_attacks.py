@@ -1,39 +1,43 @@
-"""Five clients do their worst at once: what that costs is bounded, whatever they send, and others play on."""
+"""Attacks: whatever a client sends is counted, what exceeds a count is refused to it alone, and others play on."""
 
 import asyncio
 import threading
-import time
 from collections import Counter
-from types import SimpleNamespace
-from unittest.mock import AsyncMock, Mock
+from unittest.mock import Mock
 
 import pytest
 
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play import protocol
-from swarm_pz.play.server import app, budget, client_handler, connection, lobby, middleware, rendered_command
+from swarm_pz.play.server import lobby as lobby_module
+from swarm_pz.play.server import rendered_command
 from swarm_pz.play.server.app import Server
-from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.client_handler import ClientHandler
-from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.connection import MOST_LONG_PER_SECOND, RefusedError
+from swarm_pz.play.server.connection import Connection as RealConnection
+from swarm_pz.play.server.lobby import MOST_GUESSES, MOST_READING
+from swarm_pz.play.server.middleware import MOST_CONNECTIONS, MOST_PATH_BYTES
 from swarm_pz.play.server.replays import LoadedRecording
+from swarm_pz.play.server.room import MOST_WATCHERS
 from tests.play.recordings.test_format import record
 from tests.play.recordings.test_playback import CALM
-from tests.play.server.test_client_handler import Guest, visiting
+from tests.play.server.test_client_handler import Guest, Hall
 from tests.play.server.test_connection import Socket
-from tests.play.server.test_room import until
+from tests.play.server.test_room import Client, code_of, until
 
+pytestmark = pytest.mark.anyio
 ALONE = protocol.Create(settings=protocol.Settings(blue=0, time_limit=None))
 LARGE = protocol.CommandMessage(
     1, strokes=[protocol.StrokeMessage("attract", 0.3, [(k % 2 + 0.01, round(k / 4500, 4)) for k in range(300)] * 12)]
 )
+ATTACKER, OTHER = "192.0.2.66", "192.0.2.1"
 
 
 class Attacker:
-    """A client with a connection as the server has it, whose clock stands still."""
+    """A client with a connection as the server has it."""
 
     def __init__(self, hall):
-        self.connection = Connection(Socket(), "192.0.2.66")
+        self.connection = RealConnection(Socket(), ATTACKER)
         self.handler = ClientHandler(hall, self.connection)
         self.say(protocol.Hello())
 
@@ -42,35 +46,22 @@ class Attacker:
 
     def refused(self):
         """Count the refusals that wait to be sent to it."""
-        told = [protocol.decode_server(data) for data in self.connection._waiting if isinstance(data, str)]
-        return Counter(message.code for message in told if isinstance(message, protocol.Refused))
+        messages = [protocol.decode_server(data) for data in self.connection._waiting if isinstance(data, str)]
+        return Counter(message.code for message in messages if isinstance(message, protocol.Refused))
 
 
 @pytest.fixture
-def still(monkeypatch):
-    """Hold the clock by which messages are counted."""
-    now = time.monotonic()
-    monkeypatch.setattr(connection, "time", SimpleNamespace(monotonic=lambda: now))
+async def hall(tmp_path):
+    made = Hall(tmp_path)
+    yield made
+    made.close()
 
 
-@pytest.fixture
-def elsewhere(monkeypatch):
-    """Give the threads in which each kind of work was done."""
-    threads = {}
-
-    def note(place, name):
-        work = getattr(place, name)
-
-        def noted(*what):
-            threads.setdefault(name, []).append(threading.current_thread())
-            return work(*what)
-
-        monkeypatch.setattr(place, name, noted)
-
-    note(rendered_command, "density_of")
-    for name in ("read", "picture", "moment"):
-        note(LoadedRecording, name)
-    return threads
+def peaceful(hall):
+    guest = Guest(hall)
+    guest.say(ALONE)
+    guest.say(protocol.Ready())
+    return guest
 
 
 async def plays_on(guest):
@@ -81,87 +72,43 @@ async def plays_on(guest):
     return sequences == list(range(sequences[0], sequences[0] + len(sequences)))
 
 
-def peaceful(hall):
-    guest = Guest(hall)
-    guest.say(ALONE)
-    guest.say(protocol.Ready())
-    return guest
+# --- messages -------------------------------------------------------------------------------------
 
 
-def test_a_flood_of_drawings_is_painted_twice_a_client_and_not_where_games_run(still, elsewhere, tmp_path):
-    assert 20_000 < len(protocol.encode(LARGE)) < protocol.MAX_MESSAGE_BYTES
+async def test_a_flood_of_drawings_is_painted_a_few_a_client_and_not_where_games_run(hall, clock, monkeypatch):
+    threads, paint = [], rendered_command.density_of
 
-    async def script(hall):
-        guest, attackers = peaceful(hall), [Attacker(hall) for _ in range(5)]
-        for attacker in attackers:
-            attacker.say(ALONE)
-            attacker.say(protocol.Ready())
-            for _ in range(15):
-                attacker.say(LARGE)
-        affordable = 2 * protocol.MAX_MESSAGE_BYTES // len(protocol.encode(LARGE))
-        assert all(attacker.refused() == {"too_many": 15 - affordable} for attacker in attackers)
-        await until(lambda: all(attacker.handler._rendering is None for attacker in attackers))
-        assert 5 <= len(elsewhere["density_of"]) <= 5 * affordable
-        assert len(set(elsewhere["density_of"])) == 1 and threading.current_thread() not in elsewhere["density_of"]
-        assert await plays_on(guest)
+    def noted(*given):
+        threads.append(threading.current_thread())
+        return paint(*given)
 
-    visiting(tmp_path, script)
-
-
-def test_floods_of_openings_seeks_and_take_overs_are_one_at_a_time_and_not_where_games_run(still, elsewhere, tmp_path):
-    record(tmp_path / "a.jsonl", ticks=100, config=CALM)
-
-    async def script(hall):
-        guest, attackers = peaceful(hall), [Attacker(hall) for _ in range(5)]
-        for attacker in attackers:
-            for _ in range(3):
-                attacker.say(protocol.OpenReplay("a.jsonl"))
-        await until(lambda: len(hall.watched) == 5)
-        assert len(elsewhere["read"]) <= 2 * 5, "who asks again is read for once, and what had begun ends"
-        await asyncio.sleep(0.1)
-        elsewhere["picture"].clear()
-        for attacker in attackers:
-            attacker.say(protocol.Pace(0.0))
-            for tick in range(10):
-                attacker.say(protocol.Seek(10 * tick))
-        await until(lambda: len(elsewhere["picture"]) >= 5)
-        await asyncio.sleep(0.2)
-        assert len(elsewhere["picture"]) <= 2 * 5, "of ten"
-        for attacker in attackers:
-            for _ in range(5):
-                attacker.say(protocol.TakeOver("red", "uniform"))
-        await until(lambda: len(hall.rooms) == 6)
-        await asyncio.sleep(0.1)
-        assert len(hall.rooms) == 6 and not hall.watched
-        for kind in ("read", "picture", "moment"):
-            assert len(set(elsewhere[kind])) == 1 and threading.current_thread() not in elsewhere[kind], kind
-        assert await plays_on(guest)
-
-    visiting(tmp_path, script)
+    monkeypatch.setattr(rendered_command, "density_of", noted)
+    guest, attackers = peaceful(hall), [Attacker(hall) for _ in range(5)]
+    for attacker in attackers:
+        attacker.say(ALONE)
+        attacker.say(protocol.Ready())
+        for _ in range(15):
+            attacker.say(LARGE)
+    assert all(attacker.refused() == {"too_many": 15 - MOST_LONG_PER_SECOND} for attacker in attackers)
+    await until(lambda: all(attacker.handler._rendering is None for attacker in attackers))
+    assert 5 <= len(threads) <= 5 * MOST_LONG_PER_SECOND
+    assert len(set(threads)) == 1 and threading.current_thread() not in threads
+    assert await plays_on(guest)
 
 
-def test_who_fills_the_house_with_rooms_leaves_most_of_it_to_others(tmp_path, monkeypatch):
-    monkeypatch.setattr(lobby, "MOST_ROOMS_OF_ADDRESS", 10)
-
-    async def script(hall):
-        guest = peaceful(hall)
-        for _ in range(6):
-            attackers = [Attacker(hall) for _ in range(5)]
-            for attacker in attackers:
-                attacker.say(ALONE)
-                attacker.say(protocol.Ready())
-            refused = attackers[-1].refused()
-            for attacker in attackers:
-                attacker.handler.end()
-        assert refused == {"full": 1, "out_of_turn": 1}
-        assert len(hall.rooms) <= 10 + 5 + 1
-        assert len(list(tmp_path.glob("*.jsonl"))) <= 10 + 5, "nor are so many games begun"
-        assert await plays_on(guest)
-
-    visiting(tmp_path, script)
+async def test_a_command_without_a_seat_is_refused_before_it_is_read(hall, monkeypatch):
+    stranger, player = Attacker(hall), Attacker(hall)
+    player.say(ALONE)
+    read = Mock(side_effect=protocol.decode_client)
+    monkeypatch.setattr(protocol, "decode_client", read)
+    stranger.say(LARGE)
+    read.assert_not_called()
+    assert stranger.refused() == {"out_of_turn": 1}
+    player.say(LARGE)
+    read.assert_called_once()
 
 
-def test_numbers_that_take_hundreds_of_times_as_long_to_read_are_refused_and_words_like_them_are_not(monkeypatch):
+async def test_numbers_that_take_long_to_read_are_refused_and_words_like_them_are_not(monkeypatch):
     words = protocol.decode_client(f'{{"type":"hello","token":"{"1e30" * 8}"}}')
     assert words.token == "1e30" * 8
     assert protocol.decode_client('{"type":"command","number":1,"density":[[3e-120,0e999]]}').density == [[3e-120, 0.0]]
@@ -172,117 +119,174 @@ def test_numbers_that_take_hundreds_of_times_as_long_to_read_are_refused_and_wor
     protocol._client_decoder.decode.assert_not_called()
 
 
-def test_a_command_of_who_has_no_seat_is_refused_before_it_is_read(monkeypatch, tmp_path):
-    async def script(hall):
-        stranger, player = Attacker(hall), Attacker(hall)
-        player.say(ALONE)
-        read = Mock(side_effect=protocol.decode_client)
-        monkeypatch.setattr(protocol, "decode_client", read)
-        stranger.say(LARGE)
-        read.assert_not_called()
-        assert stranger.refused() == {"out_of_turn": 1}
-        player.say(LARGE)
-        read.assert_called_once()
-
-    visiting(tmp_path, script)
+# --- connections and paths ------------------------------------------------------------------------
 
 
-class Clock:
-    """A clock that goes on while somebody sleeps, and a processor that works when it is told to."""
+async def answer_of(app, path="/status", address=ATTACKER, receive=None):
+    """Return the status of an answer to a request, and its text."""
+    scope = {"type": "http", "method": "GET", "path": path, "raw_path": path.encode(), "client": (address, 5)}
+    scope |= {"headers": [(b"host", b"here")], "query_string": b""}
+    sent = []
 
-    def __init__(self, monkeypatch):
-        self.now = self.worked = 0.0
-        clocks = SimpleNamespace(monotonic=lambda: self.now, thread_time=lambda: self.worked)
-        monkeypatch.setattr(budget, "time", clocks)
-        monkeypatch.setattr(budget, "asyncio", SimpleNamespace(Lock=asyncio.Lock, sleep=self.sleep))
+    async def send(message):
+        sent.append(message)
 
-    async def sleep(self, seconds):
-        self.now += seconds
-        await asyncio.sleep(0)
+    async def wait():
+        await asyncio.Event().wait()
+
+    await app(scope, receive or wait, send)
+    return sent[0]["status"], b"".join(message.get("body", b"") for message in sent[1:]).decode()
 
 
-def test_only_the_steps_of_work_are_charged_and_whoever_overdraws_waits_until_it_has_come_back(monkeypatch):
-    clock = Clock(monkeypatch)
-    accounts = Accounts(Rate(1.0, 0.1), Rate(10.0, 1.0))
-    account, neighbour = accounts.of(("a", 1)), accounts.of(("a", 2))
+async def test_an_address_has_so_many_connections_and_others_have_theirs(hall, monkeypatch):
+    gate = asyncio.Event()
 
-    async def work():
-        clock.worked += 2.0
-        await asyncio.sleep(0)  # others work meanwhile
-        with pytest.raises(asyncio.CancelledError):
-            await asyncio.sleep(60)
-        clock.worked += 1.0
-        return "done"
+    async def slowly():
+        await gate.wait()
+        return []
 
-    async def play():
-        task = asyncio.create_task(account.run(work()))
-        await asyncio.sleep(0)
-        clock.worked += 100.0
+    monkeypatch.setattr(hall, "recordings", slowly)
+    app = Server(hall).app(["here"])
+    held = [asyncio.create_task(answer_of(app, "/recordings")) for _ in range(MOST_CONNECTIONS)]
+    await asyncio.sleep(0)
+    status, text = await answer_of(app)
+    assert status == 429 and f"{MOST_CONNECTIONS} connections" in text
+    assert (await answer_of(app, address=OTHER))[0] == 200
+    gate.set()
+    assert {status for status, _ in await asyncio.gather(*held)} == {200}
+    assert (await answer_of(app))[0] == 200
+
+
+async def test_a_long_path_is_not_looked_for(hall):
+    app = Server(hall).app(["here"])
+    assert (await answer_of(app, "/" + "a" * (MOST_PATH_BYTES - 1)))[0] == 404
+    assert (await answer_of(app, "/" + "a" * MOST_PATH_BYTES))[0] == 414
+
+
+# --- rooms ----------------------------------------------------------------------------------------
+
+
+async def test_an_address_that_opens_room_after_room_leaves_most_of_them_to_others(hall, monkeypatch, tmp_path):
+    monkeypatch.setattr(lobby_module, "MOST_ROOMS_OF_ADDRESS", 10)
+    hall._openings = lobby_module.AddressLimits(10, 50.0)
+    guest = peaceful(hall)
+    for _ in range(6):
+        attackers = [Attacker(hall) for _ in range(5)]
+        for attacker in attackers:
+            attacker.say(ALONE)
+            attacker.say(protocol.Ready())
+        refused = attackers[-1].refused()
+        for attacker in attackers:
+            attacker.handler.end()
+    assert refused == {"full": 1, "out_of_turn": 1}
+    assert len(hall.rooms) <= 11 and len(list(tmp_path.glob("*.jsonl"))) <= 11
+    assert await plays_on(guest)
+
+
+async def test_a_room_has_so_many_watchers(hall):
+    room = hall.open_room(protocol.Settings())
+    watchers = [Client() for _ in range(MOST_WATCHERS)]
+    for watcher in watchers:
+        room.watch(watcher)
+    assert code_of(room.watch, Client()) == "full"
+    room.watch(watchers[0])
+    room.sit(watchers[1], "red", "")
+    room.watch(Client())
+
+
+async def test_an_address_that_guesses_codes_is_told_of_no_room_any_more(hall, clock):
+    room = hall.open_room(protocol.Settings())
+    for _ in range(MOST_GUESSES):
+        assert code_of(hall.find_room, "0000", ATTACKER) == "unknown"
+    assert code_of(hall.find_room, room.code, ATTACKER) == "too_many"
+    assert hall.find_room(room.code.lower(), OTHER) is room
+    clock.now += lobby_module.GUESSES_S
+    assert hall.find_room(room.code, ATTACKER) is room
+
+
+async def test_policies_count_in_the_cost_of_a_room(hall, monkeypatch):
+    monkeypatch.setattr(lobby_module, "MOST_ROOMS", 3.0)
+    guest, other = Guest(hall), Guest(hall)
+    assert guest.say(protocol.Create(opponent="ring")) is None and hall.room().cost == 1.25
+    assert other.say(protocol.Create(seat="watch", player="ring", opponent="ring")) is None
+    guest.say(protocol.Leave())
+    assert guest.say(protocol.Create(opponent="ring")) is None
+    silent = protocol.When(silent_s=1.0)
+    rules = [protocol.Rule(silent, protocol.Response(policy=name)) for name in ("ring", "uniform")]
+    assert guest.say(protocol.Rules(rules)) == "full"
+    for kept in (rules[:1], rules[1:]):
+        assert guest.say(protocol.Rules(kept)) is None
+        await until(lambda: sum(room.cost for room in hall.rooms.values()) == 3.0)
+    assert guest.say(protocol.Invite("blue", "uniform")) is None, "one for another costs nothing"
+
+
+# --- recorded games -------------------------------------------------------------------------------
+
+
+async def test_floods_of_openings_seeks_and_take_overs_are_one_at_a_time(hall, clock, monkeypatch, tmp_path):
+    threads = {}
+
+    def note(name):
+        work = getattr(LoadedRecording, name)
+
+        def noted(*given):
+            threads.setdefault(name, []).append(threading.current_thread())
+            return work(*given)
+
+        monkeypatch.setattr(LoadedRecording, name, noted)
+
+    for name in ("read", "picture", "moment"):
+        note(name)
+    record(tmp_path / "a.jsonl", ticks=100, config=CALM)
+    guest, attackers = peaceful(hall), [Attacker(hall) for _ in range(5)]
+    for attacker in attackers:
         for _ in range(3):
-            await asyncio.sleep(0)
-        task.cancel()
-        assert await task == "done"
-        assert (account.debt_s(), neighbour.debt_s()) == (pytest.approx(20.0), 0.0)
-        await neighbour.turn()
-        assert clock.now == 0.0, "the address has more left"
-        await account.turn()
-        assert clock.now == pytest.approx(20.0)
-
-    asyncio.run(play())
-
-
-def test_an_address_in_debt_serves_its_connections_in_turn_and_no_debt_is_left_behind(monkeypatch):
-    clock = Clock(monkeypatch)
-    accounts = Accounts(Rate(1.0, 1.0), Rate(2.0, 0.5))
-    served = []
-
-    async def use(name, account):
-        while clock.now < 100.0:
-            await account.turn()
-            served.append(name)
-            account.spend(0.5)
-
-    async def play():
-        everybody = [accounts.of(("a", port)) for port in range(1, 10)]
-        await asyncio.gather(*(use(name, account) for name, account in enumerate(everybody)))
-        counts = Counter(served)
-        assert min(counts.values()) >= 10 and len(served) <= 2.0 / 0.5 + 100.0 + 9, "of about eleven each"
-        assert accounts.of(("a", 10)).debt_s() > 0.0 and accounts.of(("b", 1)).debt_s() == 0.0
-        accounts.forget(clock.now)
-        assert accounts.of(("a", 11)).debt_s() > 0.0
-
-    asyncio.run(play())
+            attacker.say(protocol.OpenReplay("a.jsonl"))
+    await until(lambda: len(hall.watched) == 5)
+    assert len(threads["read"]) <= 2 * 5, "who asks again is read for once, and what had begun ends"
+    shown = [attacker.handler._replay for attacker in attackers]
+    for attacker in attackers:
+        attacker.say(protocol.Pace(0.0))
+    await until(lambda: not any(replay._is_sought for replay in shown))
+    threads["picture"].clear()
+    for attacker in attackers:
+        for tick in range(10):
+            attacker.say(protocol.Seek(10 * tick))
+    await until(lambda: not any(replay._is_sought for replay in shown))
+    assert len(threads["picture"]) <= 2 * 5, "of ten"
+    for attacker in attackers:
+        for _ in range(5):
+            attacker.say(protocol.TakeOver("red", "uniform"))
+    await until(lambda: len(hall.rooms) == 6 and not hall.watched)
+    for kind, used in threads.items():
+        assert len(set(used)) == 1 and threading.current_thread() not in used, kind
+    assert await plays_on(guest)
 
 
-def test_requests_are_charged_to_their_address_and_refused_with_words_once_it_has_nothing(monkeypatch, tmp_path):
-    monkeypatch.setattr(middleware, "_PATIENCE_S", 0.01)
+async def test_few_recorded_games_wait_to_be_read_and_who_hangs_up_is_forgotten(hall, monkeypatch, tmp_path):
+    record(tmp_path / "a.jsonl")
+    gate, read = asyncio.Event(), []
 
-    async def script(hall):
-        server = Server(hall)
-        answer = server.app(["here"])
+    async def slowly(path, work):
+        await gate.wait()
+        read.append(path)
+        return []
 
-        async def ask(host):
-            scope = {"type": "http", "method": "GET", "path": "/status", "client": (host, 5)}
-            scope |= {"headers": [(b"host", b"here")], "query_string": b""}
-            told = []
-            await answer(scope, Mock(), AsyncMock(side_effect=told.append))
-            return told[0]["status"], told[1]["body"]
+    async def hang_up():
+        await gone.wait()
+        return {"type": "http.disconnect"}
 
-        assert (await ask("192.0.2.1"))[0] == 200
-        assert server.accounts._addresses["192.0.2.1"].budget.left(0.0) < app.ADDRESS_S.most
-        server.accounts.of(("192.0.2.1", 6)).spend(100.0)
-        status, text = await ask("192.0.2.1")
-        assert status == 429 and b"try again in a few seconds" in text
-        assert (await ask("192.0.2.2"))[0] == 200, "others are not asked to wait"
-
-    visiting(tmp_path, script)
-
-
-def test_a_client_in_debt_is_told_so_and_heard_later(monkeypatch):
-    clock, guest = Clock(monkeypatch), Connection(Socket())
-    account = Accounts(app.CONNECTION_S, app.ADDRESS_S).of(("a", 1))
-    account.spend(1.0)
-    asyncio.run(client_handler.wait_for_turn(account, guest, 60_000))
-    (told,) = guest._waiting
-    assert "more processor time than a client may use" in told
-    assert clock.now == pytest.approx((1.0 - app.CONNECTION_S.most) / app.CONNECTION_S.per_second)
+    monkeypatch.setattr(hall._replays, "work", slowly)
+    gone, app = asyncio.Event(), Server(hall).app(["here"])
+    path = "/recordings/a.jsonl/trial"
+    held = [asyncio.create_task(answer_of(app, path, receive=hang_up)) for _ in range(MOST_READING)]
+    for _ in range(20):
+        await asyncio.sleep(0)
+    status, text = await answer_of(app, path, OTHER)
+    assert status == 503 and "try again" in text
+    with pytest.raises(RefusedError, match="too many"):
+        await hall.read("a.jsonl")
+    gone.set()
+    assert {status for status, _ in await asyncio.gather(*held)} == {499}
+    gate.set()
+    assert (await answer_of(app, path, OTHER))[0] == 200 and len(read) == 1

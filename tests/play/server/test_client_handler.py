@@ -105,19 +105,6 @@ class NearHall(Hall):
         return Opened(LoadedRecording.read(self.find_recording(name)))
 
 
-def visiting(folder, script, hall=Hall):
-    """Run a script in a lobby, and close it."""
-
-    async def play():
-        made = hall(folder)
-        try:
-            await script(made)
-        finally:
-            made.close()
-
-    asyncio.run(play())
-
-
 def dot(number, width=0.1):
     return protocol.CommandMessage(number, strokes=[protocol.StrokeMessage("attract", width, [(0.5, 0.5)])])
 

@@ -2,7 +2,6 @@
 
 import pytest
 
-from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.middleware import AccessMiddleware
 
 pytestmark = pytest.mark.anyio
@@ -23,9 +22,14 @@ async def ask(kind="http", allowed=(), embedders=LAB, **headers):
     async def receive():
         return {"type": "websocket.connect"}
 
-    accounts, hosts = Accounts(Rate(1.0, 1.0), Rate(1.0, 1.0)), ("Here.example:80", "[::1]:80")
-    scope = {"type": kind, "headers": [(name.encode(), value.encode()) for name, value in headers.items()]}
-    await AccessMiddleware(inner, hosts, allowed, embedders, accounts=accounts)(scope, receive, send)
+    hosts = "Here.example:80", "[::1]:80"
+    scope = {
+        "type": kind,
+        "path": "/",
+        "query_string": b"",
+        "headers": [(name.encode(), value.encode()) for name, value in headers.items()],
+    }
+    await AccessMiddleware(inner, hosts, allowed, embedders)(scope, receive, send)
     return answers
 
 

@@ -18,8 +18,8 @@ from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLin
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import audience, live_session
 from swarm_pz.play.server import room as module
-from swarm_pz.play.server.budget import Rate
 from swarm_pz.play.server.connection import RefusedError
+from swarm_pz.play.server.limits import RateLimit
 from swarm_pz.play.server.rendered_command import render
 from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.room import AWAY_S, Room
@@ -427,14 +427,14 @@ async def test_countdowns_that_are_called_off_begin_once_a_second(tmp_path, monk
     now = [1000.0]
     monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now[0]))
     with opened(tmp_path, blue=0, countdown_s=600.0) as room:
-        (red,) = seated(room, "red")
+        (red,), begun = seated(room, "red"), 0
         for _ in range(100):
             with contextlib.suppress(RefusedError):
                 room.ready(red, True)
+            begun += room.phase == "starting"
             room.ready(red, False)
             now[0] += 0.0625
-        begun = [state for state in red.heard(protocol.RoomState) if state.phase == "starting"]
-        assert len(begun) == 7, "in 6.25 s"
+        assert begun == 7, "in 6.25 s"
         assert code_of(room.ready, red, True) == "too_many" and not room.seats[0].ready
 
 
@@ -583,9 +583,9 @@ async def test_what_players_do_is_written_as_it_was_done(tmp_path):
 
 async def test_a_rooms_state_is_told_to_so_many_at_once_and_then_to_all_together_once_in_a_while(tmp_path, monkeypatch):
     """Clients that came again and again made the server write thousands of messages to everybody in the room."""
-    monkeypatch.setattr(audience, "TELL_S", 0.05)
-    monkeypatch.setattr(audience, "TOLD", Rate(10.0, 1e-9))  # nothing comes back
+    monkeypatch.setattr(audience, "SEND_S", 0.05)
     with opened(tmp_path) as room:
+        room.audience._limit = RateLimit(4, 1e9)
         clients = [Client() for _ in range(4)]
 
         def told():
@@ -593,7 +593,7 @@ async def test_a_rooms_state_is_told_to_so_many_at_once_and_then_to_all_together
 
         for client in clients:
             room.watch(client)
-        assert told() == [4, 3, 2, 1], "which are ten"
+        assert told() == [4, 3, 2, 1], "four states"
         for more in (1, 2):
             for _ in range(20):
                 room.audience.tell_state()

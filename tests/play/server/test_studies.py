@@ -269,10 +269,8 @@ async def test_whatever_goes_wrong_a_page_hears_words(tmp_path, monkeypatch, cap
             assert ("Traceback" in caplog.text) == (status == 500), "a full disk is no fault of ours"
 
 
-def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, monkeypatch):
+def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, clock):
     """Without a limit of wrong codes whoever tries many finds a session, and takes it over."""
-    now = [1000.0]
-    monkeypatch.setattr(studies, "time", SimpleNamespace(monotonic=lambda: now[0]))
     with begun(tmp_path) as folder:
         host = StudyHost(folder, Rooms())
         host._visitors[1].window = "known"
@@ -288,10 +286,11 @@ def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, monkeypatch):
         assert status("P02", "w", "there") == 429, "else a right guess is told from a wrong one"
         assert status("P01", "", "there") == 429, "a window without a name is nobody's"
         assert status("P02", "known", "there") == 1 and status("P02", "w", "elsewhere") == 1
-        now[0] += 6.0
+        clock.now += studies.WRONG_CODES_S
         assert status("P02", "w", "there") == 1
-        now[0] += 1000.0
-        assert status("X", "w", "elsewhere") == 404 and list(host._guesses) == ["elsewhere"], "what is over goes"
+        assert status("X", "w", "elsewhere") == 404 and list(host._guesses._limits) == ["elsewhere"], (
+            "what is over goes"
+        )
 
 
 async def test_who_has_withdrawn_is_told_so_and_the_partner_is_asked_no_game_of_two(tmp_path):

@@ -1,1 +1,0 @@
-"""The table, measured; see `__main__`."""
