@@ -13,6 +13,7 @@ from swarm_pz.cli.player_options import Opponent, Player, Players, able, able_to
 from swarm_pz.cli.report import arguments, command, need, print_rules, program, progress, say, write_json
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
+from swarm_pz.errors import ResultsError
 from swarm_pz.files import check_file, check_folder, draft_of
 from swarm_pz.policy import kind_of
 
@@ -261,13 +262,18 @@ def season(
         entries = seasons.Entries.read(folder, game, allow_programs=allow_programs)
         check_folder(folder)
         others = [one.name for track in Protocol.read().tracks if track.name == "field" for one in track.trials]
-        tournament = Tournament((*entries.folders, *(others if field else ())), config, folder, entries, command())
-    for name, reason in entries.left_out.items():
-        print(tables.printable(f"left out: {name}: {reason}"))
+        players = (*entries.folders, *(others if field else ()))
+        left_out = [f"left out: {name}: {reason}" for name, reason in entries.left_out.items()]
+        if len(players) < 2:
+            had = ", ".join(players) or "none"
+            raise ResultsError("; ".join([f"a season needs two or more players, got {had}", *left_out]))
+        tournament = Tournament(players, config, folder, entries, command())
+    for line in left_out:
+        print(tables.printable(line))
     _play_on(tournament, processes, ray)
     figures = _write_ladder(tournament)
     with draft_of(folder / seasons.PAGE) as draft:
-        draft.write_text(seasons.render(figures, entries), encoding="utf-8")
+        draft.write_text(seasons.render(figures, entries, tournament.games.values()), encoding="utf-8")
     print(f"page: {folder / seasons.PAGE}")
 
 

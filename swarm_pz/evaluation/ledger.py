@@ -106,6 +106,16 @@ def folder_lock(folder: Path) -> Iterator[None]:
         lock.release()
 
 
+def recorded_digests(folder: Path) -> dict[str, str]:
+    """Return the digests of the players in a tournament's folder; none where it has no settings that can be read."""
+    try:
+        return {
+            str(name): str(digest) for name, digest in json.loads((folder / SETTINGS).read_text())["learned"].items()
+        }
+    except (OSError, LookupError, TypeError, ValueError, RecursionError):  # a Ledger says why
+        return {}
+
+
 class Ledger:
     """A folder with one line for every finished game, in ``games.jsonl``, and the settings in ``tournament.json``.
 

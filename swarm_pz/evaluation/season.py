@@ -7,6 +7,8 @@ where the host allows them.
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -14,13 +16,16 @@ from typing import Any
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError, ResultsError, SwarmError, require_extra
+from swarm_pz.evaluation.ledger import PlayedGame, recorded_digests
 from swarm_pz.files import read_toml
-from swarm_pz.policy import Player, Program, load, registered
+from swarm_pz.policy import Player, Program, digest_of, load, registered
 
 ENTRIES, CARD, PAGE = "entries", "entry.toml", "index.html"
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 FIELDS = {"by": 60, "link": 200, "exec": 300, "digest": 32}
 """Fields of a card, and the letters that each may have."""
+_MOST_REASONS, _MOST_LETTERS = 3, 300
+"""Of a player's forfeits on the page, and of each reason."""
 
 
 @dataclass(frozen=True)
@@ -51,17 +56,20 @@ class Entries:
         ResultsError
             If there is no such folder.
         """
-        place, found = season / ENTRIES, cls()
+        place, found, played = season / ENTRIES, cls(), recorded_digests(season)
         if not place.is_dir():
             raise ResultsError(f"{season} must hold a folder {ENTRIES}, with a folder of each entry in it")
         for folder in sorted(path for path in place.iterdir() if not path.name.startswith(".")):
             try:
                 card = _check(folder, allow_programs=allow_programs)
                 found.folders[folder.name], found.cards[folder.name] = folder, card
-                found._made[folder.name] = found(folder.name, game)
+                player = found._made[folder.name] = found(folder.name, game)
+                if played.get(folder.name, digest := digest_of(folder.name, player)) != digest:
+                    raise ResultsError("it changed since its games were played: send a new version under another name")
             except (SwarmError, OSError) as error:
                 found.left_out[folder.name] = str(error)
                 found.folders.pop(folder.name, None)
+                found._made.pop(folder.name, None)
         return found
 
     def __call__(self, name: str, game: GameConfig) -> Player:
@@ -102,9 +110,19 @@ def _check(folder: Path, *, allow_programs: bool) -> dict[str, str]:
     return card
 
 
-def render(ladder: dict[str, Any], entries: Entries) -> str:
+def reasons_of(games: Iterable[PlayedGame]) -> dict[str, list[tuple[str, int]]]:
+    """Return the commonest reasons of each player's forfeits, with the number of games."""
+    found: dict[str, Counter[str]] = {}
+    for game in games:
+        if game.forfeit:
+            loser = game.one if game.outcome == "loss" else game.other
+            found.setdefault(loser, Counter())[game.forfeit.removeprefix(f"{loser}: ")[:_MOST_LETTERS]] += 1
+    return {name: counts.most_common(_MOST_REASONS) for name, counts in found.items()}
+
+
+def render(ladder: dict[str, Any], entries: Entries, games: Iterable[PlayedGame] = ()) -> str:
     """Return the season's page: one file that fetches nothing but the picture beside it."""
-    page: str = _template().render(ladder=ladder, entries=entries)
+    page: str = _template().render(ladder=ladder, entries=entries, reasons=reasons_of(games))
     return page
 
 

@@ -7,7 +7,9 @@ or filling a machine; they are no sandbox.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import hashlib
+import itertools
 import json
 import os
 import queue
@@ -17,9 +19,10 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 import weakref
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -36,6 +39,8 @@ from swarm_pz.spaces.observation import Observations, of_game
 VERSION = 1
 SECONDS = 10.0
 """Longest wait for a line."""
+GAME_SECONDS, COMMAND_SECONDS = 20.0, 0.1
+"""A chess clock: a program may take the first in each game, and the second more for each command."""
 LINE_BYTES = 2**20
 """Longest line that a program may write."""
 MEMORY_BYTES = 2**30
@@ -46,8 +51,10 @@ _KEPT_LINES = 20
 """Last lines of its standard error that are kept."""
 _ENVIRONMENT = ("PATH", "LANG", "SYSTEMROOT")
 """All that it inherits."""
+_MOST_FILES, _MOST_BYTES = 1000, 2**28
+"""Of a folder that a digest covers."""
 _FAILED: dict[str, str] = {}
-"""Programs that did not answer the greeting, and how: they are not started again, since each takes long to fail."""
+"""Errors of programs that did not answer the greeting, by digest: to start them again would take as long again."""
 
 
 class Program:
@@ -61,30 +68,40 @@ class Program:
         The program and its arguments, as for a shell, but none runs it. Words `NAME=VALUE` before the program are its
         environment.
     folder : Path, optional
-        Where it runs; the present one if not given.
+        Where it runs, which then belongs to the program; the working folder if not given.
+    clock : callable, optional
+        Returns seconds; a game's time is measured by it.
 
     Attributes
     ----------
     observation : ObservationConfig
         What it asked to see.
     digest : str
-        Of its words; of those that are files, what they hold: the program, an interpreter's script.
+        Of its words, of the files among them, and of the folder that these are in.
 
     Raises
     ------
     PolicyError
-        If there is no such program.
+        If there is no such program, or its folder is too large.
     """
 
     answers = "density"
 
-    def __init__(self, config: GameConfig, line: str, folder: Path | None = None) -> None:
+    def __init__(
+        self,
+        config: GameConfig,
+        line: str,
+        folder: Path | None = None,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.name = f"exec:{line}"
         place = Path.cwd() if folder is None else folder.resolve()
         self._cells = config.command_cells
+        self._clock, self._left = clock, dict[int, float]()
         words, environment = _read(self.name, line, place)
-        self.digest = _digest(line, place)
-        self._key = f"{place} {line}"
+        self.digest = _digest(line, place, owns_place=folder is not None)
+        self._key = f"{place} {self.digest}"
         self.observation = ObservationConfig(grid=1)
         self._turn = 0
         if self._key in _FAILED:
@@ -97,11 +114,14 @@ class Program:
 
     def _greet(self, config: GameConfig) -> ObservationConfig:
         self._pipe.send(_greeting(config))
-        told = self._pipe.receive("answer the greeting")
-        if told.get("swarm_pz") != VERSION:
-            raise self._pipe.fault(f'must answer the greeting with "swarm_pz": {VERSION}, got {_shown(told)}')
+        answer = self._pipe.receive("answer the greeting")
+        if not _is_number(version := answer.get("swarm_pz")) or version != VERSION:
+            raise self._pipe.fault(f'must answer the greeting with "swarm_pz": {VERSION}, got {_shown(answer)}')
+        sees, known = answer.get("observation", {}), {entry.name for entry in dataclasses.fields(ObservationConfig)}
         try:
-            return ObservationConfig.from_dict(told.get("observation", {}))
+            return ObservationConfig.from_dict(
+                {name: value for name, value in sees.items() if name in known} if isinstance(sees, dict) else sees
+            )
         except ConfigError as error:
             raise self._pipe.fault(f"asked to see what there is not: {error}") from error
 
@@ -116,6 +136,7 @@ class Program:
         if (fault := _FAILED.get(self._key)) is not None:
             raise ForfeitError(fault)
         for seed, row in zip(seeds, rows.tolist(), strict=True):
+            self._left[row] = GAME_SECONDS
             self._pipe.send({"begin": row, "seed": int(np.random.default_rng(seed).integers(2**31))})
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -126,20 +147,39 @@ class Program:
         ForfeitError
             If an answer is late, wrong or missing; the program is ended.
         """
-        first = self._turn
+        first, began, densities = self._turn, self._clock(), []
         for place, row in enumerate(rows.tolist()):
             self._pipe.send({"turn": self._turn, "game": row, "see": _plain(of_game(observations, place))})
             self._turn += 1
-        return np.stack([self._density(turn) for turn in range(first, self._turn)])
+        for turn, row in enumerate(rows.tolist(), first):
+            densities.append(self._density(turn))
+            now = self._clock()
+            self._left[row] += COMMAND_SECONDS - (now - began)
+            began = now
+            if self._left[row] < 0:
+                raise self._pipe.fault(
+                    f"must take at most {GAME_SECONDS:g} s in a game and {COMMAND_SECONDS:g} s more for each command, "
+                    f"but its time was over at turn {turn}"
+                )
+        return np.stack(densities)
 
     def _density(self, turn: int) -> NDArray[np.float64]:
-        told = self._pipe.receive(f"answer turn {turn}")
-        if told.get("turn") != turn:
-            raise self._pipe.fault(f'must answer "turn": {turn}, got {_shown(told)}')
+        answer = self._pipe.receive(f"answer turn {turn}")
+        if not _is_number(found := answer.get("turn")) or found != turn:
+            raise self._pipe.fault(f'must answer "turn": {turn}, got {_shown(answer)}')
+        density = answer.get("density", ())
         try:
-            return check_densities(told.get("density", ()), (self._cells, self._cells), "density")
-        except CommandError as error:
+            for value in itertools.chain.from_iterable(density):
+                if not _is_number(value):
+                    raise CommandError(f"expected numbers, got {_shown(value)}")
+            return check_densities(density, (self._cells, self._cells), "density")
+        except (CommandError, TypeError) as error:  # it holds no lists
             raise self._pipe.fault(f"answered turn {turn} with no density: {error}") from error
+
+
+def _is_number(value: Any) -> bool:
+    """Return whether a value of JSON is a number: neither a string nor true."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _read(name: str, line: str, place: Path) -> tuple[list[str], dict[str, str]]:
@@ -161,16 +201,47 @@ def _read(name: str, line: str, place: Path) -> tuple[list[str], dict[str, str]]
     return [found, *words[1:]], environment
 
 
-def _digest(line: str, place: Path) -> str:
-    """Return a digest of a program's words, and of files among them what these hold: an interpreter's script is one."""
-    content = hashlib.sha256()
-    for word in shlex.split(line):
-        if os.path.isfile(path := place / word):  # noqa: PTH113  (Path.is_file raises where a word is too long)
-            with path.open("rb") as file:
-                content.update(hashlib.file_digest(file, "sha256").digest())
-        else:
-            content.update(hashlib.sha256(word.encode()).digest())
+def _digest(line: str, place: Path, *, owns_place: bool) -> str:
+    """Return a digest of a program's words, of the files among them, and of the folders of these.
+
+    A folder that belongs to the program counts as a whole. Of the working folder, files with the same suffix count, and
+    of a folder that is too large or has an interpreter named by its path, the named file alone. Hidden files, what
+    Python compiles and the card of a season's entry do not count.
+    """
+    content, files = hashlib.sha256(), set[Path]()
+    words = shlex.split(line)
+    named = [place / word for word in words if os.path.isfile(place / word)]  # noqa: PTH113  (which takes any length)
+    for path in named:
+        is_interpreter = len(named) > 1 and str(path) == words[0]
+        beside = path.parent.glob(f"*{path.suffix}") if path.parent == place and path.suffix else ()
+        if path.parent != place and not is_interpreter:
+            beside = path.parent.rglob("*")
+        files |= {path, *(_listed(beside, path.parent) or ())}
+    if owns_place:
+        found = _listed(place.rglob("*"), place)
+        if found is None:
+            raise PolicyError(f"{place} must hold at most {_MOST_FILES:,} files of {_MOST_BYTES / 2**20:g} MiB in all")
+        files |= found
+    for word in words:
+        content.update(hashlib.sha256(b"" if place / word in named else word.encode()).digest())
+    for path in sorted(files):
+        with path.open("rb") as file:
+            content.update(hashlib.sha256(path.name.encode()).digest() + hashlib.file_digest(file, "sha256").digest())
     return content.hexdigest()[:32]
+
+
+def _listed(paths: Iterable[Path], folder: Path) -> set[Path] | None:
+    """Return those of a folder's files that a digest covers; None if they are too many or too large."""
+    found, size = set(), 0
+    for count, path in enumerate(paths):
+        parts = path.relative_to(folder).parts
+        if any(part.startswith(".") or part in ("__pycache__", "entry.toml") for part in parts) or not path.is_file():
+            continue
+        found.add(path)
+        size += path.stat().st_size
+        if count > _MOST_FILES or size > _MOST_BYTES:
+            return None
+    return found
 
 
 def _greeting(config: GameConfig) -> dict[str, Any]:
@@ -185,7 +256,13 @@ def _greeting(config: GameConfig) -> dict[str, Any]:
         "kinds": ["grids", "entities", "drones"],
         "grids": [grid for grid in range(1, GRID_CELLS + 1) if GRID_CELLS % grid == 0],
         "channels": CHANNELS + MOTION_CHANNELS,
-        "limits": {"seconds": SECONDS, "line_bytes": LINE_BYTES, "memory_bytes": MEMORY_BYTES},
+        "limits": {
+            "seconds": SECONDS,
+            "game_seconds": GAME_SECONDS,
+            "command_seconds": COMMAND_SECONDS,
+            "line_bytes": LINE_BYTES,
+            "memory_bytes": MEMORY_BYTES,
+        },
     }
 
 

@@ -56,6 +56,15 @@ def test_a_season_plays_what_is_new_alone(tmp_path, capsys):
     games = games_of(season)
     assert games[: len(early)] == early and len(games) == 12
     assert all(game["forfeit"].startswith("late: exec:") for game in games[len(early) :])
+    page = (season / "index.html").read_text()
+    assert "<li>late, 6 games: exec:" in page and "must answer the greeting, but ended with status 0" in page
+    with (season / "entries" / "robot" / "ring.py").open("a") as file:
+        file.write("# better")
+    main(f"season {season} --allow-programs {SHORT}".split())
+    assert games_of(season) == games, "the others go on"
+    assert "<li>robot: it changed since its games were played" in (season / "index.html").read_text()
+    (season / "entries" / "robot" / "ring.py").write_text((BOTS / "ring.py").read_text())
+    main(f"season {season} --allow-programs {SHORT}".split())
     rows = json.loads((season / "ladder.json").read_text())["players"]
     assert {row["player"]: row["forfeits"] for row in rows} == {"late": 6, "first": 0, "second": 0, "robot": 0}
 
@@ -103,6 +112,15 @@ def test_a_season_starts_a_program_once_to_see_whether_it_plays(tmp_path, monkey
     player = entries("robot", GameConfig())
     assert len(started) == 1 and entries("robot", GameConfig()) is not player and len(started) == 2
     assert pickle.loads(pickle.dumps(entries)).folders == entries.folders  # noqa: S301  (for other processes)
+
+
+def test_a_season_without_players_says_why(tmp_path, capsys):
+    for name in ("one", "other"):
+        send(tmp_path, name, exec="python3 ring.py")
+    with pytest.raises(SystemExit):
+        main(f"season {tmp_path} {SHORT}".split())
+    said = capsys.readouterr().err
+    assert "needs two or more players, got none; left out: one: it is a program" in " ".join(said.split())
 
 
 @pytest.mark.parametrize(

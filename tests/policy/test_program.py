@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_pz.config import GameConfig
-from swarm_pz.errors import PolicyError
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.errors import ForfeitError, PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
 from swarm_pz.policy import Program, allow_files, load, program
+from swarm_pz.spaces.observation import observation_space
 
 BOTS = Path(__file__).parents[2] / "examples" / "bots"
 SHORT = GameConfig(drones_per_team=2, time_limit=3.0)
@@ -39,6 +40,12 @@ WRONG = {
     "answers too much": (GREET + READ + ANSWER.replace("0.5", "7.0"), "no density"),
     "answers another shape": (GREET + READ + ANSWER.replace("* 10]", "* 9]"), "no density"),
     "answers text": (GREET + READ + ANSWER.replace("[[0.5] * 10] * 10", "'much'"), "no density"),
+    "answers a number as text": (GREET + READ + ANSWER.replace("[[0.5]", "[['0.5']"), "expected numbers"),
+    "answers true": (GREET + READ + ANSWER.replace("[[0.5]", "[[True]"), "expected numbers"),
+    "answers a number too large": (GREET + READ + ANSWER.replace("[[0.5]", "[[10**400]"), "no density"),
+    "answers a flat list": (GREET + READ + ANSWER.replace("[[0.5] * 10] * 10", "[0.5] * 100"), "no density"),
+    "calls its turn true": (GREET + READ + ANSWER.replace("told['turn']", "bool(told['turn'])"), "turn"),
+    "has version true": (GREET.replace(": 1", ": True"), "swarm_pz"),
     "answers another turn": (GREET + READ + ANSWER.replace("told['turn']", "99"), '"turn": 0'),
     "answers no JSON": (GREET + READ + "print('hello', flush=True)", "JSON object"),
     "answers a list": (GREET + READ + "print('[1]', flush=True)", "JSON object"),
@@ -53,6 +60,21 @@ WRONG = {
     "fills its errors": (GREET + READ + "\n    while True: sys.stderr.write('x' * 999 + '\\n')", "within 0.5 s"),
     "fills the memory": (GREET + READ + "b = bytearray(2**32); " + ANSWER, "MemoryError"),
 }
+
+
+class NoPipe:
+    """A program that is not started."""
+
+    def __init__(self, *_):
+        pass
+
+    def send(self, message):
+        pass
+
+    def receive(self, what):
+        return {"swarm_pz": 1}
+
+
 TELL = "import os\ndef tell(): open(os.environ['PIDS'], 'a').write(f'{os.getpid()}\\n')\ntell()\n"
 
 
@@ -171,6 +193,65 @@ def test_games_are_the_same_again_and_seeds_and_rules_are_told(bad):
     first, second = (play_match(name, "noise", games=2, seed=3, config=SHORT) for _ in range(2))
     assert not first.forfeits and first.summary()["unique_games"] == 2
     assert [game.fingerprint for game in first.games] == [game.fingerprint for game in second.games]
+
+
+def test_names_that_this_version_does_not_know_are_ignored(bad):
+    name = bad[0](GREET.replace('"entities"', '"entities", "later": 1}, "more": {"later": 1') + READ + ANSWER)
+    assert not play_match(name, "noise", games=2, config=SHORT).forfeits
+
+
+def test_a_program_that_was_mended_plays_in_the_same_process(bad):
+    name = bad[0]("")
+    assert len(play_match(name, "noise", games=2, config=SHORT).forfeits) == 2
+    assert bad[0](GREET + READ + ANSWER) == name
+    assert not play_match(name, "noise", games=2, config=SHORT).forfeits
+
+
+def test_a_program_has_a_time_for_each_game_which_grows_with_its_commands(bad):
+    """A clock that the program's answers move: 7 s in game 0, 0.05 s in game 1."""
+    now = iter(np.cumsum([0.0, 7.0, 0.05] * 4))
+    line = bad[0](GREET + READ + ANSWER).removeprefix("exec:")
+    player, rows = Program(SHORT, line, clock=lambda: float(next(now))), np.arange(2)
+    player.reset([0, 1], rows)
+    space = observation_space(SHORT, ObservationConfig(kind="entities"))
+    seen = {name: np.zeros((2, *part.shape), part.dtype) for name, part in space.items()}
+    for _ in range(2):
+        player.act(seen, rows)
+    with pytest.raises(ForfeitError, match=r"at most 20 s in a game and 0\.1 s more .* its time was over at turn 4"):
+        player.act(seen, rows)
+
+
+def test_a_digest_covers_what_lies_beside_a_program(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "bots" / "mine"
+    (folder / "parts").mkdir(parents=True)
+    for file in ("main.py", "parts/helper.py", "weights.bin"):
+        (folder / file).touch()
+    for file in ("bot.py", "near.py", "figures.json"):
+        (tmp_path / file).touch()
+
+    def digests():
+        lines = (("python3 bots/mine/main.py", None), ("python3 main.py", folder), ("python3 bot.py", None))
+        return [Program(SHORT, line, place).digest for line, place in lines]
+
+    monkeypatch.setattr(program, "_Pipe", NoPipe)
+    before = digests()
+    for file, changed in (
+        ("bots/mine/parts/helper.py", [True, True, False]),
+        ("bots/mine/weights.bin", [True, True, False]),
+        ("bots/mine/__pycache__/main.pyc", [False] * 3),
+        ("bots/mine/entry.toml", [False] * 3),
+        ("near.py", [False, False, True]),
+        ("figures.json", [False] * 3),
+    ):
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).write_text(file)
+        after = digests()
+        assert [one != other for one, other in zip(before, after, strict=True)] == changed, file
+        before = after
+    monkeypatch.setattr(program, "_MOST_FILES", 3)
+    with pytest.raises(PolicyError, match="at most 3 files"):
+        digests()
 
 
 def test_it_inherits_only_what_is_named(monkeypatch):
