@@ -32,14 +32,15 @@ export class Lobby {
   }
 
   show(welcome) {
-    const seat = this.link.lastSeat;
+    const seat = welcome?.guests === false ? null : this.link.lastSeat; // without a server seats end with their page
     byId("return").hidden = !seat;
     if (seat) byId("return").textContent = `Return to your seat in room ${seat.room}`;
     byId("quick").classList.toggle("primary", !seat);
     if (byId("recorded").open) listGames(this.link.table, byId("games"));
     if (!welcome) return;
     byId("quick").disabled = byId("invite-somebody").disabled = false;
-    byId("invite-somebody").hidden = byId("join").hidden = byId("responding").hidden = !welcome.guests;
+    for (const id of ["invite-somebody", "join", "responding", "side-watch", "take-over"]) byId(id).hidden = !welcome.guests;
+    byId("side-watch").disabled = !welcome.guests; // some browsers list hidden options
     this.suggest(this.welcome = welcome);
     byId("label-hint").textContent = welcome.records_labels
       ? "This server records it with your games." : "This browser keeps it. The people in your room see it.";

@@ -52,7 +52,7 @@ class Visitor {
     this.said = [];
     this.frames = [];
     this.targets = [];
-    this.table.meet((message) => this.take(message));
+    this.table.send = (message) => this.take(message);
   }
 
   take(message) {
@@ -118,7 +118,7 @@ test("a game counts down, takes what is drawn, ends and is recorded; of what com
   await visitor.pass(1300);
   for (const number of [2, 3, 4]) await visitor.draw(number);
   await visitor.pass(300);
-  await visitor.draw(5, { density: Array.from({ length: 10 }, (_, row) => Array(10).fill(row / 10)) });
+  await visitor.draw(5, { strokes: [] });
   await visitor.pass(3500);
   const { phase, outcome, ended_by: by, recording, sizes } = visitor.last("room");
   assert.deepEqual([phase, outcome, by, sizes.length], ["over", "draw", "time", 5]);
@@ -145,34 +145,21 @@ test("a countdown that is called off leaves the result and the recording of the 
   assert.equal(visitor.frames.at(-1).tick, 30);
 });
 
-test("a page that is loaded anew goes on with its game, which is recorded as one", async () => {
+test("a seat ends with its page, and its game is listed as it was broken off", async () => {
   const visitor = new Visitor();
   await visitor.begin();
-  await visitor.draw(1);
   await visitor.pass(1000);
-  const { token } = visitor.last("seated");
-  for (const number of [2, 3]) { // the latter still waits when the page is closed
-    await visitor.draw(number);
-    await visitor.pass(200);
-  }
   time.timers.clear();
-  const other = new Visitor(visitor.folder), greeting = other.greet(token);
-  await other.pass(6000);
-  await greeting;
-  assert.ok(other.last("displaced"), "another window plays it");
-  visitor.folder.open.clear(); // it is closed
   const again = new Visitor(visitor.folder);
-  await again.greet(token);
-  assert.deepEqual([again.last("seated").room, again.last("room").phase, again.frames[0].tick], [visitor.last("room").code, "playing", 42]);
-  await again.pass(4000);
-  assert.deepEqual([again.last("in_force").number, again.last("in_force").tick, again.last("room").phase], [3, 45, "over"]);
-  await again.keep(again.last("room").recording);
-  const late = new Visitor(visitor.folder);
-  await late.greet(token);
-  assert.equal(late.last("refused").code, "unknown");
+  await again.greet(visitor.last("seated").token);
+  assert.deepEqual([again.last("refused").about, again.last("refused").code], ["hello", "unknown"]);
+  const [{ name, outcome }] = JSON.parse(await again.table.answer("recordings"));
+  assert.equal(outcome, null);
+  await again.say("open_replay", { recording: name });
+  assert.deepEqual([again.last("room").phase, again.last("room").last_tick >= 27], ["replay", true]);
 });
 
-test("a recorded game is shown at any moment, with what was asked for, and goes on from there", async () => {
+test("a recorded game is shown at any moment, with what was asked for", async () => {
   const visitor = new Visitor();
   await visitor.begin({}, { red: 6, blue: 3, majority: true });
   await visitor.draw(1);
@@ -191,13 +178,6 @@ test("a recorded game is shown at any moment, with what was asked for, and goes 
     assert.equal(visitor.targets.length, 2);
     assert.deepEqual([trail.length, trail[0].tick, trail[0].sequence], [Math.floor(tick / 9) + 1, 0, 0]);
   }
-  await visitor.say("seek", { tick: 40 });
-  visitor.table.showReplay();
-  await visitor.say("take_over", { seat: "red" });
-  await visitor.say("ready");
-  await visitor.pass(4500);
-  const lines = await visitor.keep(visitor.last("room").recording);
-  assert.deepEqual([lines[0].origin.tick, lines.at(-1).tick], [40, 120]);
 });
 
 test("a seat is shown less, later and more seldom, and commands later, as an experiment asks", async () => {
@@ -296,9 +276,9 @@ test("what needs a server or a second person is refused, and changes nothing", a
   await visitor.begin();
   const { code } = visitor.last("room");
   for (const [type, has] of [
-    ["create", { opponent: "nobody" }], ["create", { opponent: null }], ["create", { opponent: "ring", seed: 0.5 }],
+    ["create", { opponent: "nobody" }], ["create", { seat: "watch", opponent: "ring" }], ["create", { opponent: null }], ["create", { opponent: "ring", seed: 0.5 }],
     ...[{ red_system: "direct" }, { red: 0 }, { time_limit: 7.25 }, { speed: 3 }, { size: 3 }].map((settings) => ["create", { opponent: "ring", settings }]),
-    ["join", { room: "ABCD" }], ["rules", { rules: [] }], ["open_replay", { recording: "none.jsonl" }],
+    ["join", { room: "ABCD" }], ["rules", { rules: [] }], ["take_over", { seat: "red" }], ["command", { number: 1, density: [] }], ["open_replay", { recording: "none.jsonl" }],
   ]) {
     await visitor.say(type, has);
     assert.equal(visitor.last("refused").about, type);
@@ -307,20 +287,15 @@ test("what needs a server or a second person is refused, and changes nothing", a
   assert.deepEqual([visitor.last("room").code, visitor.last("room").phase, visitor.last("welcome").guests], [code, "playing", false]);
 });
 
-test("a game waits for a visitor who is away, and ends for one who leaves", async () => {
-  const visitor = new Visitor();
-  await visitor.begin();
-  const { tick } = visitor.table.room.game, { token, room } = visitor.last("seated");
-  visitor.table.meet(() => {});
-  await visitor.pass(1000);
-  assert.equal(visitor.table.room.game.tick, tick, "nobody sees it");
-  visitor.table.meet((message) => visitor.take(message));
-  await visitor.greet(token);
-  await visitor.pass(500);
-  assert.ok(visitor.table.room.game.tick > tick);
-  assert.equal(await visitor.table.answer("recordings"), "[]", "it is no recorded game yet");
-  await visitor.say("leave");
-  const [{ name, ended_by: by }] = JSON.parse(await visitor.table.answer("recordings"));
-  assert.deepEqual([by, name.includes(room)], ["left", true]);
-  await visitor.keep(name);
+test("a game ends for a visitor who leaves or greets anew, and they hear nothing more of it", async () => {
+  for (const type of ["leave", "hello"]) {
+    const visitor = new Visitor();
+    await visitor.begin();
+    assert.equal(await visitor.table.answer("recordings"), "[]", "it is no recorded game yet");
+    const { room } = visitor.last("seated"), heard = visitor.all("room").length;
+    await visitor.say(type, { kind: "person", client: { viewport: [1, 1] } });
+    const [{ name, ended_by: by }] = JSON.parse(await visitor.table.answer("recordings"));
+    assert.deepEqual([by, name.includes(room), visitor.all("room").length], ["left", true, heard]);
+    await visitor.keep(name);
+  }
 });

@@ -1,11 +1,11 @@
 // What may be asked for where no server is. Python could not read a recording of anything else.
 
 export class Refused extends Error {
-  code; recording;
+  code;
 
-  constructor(code, reason, recording = null) {
+  constructor(code, reason) {
     super(reason);
-    Object.assign(this, { code, recording });
+    this.code = code;
   }
 }
 
@@ -26,7 +26,7 @@ export const ADDRESS = {
   countdown: number(0, 60), min_command_interval: number(0, 60),
   factors: (of) => of?.constructor === Object && Object.keys(of).every(either("red", "blue")),
 };
-export const GAME = { seed: (seed) => seed === null || whole(0, 2 ** 32 - 1)(seed), seat: either("red", "blue", "watch") };
+export const GAME = { seed: (seed) => seed === null || whole(0, 2 ** 32 - 1)(seed), seat: either("red", "blue") };
 
 // Refuse values that do not fit, and names that mean nothing.
 export function check(values, fits) {

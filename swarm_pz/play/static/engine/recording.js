@@ -1,6 +1,5 @@
 // Recorded games in a page: written as docs/protocol.md#recordings has them, kept in the browser, and played again.
 
-import { Refused } from "./checks.js";
 import { Controller } from "./controller.js";
 import { Game, PERIOD } from "./game.js";
 import { Ground, TRAIL } from "./ground.js";
@@ -9,7 +8,6 @@ import { SIDES, TICKS } from "../words.js";
 
 const UNTIMED = 1e6; // seconds that stand for no limit
 const MARK = 90; // ticks between moments that are kept
-const TRIES = 20, PAUSE_MS = 100; // to open a file
 const LISTED = 200, ENDS = 8192; // games; bytes of a file's beginning and end that are read for its summary
 
 // The first line of a recording, of a table with a room's settings.
@@ -35,26 +33,13 @@ export class Shelf {
     } catch { return new Shelf(); }
   }
 
-  // Add to a file; who else writes it, in another window, has it alone.
+  // Add to a file, which is open until it is closed.
   async append(name, text) {
     if (!this.folder) this.texts.set(name, (this.texts.get(name) ?? "") + text);
     else {
-      if (!this.open.has(name)) this.open.set(name, await this.handle(name));
+      if (!this.open.has(name)) this.open.set(name, await (await this.folder.getFileHandle(name, { create: true })).createSyncAccessHandle());
       const handle = this.open.get(name);
       handle.write(new TextEncoder().encode(text), { at: handle.getSize() });
-    }
-  }
-
-  // The page that was closed may still have it for a moment.
-  async handle(name) {
-    const file = await this.folder.getFileHandle(name, { create: true });
-    for (let tries = 1; ; tries++) {
-      try {
-        return await file.createSyncAccessHandle();
-      } catch {
-        if (tries === TRIES) throw new Refused("taken", "another window plays this game");
-        await new Promise((resolve) => { setTimeout(resolve, PAUSE_MS); });
-      }
     }
   }
 
@@ -72,21 +57,6 @@ export class Shelf {
   async read(name) { return (await this.blob(name))?.text() ?? null; }
 
   async remove(name) { return this.folder ? this.folder.removeEntry(name).catch(() => {}) : this.texts.delete(name); }
-
-  // The seat of a running game, by its token, for who comes back to it once the page is loaded anew.
-  keepSeat(token, seat) { return this.append(`${token}.seat`, JSON.stringify(seat)).then(() => this.close(`${token}.seat`)); }
-
-  async seat(token) { return JSON.parse(await this.read(`${token}.seat`)); }
-
-  dropSeat(token) { return this.remove(`${token}.seat`); }
-
-  // What a file has until the end of its last frame, which stays alone.
-  async untilFrame(name) {
-    const text = await this.read(name), cut = text.lastIndexOf('\n{"type":"frame"', text.lastIndexOf("\n") - 1), end = text.indexOf("\n", cut + 1) + 1;
-    await this.append(name, "");
-    this.open.get(name).truncate(new TextEncoder().encode(text.slice(0, end)).length);
-    return text.slice(0, end);
-  }
 
   // Names of recordings, the latest first.
   async names() {
@@ -207,14 +177,6 @@ export class Playback {
 
   // The command that a team follows at the present moment; none is everything.
   latest(team) { return this.followed.findLast((command) => command.team === team && command.tick < this.game.tick) ?? null; }
-
-  // The present moment, to play on from.
-  moment() {
-    const { header, game } = this, { tick } = game, untilTick = { command: tick, in_force: tick - 1, captured: tick, frame: tick };
-    const past = this.lines.filter((line) => line.tick <= untilTick[line.type]);
-    const latest = [0, 1].map((team) => this.latest(team)), origin = { recording: this.name, tick, lines: past.length };
-    return { game: copy(game), seed: header.seed, sizes: this.sizesUntil(tick), latest, past, origin };
-  }
 
   // The game as rows of an experiment, one for each seat; the tables of `swarm-pz study` have more, from its lines.
   rows() {

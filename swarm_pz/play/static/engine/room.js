@@ -1,4 +1,4 @@
-// A room with one visitor, who plays there against a policy or alone, or looks on: what swarm_pz/play/server does for many.
+// A room of one visitor, who plays against a policy or practises alone. Messages are those of swarm_pz/play/server.
 
 import { check, GAME, Refused, SETTINGS } from "./checks.js";
 import { CELLS } from "./controller.js";
@@ -9,8 +9,8 @@ import { densityOf, targetOf } from "./strokes.js";
 import { base64Of, frameOf, targetMessage } from "./wire.js";
 import { SIDES, TICKS } from "../words.js";
 
-const STEPS = 1e8; // to which a command's values are rounded
-const CATCH_UP = 2; // ticks that a late game makes up for at once
+const STEPS = 1e8; // to which the values of a command are rounded
+const CATCH_UP = 2; // ticks that a late game may run at once
 export const EVERYTHING = new Float32Array(CELLS * CELLS).fill(1);
 export const UNVARIED = { command_delay_ms: 0, display_delay_ms: 0, frame_rate: 30, speed: 1, hide: [], share: 0, helper: "" };
 
@@ -21,13 +21,7 @@ function later(act, ms) {
   else act();
 }
 
-// A policy's name, if it is here.
-function known(name) {
-  if (!PLAYERS.includes(name)) throw new Refused("unknown", `there is no policy '${name}' here`);
-  return name;
-}
-
-// A density as it is followed and written down: its largest value 1, rounded.
+// Scale a density to a maximum of 1 and round it, as it is followed and recorded.
 function followed(values) {
   const most = Math.max(...values) || 1;
   return Array.from(values, (value) => Math.round(value / most * STEPS) / STEPS);
@@ -35,41 +29,52 @@ function followed(values) {
 
 function majorityOf([red, blue]) { return red === blue ? "draw" : SIDES[Number(blue > red)]; }
 
-// What is told of who has a seat.
+// The state of a seat, as rooms have it.
 export function seatOf({ kind = "free", policy = "", label = "", ready = false, state = null, reason = "" }) {
   const flies = { system: "ergodic", takes: "density" };
   return { kind, name: policy, label, connected: kind !== "free", ready, policy_state: state, reason, gone: false, ...flies };
 }
 
-// What is told of a room, besides what has no other value here.
+// The state of a room; parts that are not given have the values of a room in which nothing has happened.
 export function stateOf(has) {
   const none = { outcome: null, recording: null, last_tick: null, starts_ms: null, verified: null, ended_by: null };
   return { type: "room", watchers: 0, once: false, forfeit: "", ...none, ...has };
 }
 
 export class Room {
-  table; code; once; lesson; seed; moment; phase; sizes; games; sequence; isHere; token; game; early; before; players; recorder; outcome; endedBy;
+  game; early; before; players; recorder; outcome; endedBy; target;
 
-  // table: what speaks with the visitor; asked: the message that opens the room; moment: of a recorded game, to go on from.
-  constructor(table, code, asked, moment = null) {
-    const { settings = {}, seat = "red", opponent = null, player = null, label = "", once = false, lesson = false, seed = null } = asked;
+  // table is the worker's, asked the message that opens the room.
+  constructor(table, code, asked) {
+    const { settings = {}, seat = "red", opponent = null, label = "", once = false, lesson = false, seed = null } = asked;
     const { red = 10, blue = 10, time_limit: limit = 300, mapping, speed, majority } = settings;
     check({ seed, seat }, GAME);
     check(settings, SETTINGS);
-    Object.assign(this, { table, code, once, lesson, seed, moment, phase: "waiting", sizes: [], games: 0, sequence: 0, isHere: false });
+    if (opponent !== null && !PLAYERS.includes(opponent)) throw new Refused("unknown", `there is no policy '${opponent}' here`);
+    this.table = table;
+    this.code = code;
+    this.once = once;
+    this.lesson = lesson;
+    this.seed = seed;
+    this.phase = "waiting";
+    this.sizes = [];
+    this.games = 0;
+    this.sequence = 0;
     this.settings = {
       red, blue, time_limit: limit, mapping: mapping ?? "firm", red_system: "ergodic", blue_system: "ergodic",
       speed: table.factors.find((own) => own.speed !== 1)?.speed ?? speed ?? 1, ...(majority && red && blue ? { majority } : {}),
     };
     this.interval = Math.ceil(10 * table.interval - 1e-6) * PERIOD;
-    this.team = seat === "watch" ? null : SIDES.indexOf(seat); // the visitor's
-    this.view = table.factors[this.team] ?? UNVARIED;
-    const policies = seat === "watch" ? [player, opponent] : seat === "red" ? [null, opponent] : [opponent, null];
+    this.team = SIDES.indexOf(seat); // of the visitor
+    this.view = table.factors[this.team];
+    const other = SIDES[1 - this.team];
+    if (!this.settings[seat] || (this.settings[other] > 0) !== (opponent !== null)) {
+      throw new Refused("not_valid", `an opponent leads the drones of ${other} if there are any, and you those of ${seat}: nobody else can come in here`);
+    }
     /** @type {any[]} */
-    this.seats = policies.map((name) => (name === null ? {} : this.load(known(name))));
-    if (this.team !== null) this.seats[this.team] = { kind: table.kind, label };
-    const isEmpty = this.seats.some(({ kind }, team) => (this.settings[SIDES[team]] > 0) !== (kind !== undefined));
-    if (isEmpty) throw new Refused("not_valid", "nobody else can come in here: each side with drones needs a player, and no other one");
+    this.seats = [{}, {}];
+    this.seats[this.team] = { kind: table.kind, label };
+    if (opponent !== null) this.seats[1 - this.team] = this.load(opponent);
     this.token = Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
   }
 
@@ -78,61 +83,49 @@ export class Room {
   // Milliseconds since the game began.
   get ms() { return now() - this.beganMs; }
 
-  // --- who is here ------------------------------------------------------------------------------------
+  // --- the visitor ------------------------------------------------------------------------------------
 
   load(policy) {
     const seat = { kind: "policy", policy, ready: true, state: "loading" };
     loadPlayer(policy).then(() => { seat.state = "loaded"; }, (error) => Object.assign(seat, { state: "failed", reason: error.message }))
-      .then(() => { if (this.isHere) this.beginIfReady(); });
+      .then(() => { if (this.table.room === this) this.beginIfReady(); });
     return seat;
   }
 
-  // Let the visitor in, or in again.
   enter() {
     const { hide, frame_rate: rate } = this.view, isVaried = hide.length || rate < UNVARIED.frame_rate;
-    this.isHere = true;
-    if (this.team !== null) {
-      const factors = isVaried ? { hide, frame_rate: rate } : null;
-      this.say({ type: "seated", room: this.code, seat: SIDES[this.team], token: this.token, commands: this.table.commands, factors });
-    }
-    this.note("connected");
+    const factors = isVaried ? { hide, frame_rate: rate } : null;
+    this.say({ type: "seated", room: this.code, seat: SIDES[this.team], token: this.token, commands: this.table.commands, factors });
     this.tell();
-    if (this.game || this.moment) this.show(true);
-    if (this.target) this.showTarget(this.target);
   }
 
-  // The visitor is away: a game waits for them, or is left for good.
-  part(isLeft) {
+  leave() {
     this.note("disconnected");
-    this.isHere = false;
     if (this.phase === "starting") this.callOff();
-    if (isLeft && this.phase === "playing") this.stop("stopped", "left");
+    if (this.phase === "playing") this.stop("stopped", "left");
   }
 
   note(event) {
-    if (!this.isOn || this.team === null) return;
-    this.write({ type: "seat", team: this.team, event, ms: this.ms, ...(event === "connected" ? { client: this.table.client } : {}) });
+    if (this.isOn) this.write({ type: "seat", team: this.team, event, ms: this.ms, ...(event === "connected" ? { client: this.table.client } : {}) });
   }
 
-  // --- what they are shown ----------------------------------------------------------------------------
-
-  // Show something, as much later as the visitor is shown things.
-  pass(act) { later(() => { if (this.isHere) act(); }, this.view.display_delay_ms); }
+  // Send something, as much later as the visitor is shown things.
+  pass(act) { later(() => { if (this.table.room === this) act(); }, this.view.display_delay_ms); }
 
   say(message) { this.pass(() => this.table.say(message)); }
 
   tell() {
-    const { code, phase, settings, once, team, view } = this, [red, blue] = this.seats.map(seatOf);
+    const { code, phase, settings, once, view } = this, [red, blue] = this.seats.map(seatOf);
     const ended = phase === "over" ? { outcome: this.outcome, recording: this.recorder.name, ended_by: this.endedBy } : {};
     this.say(stateOf({
-      code, phase, settings, red, blue, once, ...ended, sizes: [...this.sizes], watchers: Number(team === null),
-      min_command_interval: this.table.interval, starts_ms: phase === "starting" ? this.beganMs + view.display_delay_ms : null,
+      code, phase, settings, red, blue, once, ...ended, sizes: [...this.sizes], min_command_interval: this.table.interval,
+      starts_ms: phase === "starting" ? this.beganMs + view.display_delay_ms : null,
     }));
   }
 
-  // Show the present moment, if it is one of those that are shown; a keyframe is.
+  // Show the present moment if its turn has come; a keyframe is always shown.
   show(isKey = false) {
-    const game = this.game ?? this.moment.game, { hide, frame_rate: rate, display_delay_ms: delay } = this.view, isLast = isKey || game.isOver;
+    const { game } = this, { hide, frame_rate: rate, display_delay_ms: delay } = this.view, isLast = isKey || game.isOver;
     const count = (tick) => Math.floor(tick * rate / (TICKS * this.settings.speed));
     this.hasFields ||= isLast || game.tick % PERIOD === 0;
     if (!isLast && rate < UNVARIED.frame_rate && count(game.tick) === count(game.tick - 1)) return;
@@ -142,8 +135,8 @@ export class Room {
     this.pass(() => this.table.send(frame));
   }
 
-  showTarget(target) {
-    this.target = target;
+  showTarget(number, density) {
+    const target = targetMessage(this.team, number, targetOf(density));
     if (!this.view.hide.includes("target")) this.pass(() => this.table.send(target));
   }
 
@@ -153,43 +146,36 @@ export class Room {
     const failed = this.seats.find(({ state }) => state === "failed");
     if (this.phase === "playing" || (this.once && this.phase === "over")) throw new Refused("out_of_turn", "the game runs, or was the only one here");
     if (isReady && failed) throw new Refused("not_valid", `${failed.policy} cannot play: ${failed.reason}`);
-    if (this.team === null) this.isCalledFor = isReady;
-    else this.seats[this.team].ready = isReady;
+    this.seats[this.team].ready = isReady;
     if (!isReady && this.phase === "starting") this.callOff();
     this.beginIfReady();
   }
 
   beginIfReady() {
-    const canPlay = ({ ready, state = "loaded" }, team) => !this.settings[SIDES[team]] || (ready && state === "loaded");
-    if (this.seats.every(canPlay) && (this.team !== null || this.isCalledFor) && !this.isOn) this.begin();
+    const canPlay = this.seats.every(({ kind, ready, state = "loaded" }) => !kind || (ready && state === "loaded"));
+    if (canPlay && !this.isOn) this.begin();
     else this.tell();
   }
 
-  // Set up a game, at its start or at the moment to go on from.
-  prepare() {
-    const { red, blue, time_limit: limit } = this.settings, { moment } = this;
-    this.seed ??= moment?.seed ?? crypto.getRandomValues(new Uint32Array(1))[0];
-    this.game = moment?.game ?? new Game({ red, blue, timeLimit: limit ?? 1e6 }, this.seed);
-    this.sizes = moment?.sizes ?? [[...this.game.sizes]];
-    this.firstTick = this.game.tick;
-    this.inForce = [0, 1].map((team) => moment?.latest[team]?.tick ?? -this.interval);
-    this.waiting = [null, null];
-    this.numbers = [0, 0]; // of commands
-    if (this.team !== null) this.target = targetMessage(this.team, 0, targetOf(moment?.latest[this.team]?.density.flat() ?? EVERYTHING));
-    return Promise.all(this.seats.map(({ policy }, team) => (policy ? loadPlayer(policy, (this.seed ^ team) >>> 0) : null)));
-  }
-
   begin() {
-    const before = { game: this.game, sizes: this.sizes, phase: this.phase };
-    const loaded = this.prepare(), { game, table } = this, wait = new Promise((resolve) => { setTimeout(resolve, 1000 * table.countdown); });
-    this.early = this.moment?.past ?? [this.frameLine()];
-    Object.assign(this, { before, phase: "starting" });
-    this.beganMs = now() + 1000 * table.countdown;
+    const { red, blue, time_limit: limit } = this.settings, ms = 1000 * this.table.countdown;
+    this.before = { game: this.game, sizes: this.sizes, phase: this.phase };
+    this.seed ??= crypto.getRandomValues(new Uint32Array(1))[0];
+    const game = this.game = new Game({ red, blue, timeLimit: limit ?? 1e6 }, this.seed);
+    this.sizes = [[...game.sizes]];
+    this.inForce = [-this.interval, -this.interval];
+    this.waiting = [null, null];
+    this.asked = 0; // commands of the policy
+    this.phase = "starting";
+    this.beganMs = now() + ms;
+    this.early = [this.frameLine()];
     this.note("connected");
     this.tell();
     this.show(true);
-    if (this.target) this.showTarget(this.target);
-    Promise.all([loaded, wait]).then(([players]) => { if (this.game === game && this.phase === "starting") this.start(players); });
+    this.showTarget(0, EVERYTHING);
+    const loaded = this.seats.map(({ policy }, team) => (policy ? loadPlayer(policy, (this.seed ^ team) >>> 0) : null));
+    Promise.all([...loaded, new Promise((resolve) => { setTimeout(resolve, ms); })])
+      .then((players) => { if (this.game === game && this.phase === "starting") this.start(players.slice(0, 2)); });
   }
 
   // Take back the countdown: what was there before is shown again, a result, too.
@@ -199,52 +185,33 @@ export class Room {
   }
 
   start(players) {
-    const { table, settings, lesson, moment, seed } = this, [red, blue] = this.seats.map(({ kind = "free", policy = "" }) => ({ kind, policy }));
-    const has = { software: table.software, seed, red, blue, lesson, ...(moment ? { origin: moment.origin } : {}) };
+    const { table, settings, lesson, seed } = this, [red, blue] = this.seats.map(({ kind = "free", policy = "" }) => ({ kind, policy }));
     const name = `${new Date().toISOString().replace(/[-:]|\.\d+/g, "")}-${this.code}-${++this.games}.jsonl`;
-    this.recorder = this.recorderOf(name);
-    this.recorder.write(headerOf({ ...table.rules, min_command_interval: table.interval, factors: table.factors }, settings, has));
+    const text = "This browser keeps no more: the recording of this game breaks off here.";
+    this.recorder = new Recorder(table.shelf, name, () => this.say({ type: "notice", text }));
+    this.recorder.write(headerOf({ ...table.rules, min_command_interval: table.interval, factors: table.factors }, settings, { software: table.software, seed, red, blue, lesson }));
     for (const line of this.early) this.recorder.write(line);
-    table.shelf.keepSeat(this.token, { name, code: this.code, once: this.once }).catch(() => {}); // then one cannot come back
-    Object.assign(this, { players, seed: null, moment: null, isCalledFor: false, phase: "playing" });
-    for (const seat of this.seats) seat.ready = seat.kind === "policy";
+    Object.assign(this, { players, seed: null, phase: "playing" });
+    this.seats[this.team].ready = false;
     this.tell();
-    this.run();
+    this.run(now() + 1000 / (TICKS * settings.speed));
   }
 
-  // Go on with a game whose page was closed, as its recording has it.
-  async resume(token, { name, lines, header }) {
-    const of = (type) => lines.filter((line) => line.type === type), last = [0, 1].map((team) => of("command").findLast((line) => line.team === team));
-    Object.assign(this, { token, seed: header.seed, games: Number(/-(\d+)\./.exec(name)[1]) });
-    this.players = await this.prepare();
-    for (const { team, number } of of("command")) this.numbers[team] = number;
-    last.forEach((line, team) => {
-      const isOld = of("in_force").some((one) => one.team === team && one.number === line?.number && one.tick >= line.tick);
-      if (line && !isOld) this.waiting[team] = { ...line, density: line.density.flat() };
-    });
-    this.beganMs = now() - Math.max(...lines.map(({ ms = 0 }) => ms));
-    this.recorder = this.recorderOf(name);
-    Object.assign(this, { seed: null, moment: null, phase: "playing" });
-    this.note("disconnected");
-    this.run();
-  }
-
-  // Let time go on, while somebody sees it.
-  run() {
+  // Go on with the next tick when it is due, and with a few at once if it is late.
+  run(due) {
     const period = 1000 / (TICKS * this.settings.speed), { game } = this;
-    let due = now() + period;
-    const wait = () => setTimeout(() => {
-      const late = Math.max(now() - due, 0), ticks = this.isHere ? 1 + Math.min(Math.floor(late / period), CATCH_UP - 1) : 0;
-      due = ticks && late <= CATCH_UP * period ? due + ticks * period : now() + period;
+    setTimeout(() => {
+      const late = Math.max(now() - due, 0), ticks = Math.min(1 + Math.floor(late / period), CATCH_UP);
       for (let i = 0; i < ticks && this.phase === "playing"; i++) this.tick();
-      if (this.game === game && this.phase === "playing") wait();
+      if (this.game === game && this.phase === "playing") this.run(late <= CATCH_UP * period ? due + ticks * period : now() + period);
     }, Math.max(due - now(), 0));
-    wait();
   }
 
   tick() {
     const { game } = this;
-    if (game.tick % TICKS === 0 || game.tick === this.firstTick) this.players.forEach((player, team) => { if (player) this.ask(player, team); });
+    if (game.tick % TICKS === 0) {
+      this.players.forEach((player, team) => { if (player) this.submit(team, { number: ++this.asked, density: player.act(game, team) }); });
+    }
     if (game.tick % PERIOD === 0) [0, 1].forEach((team) => this.putInForce(team));
     for (const { drone, team } of game.advance()) this.write({ type: "captured", tick: game.tick, drone, team });
     if (game.tick % TICKS === 0) this.sizes.push([...game.sizes]);
@@ -257,17 +224,11 @@ export class Room {
     const { tick, sizes } = this.game;
     this.write({ type: "end", outcome, tick, sizes, ms: this.ms, ended_by: endedBy });
     this.recorder.close();
-    this.table.shelf.dropSeat(this.token);
     Object.assign(this, { phase: "over", outcome, endedBy });
     this.tell();
   }
 
-  recorderOf(name) {
-    const text = "This browser keeps no more: the recording of this game breaks off here.";
-    return new Recorder(this.table.shelf, name, () => this.say({ type: "notice", text }));
-  }
-
-  // Write a line down, once there is a file.
+  // Record a line; the lines of a countdown wait until there is a file.
   write(line) {
     if (this.phase === "starting") this.early.push(line);
     else this.recorder.write(line);
@@ -277,19 +238,16 @@ export class Room {
 
   // --- commands ---------------------------------------------------------------------------------------
 
-  command({ number, strokes = null, density = null, timing }) {
-    if (this.team === null || !this.isOn) throw new Refused("out_of_turn", "no game is running: commands count once both seats are ready");
-    if ((strokes === null) === (density === null)) throw new Refused("not_valid", "a command here must hold either strokes or a density");
-    const asked = strokes ? densityOf(strokes, this.settings.mapping) : density.flat();
-    this.submit(this.team, { number, strokes, timing, density: asked });
+  command({ number, strokes = null, timing }) {
+    if (!this.isOn) throw new Refused("out_of_turn", "no game is running: commands count once both seats are ready");
+    if (strokes === null) throw new Refused("not_valid", "a command here must hold strokes");
+    const density = densityOf(strokes, this.settings.mapping);
+    this.submit(this.team, { number, strokes, timing, density });
     this.say({ type: "received", number, server_ms: now() });
-    this.showTarget(targetMessage(this.team, number, targetOf(asked)));
+    this.showTarget(number, density);
   }
 
-  // Let a policy command for its team.
-  ask(player, team) { this.submit(team, { number: ++this.numbers[team], density: player.act(this.game, team) }); }
-
-  // Hand a command in, when its team's delay is over.
+  // Hand a command in, when the delay of its team is over.
   submit(team, { density, ...has }) {
     const command = { ...has, density: followed(density) }, received = this.ms, { game } = this;
     later(() => {
@@ -312,6 +270,6 @@ export class Room {
   }
 
   painted({ number, painted_ms: painted }) {
-    if (this.phase === "playing" && this.team !== null) this.write({ type: "painted", team: this.team, number, ms: painted - this.beganMs });
+    if (this.phase === "playing") this.write({ type: "painted", team: this.team, number, ms: painted - this.beganMs });
   }
 }

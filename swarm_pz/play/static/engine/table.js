@@ -15,7 +15,6 @@ export const PAGE = {
       onopen() {}, onmessage(_) {}, onclose() {},
       send: (text) => port.postMessage(text),
       close() {
-        port.postMessage(null);
         socket.readyState = WebSocket.CLOSED;
         port.close();
         queueMicrotask(() => socket.onclose());

@@ -1,4 +1,4 @@
-// A table with one room, in a worker of the page: it speaks the server's protocol (docs/protocol.md) with one visitor.
+// The game in a worker of the page: it answers the messages of docs/protocol.md that one person's game and replays need.
 
 import { ADDRESS, check, FACTORS, Refused } from "./checks.js";
 import { PLAYERS } from "./players.js";
@@ -12,27 +12,20 @@ const LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 const MOST_OWED = 8; // ticks of a recorded game that are made up for at once
 
 export class Table {
-  rules; commands; shelf; countdown; interval; room; replay; send; kind; client; pace; sought; shown; owed;
-
-  // told: what swarm-pz site has written of rules and policies; asked: what the page's address asks for.
+  // written is the file table.json of `swarm-pz site`, asked what the page's address asks for; send gives the visitor a message.
   constructor({ welcome, rules, commands }, shelf, asked = {}) {
     const fitting = Object.fromEntries(Object.entries(asked).filter(([of, value]) => ADDRESS[of]?.(value)));
     const { countdown = 3, min_command_interval: interval = rules.min_command_interval, factors = {} } = /** @type {any} */ (fitting);
     const isHere = (name) => PLAYERS.includes(name);
-    this.asked = asked;
     this.factors = SIDES.map((side) => ({ ...UNVARIED, ...factors[side] }));
-    this.welcome = { ...welcome, policies: welcome.policies.filter(({ name }) => isHere(name)), opponents: welcome.opponents.filter(isHere), min_command_interval: interval };
+    this.welcome = {
+      ...welcome, min_command_interval: interval,
+      policies: welcome.policies.filter(({ name }) => isHere(name)), opponents: welcome.opponents.filter(isHere),
+    };
     this.software = `swarm-pz ${welcome.version}, in a page`;
-    Object.assign(this, { rules, commands, shelf, countdown, interval, room: null, replay: null });
-  }
-
-  // --- the visitor ------------------------------------------------------------------------------------
-
-  // Speak with a visitor from now on: send gives them a message.
-  meet(send) {
-    this.room?.part(false);
-    this.stopReplay();
-    this.send = send;
+    /** @type {any} */
+    this.send = () => {};
+    Object.assign(this, { asked, rules, commands, shelf, countdown, interval, room: null, replay: null });
   }
 
   say(message) { this.send(JSON.stringify(message)); }
@@ -43,35 +36,16 @@ export class Table {
       if (!Object.hasOwn(ACTS, type)) throw new Refused("unknown", `there is no ${type} where no server is`);
       await ACTS[type](this, message);
     } catch (error) {
-      const { code, message: reason, recording = null } = error;
-      this.say({ type: "refused", code: error instanceof Refused ? code : "not_valid", reason, about: type, recording });
+      this.say({ type: "refused", code: error instanceof Refused ? error.code : "not_valid", reason: error.message, about: type, recording: null });
     }
   }
 
-  async greet({ kind, client, token = null }) {
+  // Seats end with the page: a token leads to none.
+  greet({ kind, client, token = null }) {
+    this.leave();
     Object.assign(this, { kind, client });
     this.say({ ...this.welcome, server_ms: now() });
-    if (token === null) return;
-    try {
-      if (this.room?.token !== token) await this.resume(token);
-      this.room.enter();
-    } catch (error) {
-      if (error.code !== "taken") throw error;
-      this.say({ type: "displaced" }); // another window has it
-    }
-  }
-
-  // Take up a game again whose page was closed.
-  async resume(token) {
-    const seat = await this.shelf.seat(token);
-    if (!seat) throw new Refused("unknown", "that seat is gone: its game is over, or the page was closed before it began");
-    const replay = new Playback(seat.name, await this.shelf.untilFrame(seat.name)), { header, settings } = replay;
-    const [own, other] = header.red.kind === "person" ? SIDES : SIDES.toReversed(), { once } = seat;
-    const asked = { settings, seat: own, opponent: header[other].policy || null, lesson: header.lesson, once };
-    replay.seek(replay.lastTick);
-    const room = new Room(this, seat.code, asked, replay.moment());
-    await room.resume(token, replay);
-    this.room = room;
+    if (token !== null) throw new Refused("unknown", "that seat is gone: its game ended when its page was closed");
   }
 
   // --- rooms ------------------------------------------------------------------------------------------
@@ -81,20 +55,22 @@ export class Table {
     return this.room;
   }
 
-  open(asked, moment = null) {
+  open(asked) {
     check(this.asked, ADDRESS);
     for (const factors of this.factors) check(factors, FACTORS);
     const code = Array.from(crypto.getRandomValues(new Uint8Array(4)), (byte) => LETTERS[byte % LETTERS.length]).join("");
-    const room = new Room(this, code, asked, moment);
+    const room = new Room(this, code, asked);
     this.leave();
     this.room = room;
     room.enter();
   }
 
   leave() {
-    this.room?.part(true);
-    this.room = null;
-    this.stopReplay();
+    const { room } = this;
+    this.room = null; // the visitor hears nothing more of it
+    room?.leave();
+    clearInterval(this.clock);
+    this.replay = null;
   }
 
   // --- recorded games ---------------------------------------------------------------------------------
@@ -133,18 +109,7 @@ export class Table {
     this.send(frameOf(replay.game, { sequence: ++this.shown, altitudes: true, fields: replay.game.fields() }));
   }
 
-  stopReplay() {
-    clearInterval(this.clock);
-    this.replay = null;
-  }
-
-  takeOver({ seat, opponent = null }) {
-    const { header, settings } = this.watched, moment = this.replay.moment(), other = header[seat === "red" ? "blue" : "red"].policy;
-    if (moment.game.isOver) throw new Refused("not_valid", "the game is over at this moment; go back to an earlier one");
-    this.open({ settings, seat, opponent: opponent ?? (other || null) }, moment);
-  }
-
-  // What a server answers to a request: the list of recorded games, one of them, or its rows in an experiment.
+  // Answer as a server does to a request: the list of recorded games, one of them, or its rows in an experiment.
   async answer(path) {
     const [, name, part] = path.split("/");
     if (!name) return JSON.stringify((await this.shelf.list()).filter((game) => !this.isRunning(game.name)));
@@ -153,7 +118,6 @@ export class Table {
   }
 }
 
-// What a visitor may say.
 const ACTS = {
   hello: (table, message) => table.greet(message),
   ping: (table, { sent_ms: sent }) => table.say({ type: "pong", sent_ms: sent, server_ms: now() }),
@@ -167,29 +131,28 @@ const ACTS = {
   open_replay: (table, { recording }) => table.watch(recording),
   seek: (table, { tick }) => Object.assign(table, { sought: table.watched && tick }),
   pace: (table, { speed }) => Object.assign(table, { pace: table.watched && speed }),
-  take_over: (table, message) => table.takeOver(message),
 };
 
-// What the page's address asks for: values in JSON, by what they are of. What others add to a link on its way is passed over.
+// Read what the page's address asks for: values in JSON by their names. Other parts, which others add to links, are skipped.
 export function askedBy(search) {
   const read = (text) => { try { return JSON.parse(text); } catch { return text; } };
   return Object.fromEntries([...new URLSearchParams(search)].filter(([of]) => Object.hasOwn(ADDRESS, of)).map(([of, text]) => [of, read(text)]));
 }
 
 async function begin() {
-  const told = await (await fetch(new URL("table.json", import.meta.url))).json();
-  told.welcome.embedders = [location.origin];
-  return new Table(told, await Shelf.find(), askedBy(self.name));
+  const written = await (await fetch(new URL("table.json", import.meta.url))).json();
+  written.welcome.embedders = [location.origin];
+  return new Table(written, await Shelf.find(), askedBy(self.name));
 }
 
 if ("WorkerGlobalScope" in globalThis) {
   const beginning = begin();
-  // A port to speak by; or, with a request, to answer by.
+  // A port to speak by; or, with a path, to answer by.
   onmessage = async ({ data: path, ports: [port] }) => {
     const table = await beginning;
     if (path) return port.postMessage(await table.answer(path).catch(() => null));
-    table.meet((message) => port.postMessage(message));
-    port.onmessage = ({ data }) => (data === null ? table.meet(() => {}) : table.hear(data));
+    table.send = (message) => port.postMessage(message);
+    port.onmessage = ({ data }) => table.hear(data);
     return port.postMessage(null); // it is open
   };
 }
