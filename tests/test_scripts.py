@@ -56,4 +56,4 @@ def test_the_boards_script_says_what_it_does_before_it_installs_anything(tmp_pat
     (tmp_path / "scripts").mkdir()
     (tmp_path / "scripts" / "board").write_bytes((ROOT / "scripts/board").read_bytes())  # no scripts/setup beside it
     done = subprocess.run(["bash", tmp_path / "scripts/board", *words], check=True, capture_output=True, text=True)  # noqa: S603, S607
-    assert "scripts/board add runs/report NAME" in done.stdout and "set -euo" not in done.stdout
+    assert "scripts/board add NAME POLICY" in done.stdout and "set -euo" not in done.stdout

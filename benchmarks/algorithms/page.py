@@ -137,8 +137,8 @@ def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
         "may improve with tuning.",
         "Each run leaves a [policy](policies.md) in `runs/algorithms`. Those of a method, here `ppo`, enter [the "
         "board](board/entries) with",
-        f"```bash\nswarm-pz benchmark {' '.join(f'runs/algorithms/ppo-{seed}' for seed in range(seeds))} --name ppo "
-        '--out runs/ppo\nscripts/board add runs/ppo ppo --by "WHO YOU ARE"\n```',
+        f"```bash\nscripts/board add ppo {' '.join(f'runs/algorithms/ppo-{seed}' for seed in range(seeds))} "
+        '--by "YOUR NAME"\n```',
         f"Made with {', '.join(sorted(versions))}.",
     ]
     return "\n\n".join(parts) + "\n"

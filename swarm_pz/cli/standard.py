@@ -1,4 +1,4 @@
-"""The command that measures a policy by the standard, and checks such reports: ``benchmark``."""
+"""The command that measures a policy by the standard: ``benchmark``."""
 
 from __future__ import annotations
 
@@ -21,47 +21,25 @@ def benchmark(
     processes: int = 2,
     ray: str | None = None,
     quick: bool = False,
-    verify: Path | None = None,
-    games: int = 40,
-    seed: int | None = None,
 ) -> None:
-    """Measure a method by the standard, and write a report that others can check: see docs/benchmark.md.
+    """Measure a method by the standard, and write a report: see docs/benchmark.md.
 
-    What was stopped goes on where it was.
+    The same command continues a stopped run.
 
     Args:
-        policies: Names of policies, or folders that training wrote: one of each training seed of the method. With
-            verify: those of the report, if it does not hold them.
+        policies: Names of policies, or folders that training wrote: one of each training seed of the method.
         out: Folder of the report: index.html, report.json and games.jsonl.
-        name: What tables call the method; the first policy's name if none is given.
+        name: Name of the method in tables; the first policy's name if not given.
         baseline: Folder of another method's report, to compare with.
         processes: Processes that share the games and the exploiters' training.
         ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
-        quick: Play few and short games, which say whether all of it works, and nothing about the policy.
-        verify: Folder of a report to check instead; a sample of its games is played again.
-        games: Games of that sample.
-        seed: Seed of that sample; a fresh one if none is given.
+        quick: Play few and short games: they show that everything works, and say nothing about the policy.
     """
     need("train", "cma", "filelock", "safetensors", "stable_baselines3", "torch")
     from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.standard import Entry, Protocol, run
-    from swarm_pz.standard import verify as verify_report
 
-    if verify is not None:
-        check(not (quick or baseline or name), "verify", str(verify), "given without name, baseline and quick")
-        verdict = verify_report(verify, policies, games=games, seed=seed, say=say)
-        report = verdict.report
-        print(
-            f"report of {report['name']!r}: files, figures and policies are as they were written, {report['signature']}"
-        )
-        print(printable(f"{verdict.check} (sample of seed {verdict.seed})"))
-        for what in verdict.unchecked:
-            print(f"not checked: {printable(what)}")
-        if verdict.is_try:
-            print("this is a try (--quick) and no entry: it says nothing about the policies, and no board takes it")
-        return
     check(len(policies) > 0, "policies", policies, "at least one name or folder")
-    check(seed is None, "seed", seed, "left out without verify, since the protocol has its own")
     protocol = Protocol.read()
     if quick:
         protocol = protocol.quick()

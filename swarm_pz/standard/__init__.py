@@ -2,6 +2,5 @@
 
 from swarm_pz.standard.protocol import Protocol, Track, Trial
 from swarm_pz.standard.running import Entry, run
-from swarm_pz.standard.verifying import verify
 
-__all__ = ["Entry", "Protocol", "Track", "Trial", "run", "verify"]
+__all__ = ["Entry", "Protocol", "Track", "Trial", "run"]

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import KindError, ResultsError
 from swarm_pz.evaluation.ledger import PlayedGame
-from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_block
-from swarm_pz.evaluation.workers import silent
+from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
 from swarm_pz.policies.scripted import Tactic
 from swarm_pz.policy import Player, Program, folder_of, load
 from swarm_pz.policy.identity import identity_of
@@ -35,7 +33,6 @@ class Line(NamedTuple):
     outcome: str
     share: float
     seconds: float
-    fingerprint: str
     forfeit: str
 
 
@@ -149,31 +146,8 @@ def line_of(track: str, game: PlayedGame) -> Line:
         outcome=game.outcome,
         share=game.share,
         seconds=round(game.seconds, 4),
-        fingerprint=game.fingerprint,
         forfeit=game.forfeit,
     )
-
-
-def play_again(
-    lines: Sequence[Line], protocol: Protocol, factory: PlayerFactory, say: Callable[[str], None] = silent
-) -> list[Line]:
-    """Play games of a report again, each group of the same players together, and say when another track begins."""
-    tracks = {track.name: track for track in all_tracks(protocol)}
-    trials = {(track.name, trial.name): trial for track in tracks.values() for trial in track.trials}
-    groups: dict[tuple[str, int, str], list[int]] = {}
-    for line in lines:
-        groups.setdefault((line.track, line.policy, line.opponent), []).append(line.number)
-    again: dict[tuple[Any, ...], Line] = {}
-    counts = Counter(line.track for line in lines)
-    for (name, policy, opponent), numbers in groups.items():
-        if name in counts:
-            say(f"track {name}: playing {counts.pop(name)} games again")
-        track, trial = tracks[name], trials.get((name, opponent))
-        config = with_trial(config_of(track, protocol), trial)
-        of_track = PlayerFactory(factory.policies, track.trials, factory.exploiters)
-        for game in play_block(of_track, entry_name(policy), opponent, sorted(numbers), config):
-            again[name, policy, opponent, game.number] = line_of(name, game)
-    return [again[line[:4]] for line in lines]
 
 
 def all_tracks(protocol: Protocol) -> list[Track]:

@@ -126,7 +126,6 @@ def _origin(report: dict[str, Any]) -> dict[str, str]:
         "configuration": report["config_hash"],
         "seeds": ", ".join(f"{name} {seed}" for name, seed in report["seeds"].items()),
         "versions": ", ".join(f"{name} {version}" for name, version in report["versions"].items()),
-        "games": f"{report['games']['count']:,} in {report['games']['file']}, {report['games']['sha256']}",
-        "signature": report["signature"],
+        "games": f"{report['games']:,}",
         "made by": report["cost"]["command"],
     }

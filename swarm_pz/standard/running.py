@@ -1,8 +1,7 @@
-"""Plays the whole standard for an entry and writes its report; a run that was stopped goes on."""
+"""Play the whole standard for an entry and write its report; a run that was stopped goes on."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
 from collections.abc import Callable
@@ -25,12 +24,12 @@ from swarm_pz.policy import Player, sort_of
 from swarm_pz.policy.identity import identity_of
 from swarm_pz.standard import attacks
 from swarm_pz.standard.figures import Results, figures, improvement
-from swarm_pz.standard.games import LEARNED, Line, PlayerFactory, TrackGames, attacked, check_flies
+from swarm_pz.standard.games import LEARNED, PlayerFactory, TrackGames, attacked, check_flies
 from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol, Track
-from swarm_pz.standard.report import FORMAT, GAMES, encode_games, read, signed, write
+from swarm_pz.standard.report import COST, FORMAT, read, write
 
-WORK, POLICIES, EXPLOITERS = "work", "policies", "exploiters"
+WORK, EXPLOITERS = "work", "exploiters"
 _ENTRY = "entry.json"
 Say = Callable[[str], None]
 
@@ -101,20 +100,12 @@ def run(
     work = out / WORK
     with folder_lock(work):
         told = [
-            {
-                "name": Path(policy).name,
-                "kind": sort_of(player),
-                "digest": identity_of(policy, player),
-                "kept": _kept(player, out, number),
-            }
-            for number, (policy, player) in enumerate(zip(entry.policies, players, strict=True))
+            {"name": Path(policy).name, "kind": sort_of(player), "digest": identity_of(policy, player)}
+            for policy, player in zip(entry.policies, players, strict=True)
         ]
         digests = [one["digest"] for one in told]
         _claim(work / _ENTRY, {"protocol": protocol.digest, "policies": digests})
-        policies = tuple(
-            str(out / one["kept"]) if one["kept"] is not None else policy
-            for one, policy in zip(told, entry.policies, strict=True)
-        )
+        policies = entry.policies
         each = protocol.robust.exploiters_each(len(policies))
         exploiters = tuple(str(out / EXPLOITERS / str(number)) for number in range(each * len(policies)))
         how: dict[str, Any] = {"pool": pool if pool is not None else SerialExecutor(), "should_stop": should_stop}
@@ -151,57 +142,34 @@ def run(
             attackers += enumerate(searched)
             play(attacked(protocol), PlayerFactory(policies, (), exploiters), attackers=attackers)
         lines = [line for games in played for line in games.lines()]
-        report = describe(entry.name, told, found, lines, protocol, other)
-        report["cost"] = {
-            "policies": [cost_of(player) for player in players],
-            "ms_a_command": round(float(np.mean([ms for games in played for ms in games.thinking_ms()])), 3),
-            "measured_on": machine()["processor"],
-            "processor": processor(),
-            "processes": getattr(how["pool"], "count", None),
-            "seconds_of_this_sitting": round(time.monotonic() - began, 1),
-            "command": command,
+        results = Results(lines, protocol, digests)
+        said = figures(results)
+        if other is not None:
+            said["improvement"] = {"over": other[0], **improvement(results, other[1])}
+        report = {
+            "format": FORMAT,
+            "protocol": {"version": protocol.version, "digest": protocol.digest},
+            "name": entry.name,
+            "policies": told,
+            "attacks": found,
+            "seeds": {track.name: track.seed for track in protocol.tracks} | {"robust": protocol.robust.seed},
+            "config_hash": protocol.game.hash,
+            "rules_hash": protocol.game.rules_hash,
+            "versions": versions(),
+            "games": len(lines),
+            "figures": said,
+            COST: {
+                "policies": [cost_of(player) for player in players],
+                "ms_a_command": round(float(np.mean([ms for games in played for ms in games.thinking_ms()])), 3),
+                "measured_on": machine()["processor"],
+                "processor": processor(),
+                "processes": getattr(how["pool"], "count", None),
+                "seconds_of_this_sitting": round(time.monotonic() - began, 1),
+                "command": command,
+            },
         }
-        report = signed(report)
         write(out, report, lines, render(report))
     return report
-
-
-def describe(
-    name: str,
-    policies: list[dict[str, Any]],
-    found: list[dict[str, Any]],
-    lines: list[Line],
-    protocol: Protocol,
-    other: tuple[str, str, Results] | None = None,
-) -> dict[str, Any]:
-    """Return a report without its costs; all of it follows from the games."""
-    results = Results(lines, protocol, [one["digest"] for one in policies])
-    said = figures(results)
-    if other is not None:
-        said["improvement"] = {"over": other[0], "signature": other[1], **improvement(results, other[2])}
-    return {
-        "format": FORMAT,
-        "protocol": {"version": protocol.version, "digest": protocol.digest},
-        "name": name,
-        "policies": policies,
-        "attacks": found,
-        "seeds": {track.name: track.seed for track in protocol.tracks} | {"robust": protocol.robust.seed},
-        "config_hash": protocol.game.hash,
-        "rules_hash": protocol.game.rules_hash,
-        "versions": versions(),
-        "games": {"file": GAMES, "count": len(lines), "sha256": hashlib.sha256(encode_games(lines)).hexdigest()},
-        "figures": said,
-    }
-
-
-def _kept(player: Player, out: Path, number: int) -> str | None:
-    """Write a policy into the report, if that is possible, so that others can play it; return where it is."""
-    write_policy = getattr(player, "write", None)
-    if write_policy is None:
-        return None
-    place = f"{POLICIES}/{number}"
-    write_policy(out / place)
-    return place
 
 
 def _claim(path: Path, what: dict[str, Any]) -> None:
@@ -239,11 +207,11 @@ def cost_of(player: Player) -> dict[str, Any]:
     return {**sums, "at_least": at_least, "processor": told.get("processor"), "parameters": parameters}
 
 
-def _read_baseline(folder: Path, protocol: Protocol) -> tuple[str, str, Results]:
+def _read_baseline(folder: Path, protocol: Protocol) -> tuple[str, Results]:
     report, lines = read(folder)
     if report["protocol"]["digest"] != protocol.digest:
         raise ResultsError(
             f"the baseline in {folder} is of protocol {report['protocol']['version']}, this entry is of "
             f"{protocol.version}: only reports of the same protocol compare"
         )
-    return report["name"], report["signature"], Results(lines, protocol, [one["digest"] for one in report["policies"]])
+    return report["name"], Results(lines, protocol, [one["digest"] for one in report["policies"]])

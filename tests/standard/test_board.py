@@ -1,16 +1,17 @@
-"""The board: entries are what their reports say, and its pages can be used by everybody."""
+"""The board: an entry is policies and the report on them, and everybody can use its pages."""
 
 import json
 import re
 import shutil
+import sys
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 
-from benchmarks.board import ENTRIES, entries, page, replay
+from benchmarks.board import ENTRIES, __main__, entries, page
 from swarm_pz.errors import ResultsError
-from swarm_pz.standard import report as reports
-from tests.standard.test_verifying import edit
+from swarm_pz.standard import Protocol
+from swarm_pz.standard.report import REPORT, encode
 
 CARD = {"by": "A lab", "notes": "Two of ours.", "link": "https://example.org/paper?a=1&b=2"}
 
@@ -19,7 +20,7 @@ CARD = {"by": "A lab", "notes": "Two of ours.", "link": "https://example.org/pap
 def place(reported, tiny, tmp_path_factory):
     """A folder with one entry."""
     place = tmp_path_factory.mktemp("entries")
-    entries.add(reported, place, "two", CARD, games=1, protocol=tiny)
+    entries.add(reported, ["champion", "ring"], place / "two", CARD, tiny)
     return place
 
 
@@ -29,23 +30,41 @@ def copied(place, tmp_path):
     return shutil.copytree(place / "two", tmp_path / "two")
 
 
-# --- entries --------------------------------------------------------------------------------------
+def edit(folder, change):
+    report = json.loads((folder / REPORT).read_text())
+    change(report)
+    (folder / REPORT).write_text(encode(report))
 
 
-@pytest.mark.usefixtures("all_resamples")
 @pytest.mark.parametrize("folder", entries.folders(ENTRIES), ids=lambda folder: folder.name)
-def test_an_entry_is_what_its_report_says(folder):
-    entries.check(folder, games=5, seed=0)
+def test_an_entry_is_of_the_protocol_and_its_policies_are_the_reports(folder):
+    protocol = Protocol.read()
+    entries.read(folder, protocol).check(protocol)
 
 
-def test_an_added_entry_is_whole_and_no_name_stands_twice(place, reported, tiny):
+def test_an_added_entry_holds_weights_report_and_card_alone(place, reported, tiny, tmp_path):
     there = {path.relative_to(place / "two").as_posix() for path in (place / "two").rglob("*") if path.is_file()}
-    learned = [f"{name}/policy" for name in ("policies/0", *(f"exploiters/{number}" for number in range(4)))]
-    assert there == {*entries.NEEDED, *(f"{name}.{kind}" for name in learned for kind in ("json", "safetensors"))}
-    assert (place / "two" / reports.REPORT).read_bytes() == (reported / reports.REPORT).read_bytes()
-    for name in ("two", "..", "a/b", "A", "", "-a", "a" * 41):
+    assert there == {"entry.toml", REPORT, "policies/0/policy.json", "policies/0/policy.safetensors"}
+    assert (place / "two" / REPORT).read_bytes() == (reported / REPORT).read_bytes()
+    for name in ("two", "A", "-a", "a" * 41):
         with pytest.raises(ResultsError, match="already" if name == "two" else "name must be"):
-            entries.add(reported, place, name, CARD, games=1, protocol=tiny)
+            entries.add(reported, ["champion", "ring"], place / name, CARD, tiny)
+    with pytest.raises(ResultsError, match="is not the report's policy"):
+        entries.add(reported, ["hunter", "ring"], tmp_path / "other", CARD, tiny)
+    assert not (tmp_path / "other").exists()
+
+
+def test_adding_runs_the_benchmark_and_makes_the_entry_of_its_report(reported, tiny, tmp_path, monkeypatch):
+    ran = []
+    monkeypatch.setattr(__main__, "ENTRIES", tmp_path)
+    monkeypatch.setattr(Protocol, "read", lambda: tiny)
+    monkeypatch.setattr(
+        __main__, "swarm_pz", lambda words: ran.append(words) or shutil.copytree(reported, "runs/board/mine")
+    )
+    monkeypatch.setattr(sys, "argv", ["board", "add", "mine", "champion", "ring", "--by", "We"])
+    __main__.main()
+    assert ran == [["benchmark", "champion", "ring", "--name", "mine", "--out", "runs/board/mine", "--processes", "2"]]
+    assert entries.read(tmp_path / "mine", tiny).card == {"by": "We", "notes": "", "link": ""}
 
 
 @pytest.mark.parametrize("name", ["A", "notes.txt"])
@@ -55,83 +74,35 @@ def test_other_folders_among_entries_are_refused(tmp_path, name):
         entries.folders(tmp_path)
 
 
-def link_to_policies(folder):
-    shutil.move(folder / "policies", folder.parent / "elsewhere")
-    (folder / "policies").symlink_to(folder.parent / "elsewhere")
-
-
-def replace(name, old, new):
+def replace(old, new):
     def spoil(folder):
-        text = (folder / name).read_text()
+        text = (folder / entries.CARD).read_text()
         assert old in text
-        (folder / name).write_text(text.replace(old, new, 1))
+        (folder / entries.CARD).write_text(text.replace(old, new, 1))
 
     return spoil
 
 
-def of_game(change):
-    def spoil(folder):
-        plain = json.loads((folder / replay.FILE).read_text())
-        change(plain)
-        (folder / replay.FILE).write_text(json.dumps(plain))
-
-    return spoil
-
-
-def put(data, *names):
-    def spoil(folder):
-        for name in names:
-            (folder / name).parent.mkdir(exist_ok=True)
-            (folder / name).write_bytes(data)
-
-    return spoil
-
-
-def of_report(change):
-    return lambda folder: edit(folder, change)
-
-
-MOST = 4 * 2**20
 SPOILT = {
-    "a changed digit": (replace(reports.REPORT, '"score": 0.', '"score": 1.'), "was changed"),
-    "no recorded game": (lambda folder: (folder / replay.FILE).unlink(), "replay.json is missing"),
-    "another protocol": (of_report(lambda told: told["protocol"].update(version="1-quick")), "is of protocol"),
-    "a link": (link_to_policies, "got a link"),
-    "a pickle": (put(b"x", "policies/0/policy.pkl"), "policy.pkl belongs to no entry"),
-    "large weights": (put(bytes(MOST + 1), "policies/1/policy.onnx"), "4,194,304 bytes"),
-    "a large whole": (put(bytes(MOST), *(f"policies/{n}/policy.onnx" for n in range(1, 5))), "16,777,216 bytes"),
-    "a hidden sign": (of_report(lambda told: told.update(name="a\u202eb")), "cannot be shown"),
-    "a long text": (of_report(lambda told: told["cost"].update(command="a" * 4001)), "cannot be shown"),
-    "a long name": (of_report(lambda told: told.update(name="a" * 61)), "its name must be"),
-    "words as costs": (of_report(lambda told: told["cost"].update(ms_a_command=[])), "cannot be|must be"),
-    "a card with more": (replace(entries.CARD, "by", "rank = 1\nby"), "'rank'"),
-    "a nameless card": (replace(entries.CARD, "A lab", " "), "by in"),
-    "two lines": (replace(entries.CARD, "Two of ours.", "a\\nb"), "on one line"),
-    "long notes": (replace(entries.CARD, "Two of ours.", "a" * 301), "300 letters"),
-    "a script's link": (replace(entries.CARD, "https://example.org", "javascript:alert"), "https://"),
-    "another game": (of_game(lambda told: told.update(number=1)), "shows another game"),
-    "a game cut short": (of_game(lambda told: told.update(positions="")), "cannot be|does not end as the report says"),
-    "a game of noise": (of_game(lambda told: told.update(positions="AAA=")), "is corrupt"),
-    "a forged capture": (of_game(lambda told: told["captures"].append([0, 99, 0])), "capture that cannot be"),
-    "a game with more": (of_game(lambda told: told.update(more=1)), "has other fields"),
+    "another protocol": (
+        lambda folder: edit(folder, lambda told: told["protocol"].update(version="1")),
+        "is of protocol",
+    ),
+    "a pickle": (lambda folder: (folder / "policies" / "0" / "policy.pkl").touch(), "policy.pkl belongs to no entry"),
+    "a card with more": (replace("by", "rank = 1\nby"), "'rank'"),
+    "a nameless card": (replace("A lab", " "), "by in"),
+    "two lines": (replace("Two of ours.", "a\\nb"), "on one line"),
+    "long notes": (replace("Two of ours.", "a" * 301), "300 letters"),
+    "a script's link": (replace("https://example.org", "javascript:alert"), "https://"),
 }
 
 
 @pytest.mark.parametrize("what", SPOILT)
 def test_a_spoilt_entry_is_refused(copied, tiny, what):
     spoil, message = SPOILT[what]
-    try:
-        spoil(copied)
-    except (TypeError, ValueError):  # its page cannot be made, but its report is there
-        assert what == "words as costs"
+    spoil(copied)
     with pytest.raises(ResultsError, match=message):
         entries.read(copied, tiny)
-
-
-def test_moved_drones_in_a_recorded_game_are_found(copied, tiny):
-    of_game(lambda told: told.update(positions=told["positions"].replace("a", "b")))(copied)
-    with pytest.raises(ResultsError, match="does not show the game that it names"):
-        entries.check(copied, games=1, protocol=tiny)
 
 
 # --- pages ----------------------------------------------------------------------------------------
@@ -226,25 +197,7 @@ def test_the_board_is_sorted_by_the_keyboard_and_in_order_without_its_script(sho
 @pytest.mark.browser
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark")])
 def test_everybody_can_read_the_pages(shown, width, scheme):
-    for name in ("index.html", "best/replay.html", "best/report.html"):
+    for name in ("index.html", "best/report.html"):
         opened = shown(name, width, color_scheme=scheme, bypass_csp=True)  # the policy keeps axe out, too
         assert opened.evaluate("document.documentElement.scrollWidth") == width, name
         assert Axe().run(opened).response["violations"] == [], name
-
-
-@pytest.mark.browser
-def test_a_game_is_replayed_from_a_file(shown):
-    opened = shown("two/replay.html")
-    told, canvas = opened.locator("#told"), opened.locator("canvas").element_handle()
-    red, blue = re.match(r"0\.0 s: (.+) \(red\) 10, (.+) \(blue\) 10", told.inner_text()).groups()
-    assert red != blue
-    opened.get_by_role("slider").focus()
-    opened.keyboard.press("End")
-    end = told.inner_text()
-    assert end.startswith("3.0 s")
-    painted = "canvas => canvas.getContext('2d').getImageData(0, 0, 1152, 1152).data.some(Boolean)"
-    assert opened.evaluate(painted, canvas)
-    opened.get_by_role("button", name="Play").press("Enter")
-    opened.wait_for_function("end => document.querySelector('#told').textContent !== end", arg=end)
-    opened.wait_for_function("end => document.querySelector('#told').textContent === end", arg=end)
-    assert opened.get_by_role("button", name="Play").count() == 1

@@ -22,7 +22,7 @@ def games(protocol, outcome_of, policies=1):
             for name in [trial.name for trial in track.trials] or [*learned, "siege 1 2"]:
                 for number in range(track.games):
                     how = outcome_of(policy, track.name, name, number)
-                    found.append(Line(track.name, policy, name, number, how, SHARES[how], 1.0, f"{number}", ""))
+                    found.append(Line(track.name, policy, name, number, how, SHARES[how], 1.0, ""))
     return found
 
 

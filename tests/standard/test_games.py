@@ -39,7 +39,7 @@ def test_games_are_played_by_the_tracks_seed_and_the_trials_rules(tiny, tmp_path
 def test_a_line_is_the_entrys_side_of_a_game(tiny, tmp_path):
     ended = {"outcome": "loss", "share": 0.25, "seconds": 12.34567, "fingerprint": "ab", "forfeit": "late"}
     played = PlayedGame(one="entry 1", other="uniform", number=3, **ended, thinking_ms=(3.0, 5.0))
-    assert line_of("uniform", played) == Line("uniform", 1, "uniform", 3, "loss", 0.25, 12.3457, "ab", "late")
+    assert line_of("uniform", played) == Line("uniform", 1, "uniform", 3, "loss", 0.25, 12.3457, "late")
     factory = replace(FACTORY, trials=tiny.tracks[0].trials)
     games = TrackGames(tiny.tracks[0], tiny, factory, tmp_path, digests=["", ""])
     games.games = {one.key: one for one in (played, replace(played, number=2, forfeit=""))}

@@ -47,7 +47,7 @@ def test_the_page_shows_each_figure_where_it_belongs(report):
     said["tracks"]["uniform"]["opponents"][0] |= counts | {"forfeits": 7, "first_forfeit": "entry 1: policy raised"}
     said["uniform"] |= {"curve": {"seconds": [0.0, 30.0, 60.0], "not_won": [1.0, 0.5, 0.25]}, "median_seconds": None}
     said["improvement"] = {"over": "other", "probability": 0.7, "ci95": [0.6, 0.8]}
-    report["cost"]["policies"][0].update(commands=1234567, seconds=None)
+    report["cost"]["policies"][0].update(commands=1234567, seconds=None, at_least=["commands"])
     report["cost"].update(processes=None)
     report["policies"][1].update(kind="planned")
     report["protocol"].update(version="1-quick")
@@ -61,7 +61,7 @@ def test_the_page_shows_each_figure_where_it_belongs(report):
         '<polyline points="42.0,10.0 192.0,10.0 192.0,95.0 342.0,95.0 342.0,137.5"',
         ">30 s</text>",  # in the middle of the curve
         "over opponents: 0.700 (0.600 to 0.800)",
-        "<td>1,234,567</td><td>not said</td>",
+        "<td>at least 1,234,567</td><td>not said</td>",
         "Kind: learned, planned (sees the simulator).",
         "cannot be sent in",
         "the first since entry 1: policy raised",
