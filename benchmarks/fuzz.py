@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import functools
-import re
 import subprocess
 import sys
 import typing
@@ -18,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from swarm_pz.config import CHANNELS, MOTION_CHANNELS, PRESETS, GameConfig, ObservationConfig
-from swarm_pz.config.base import Config
+from swarm_pz.config.base import Config, hints_of
 from swarm_pz.config.registry import registered, system_of
 from swarm_pz.envs.parallel_env import CaptureEnv
 from swarm_pz.errors import CommandError, ConfigError
@@ -28,30 +26,20 @@ GRAINS = {"time_limit": 0.1, "command_period": 0.1, "trail": 1 / 30}
 OTHERS = ("drones_per_team", "controllers", "observation", "modes", "horizon")
 """What `draw` chooses otherwise: new modes and horizons are compiled anew."""
 ROOT = Path(__file__).parents[1]
-find_hints = functools.cache(typing.get_type_hints)
-
-
-@functools.cache
-def find_range(kind: type[Config], name: str) -> tuple[float, float]:
-    """Return the range of a number, which a configuration names when it refuses another one."""
-    try:
-        raise ValueError(f"no number is too large for {kind(**{name: 10**300})}")
-    except ConfigError as error:
-        low, high = re.findall(r" in \[([^,]+), ([^\]]+)\]", str(error))[0]
-        return float(low), float(high)
 
 
 def draw_value(kind: type[Config], name: str, rng: np.random.Generator) -> object:
     """Draw a field's value; of numbers the ends of their range, or one between them, uniform in its logarithm."""
-    hint = find_hints(kind)[name]
-    choices = [True, False] if hint is bool else typing.get_args(hint) or [hint]
+    hint = hints_of(kind)[name]  # type: ignore[arg-type]
+    is_number = typing.get_origin(hint) is typing.Annotated
+    choices = [True, False] if hint is bool else [hint] if is_number else typing.get_args(hint)
     choice = choices[rng.integers(len(choices))]
-    if choice not in (int, float):
+    if typing.get_origin(choice) is not typing.Annotated:
         return None if choice is type(None) else choice
-    low, high = find_range(kind, name)
+    base, (low, high) = typing.get_args(choice)
     number = float(rng.choice([low, high, *10 ** rng.uniform(np.log10(max(low, 1e-12)), np.log10(high), 5)]))
     number = np.clip(-number if low < 0.0 and rng.random() < 0.5 else number, low, high)
-    return round(number) if choice is int else round(number / GRAINS[name]) * GRAINS[name] if name in GRAINS else number
+    return round(number) if base is int else round(number / GRAINS[name]) * GRAINS[name] if name in GRAINS else number
 
 
 def draw_fields(config: Config, rng: np.random.Generator) -> Config:

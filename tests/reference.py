@@ -75,58 +75,51 @@ def captures_where(occupancy: Integers, threshold: float = 0.75) -> Booleans:
 class RuleReference:
     """Trails, occupancy, fields and captures of one game; positions are given.
 
-    `teams` (N,) is 0 or 1 for every drone, `trails` are deques of (row, column), oldest first, `captures` how many
-    drones each team has captured, and `recaptures` those that it got back within one second of losing them.
+    `teams` (N,) is 0 or 1 for every drone, `trails` are deques of (row, column), oldest first, `captures` the drones
+    that each team has captured, and `recaptures` those that it got back within one second of losing them.
     """
 
-    def __init__(self, teams: NDArray[np.integer], trail_ticks: int = 150, threshold: float = 0.75) -> None:
+    def __init__(self, teams: NDArray[np.integer], trail_ticks: int | None = 150, threshold: float = 0.75) -> None:
         self.teams: Integers = np.array(teams, dtype=np.int64)
-        self.trail_ticks = trail_ticks
         self.threshold = threshold
-        self.trails: list[deque[tuple[int, int]]] = [deque(maxlen=trail_ticks) for _ in range(len(self.teams))]
+        self.trails: list[deque[tuple[int, int] | None]] = [deque(maxlen=trail_ticks) for _ in self.teams]
         self.captures = [0, 0]
         self.recaptures = [0, 0]
         self.ticks = 0
         self._last_capture: list[int | None] = [None] * len(self.teams)
-        self._occupancy: Integers = np.zeros((2, GRID, GRID), dtype=np.int64)
 
     @property
     def occupancy(self) -> Integers:
-        """The teams' trails summed on the grid, a (2, 50, 50) int64 copy."""
-        return self._occupancy.copy()
+        """The teams' trails summed on the grid, (2, 50, 50), counted afresh."""
+        counts = np.zeros((2, GRID, GRID), dtype=np.int64)
+        for team, trail in zip(self.teams, self.trails, strict=True):
+            cells = [cell for cell in trail if cell is not None]
+            if cells:
+                np.add.at(counts[team], tuple(np.transpose(cells)), 1)
+        return counts
 
-    def tick(self, positions: NDArray[np.float32]) -> list[int]:
-        """Extend the trails by positions (N, 2) after a move, apply all captures at once, and return them."""
+    def tick(
+        self, positions: NDArray[np.float32], failed: Booleans | None = None, captures: Booleans | None = None
+    ) -> list[int]:
+        """Extend the trails by positions (N, 2) after a move, apply all captures at once, and return them.
+
+        `failed` drones (N,) write no trail; `captures` (2, 50, 50) are the cells where each team captures, by default
+        those of its occupancy.
+        """
         self.ticks += 1
-        for drone in range(len(self.teams)):
-            self._extend_trail(drone, cell_of(positions[drone]))
-        fields = [captures_where(self._occupancy[team], self.threshold) for team in (0, 1)]
-        captured = []
-        for drone in range(len(self.teams)):
-            opponent = 1 - int(self.teams[drone])
-            if fields[opponent][cell_of(positions[drone])]:
-                captured.append(drone)
+        cells = [cell_of(position) for position in positions]
+        for drone, cell in enumerate(cells):
+            self.trails[drone].append(None if failed is not None and failed[drone] else cell)
+        if captures is None:
+            captures = np.stack([captures_where(occupancy, self.threshold) for occupancy in self.occupancy])
+        captured = [drone for drone, cell in enumerate(cells) if captures[1 - self.teams[drone]][cell]]
         for drone in captured:
             self._change_team(drone)
         return captured
 
-    def _extend_trail(self, drone: int, cell: tuple[int, int]) -> None:
-        team = self.teams[drone]
-        trail = self.trails[drone]
-        if len(trail) == self.trail_ticks:
-            row, column = trail[0]  # the deque drops it when the new cell comes in
-            self._occupancy[team, row, column] -= 1
-        trail.append(cell)
-        row, column = cell
-        self._occupancy[team, row, column] += 1
-
     def _change_team(self, drone: int) -> None:
-        old = int(self.teams[drone])
-        new = 1 - old
-        for row, column in self.trails[drone]:
-            self._occupancy[old, row, column] -= 1
-            self._occupancy[new, row, column] += 1
-        self.teams[drone] = new
+        new = 1 - int(self.teams[drone])
+        self.teams[drone] = new  # its trail comes along: occupancy is counted afresh
         self.captures[new] += 1
         last = self._last_capture[drone]
         # With two teams, whoever captures a drone again is the team that its previous capture took it from.

@@ -9,11 +9,56 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.reference import Booleans, ControllerReference, Floats, cell_of, target_coefficients
-from tests.reference_variants import VariantRules, reconstruction_captures, reconstruction_field
+from tests.reference import (
+    GRID,
+    RING,
+    Booleans,
+    ControllerReference,
+    Floats,
+    RuleReference,
+    cell_of,
+    target_coefficients,
+)
 
 TARGET_MASS = 10.0
 """What a density that was sent sums to; the one that a team has before it is sent anything sums to 1."""
+
+
+def reconstruct(coefficients: NDArray[np.floating]) -> Floats:
+    """Return sum_k c_k cos(pi k1 x) cos(pi k2 y) at the centres of the grid's cells, (50, 50)."""
+    given = np.asarray(coefficients, dtype=np.float64)
+    centres = (np.arange(GRID) + 0.5) / GRID
+    waves = [np.cos(np.pi * k * centres) for k in range(max(given.shape))]
+    total = np.zeros((GRID, GRID))
+    for k1 in range(given.shape[0]):
+        for k2 in range(given.shape[1]):
+            total += given[k1, k2] * np.outer(waves[k2], waves[k1])
+    return total
+
+
+def ring_means(values: Floats) -> Floats:
+    """Mean of (50, 50) values over the ring cells around every cell that lie inside the square."""
+    framed = np.full((GRID + 4, GRID + 4), np.nan)
+    framed[2 : 2 + GRID, 2 : 2 + GRID] = values
+    neighbours = [framed[2 + dy : 2 + dy + GRID, 2 + dx : 2 + dx + GRID] for dy, dx in RING]
+    return np.asarray(np.nanmean(neighbours, axis=0))
+
+
+def reconstruction_field(coefficients: NDArray[np.floating]) -> Floats:
+    """Return the capture field (50, 50) of a team with these mean coefficients (K, K).
+
+    Ring means of the reconstruction, rescaled to [0, 1]; all 0 where they are constant but for rounding.
+    """
+    means = ring_means(reconstruct(coefficients))
+    low, high = means.min(), means.max()
+    if high - low <= 1e-12 * max(abs(low), abs(high)):
+        return np.zeros_like(means)
+    return np.asarray((means - low) / (high - low))
+
+
+def reconstruction_captures(field: Floats, threshold: float = 0.75) -> Booleans:
+    """Cells of a (50, 50) reconstruction field where it captures: at the threshold or above."""
+    return np.asarray(field >= threshold)
 
 
 def published_controller() -> ControllerReference:
@@ -56,7 +101,7 @@ class ReleasedReference:
 
     def __init__(self, teams: NDArray[np.integer], cells: int = 10, warm_start: bool = False) -> None:
         self.warm_start = warm_start
-        self.rules = VariantRules(teams, trail_ticks=None, forgotten_on_capture=True)
+        self.rules = RuleReference(teams, trail_ticks=None)
         self.controller = published_controller()
         uniform = np.full((cells, cells), 1.0 / cells**2)
         self._targets = [uniform, uniform]  # what the teams follow, as densities of sum 1
@@ -122,11 +167,15 @@ class ReleasedReference:
         if sent is None:
             return
         if np.abs(sent - self._targets[team]).max() > 1e-9:
-            self.rules.command(team)
+            self._forget_trails(self.rules.teams == team)
         self._forget(self.rules.teams == team)
         self._targets[team] = sent
         self._sent[team] = None
         self.phi[team] = target_coefficients(sent, mass=TARGET_MASS)
+
+    def _forget_trails(self, drones: Booleans) -> None:
+        for drone in np.flatnonzero(drones):
+            self.rules.trails[drone].clear()
 
     def _forget(self, drones: Booleans) -> None:
         self.memory[drones] = 0.0
@@ -135,8 +184,9 @@ class ReleasedReference:
     def tick(self, positions: NDArray[np.float32]) -> list[int]:
         """Extend the trails by positions (N, 2) after a move, apply all captures at once, and return them."""
         captured = self.rules.tick(positions, captures=reconstruction_captures(self.fields))
-        for drone in captured:
-            self._forget(np.arange(len(positions)) == drone)
+        lost = np.isin(np.arange(len(positions)), captured)
+        self._forget_trails(lost)
+        self._forget(lost)
         return captured
 
     def values(self, positions: NDArray[np.float32]) -> Floats:

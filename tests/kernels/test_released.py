@@ -10,9 +10,8 @@ from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryCon
 from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.ergodicity import at_work, shared_coefficients
 from swarm_pz.spaces.observation import observe
-from tests.reference import cell_of
-from tests.reference_released import ReleasedReference
-from tests.reference_variants import VariantRules, reconstruction_captures, reconstruction_field
+from tests.reference import RuleReference, cell_of
+from tests.reference_released import ReleasedReference, reconstruction_captures, reconstruction_field
 
 RELEASED = GameConfig.preset("released")
 PEACE = CaptureConfig(enabled=False)
@@ -98,29 +97,18 @@ def test_fields_are_of_the_density_that_a_teams_controller_expects(config):
 # --- each option alone ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("trail", "forgotten_on"), [(None, ()), (5.0, ("capture",)), (1.0, ("command",))], ids=["endless", "capture", "new"]
-)
-def test_trails_are_forgotten_as_asked(trail, forgotten_on):
-    config = GameConfig(time_limit=10.0, memory=MemoryConfig(trail=trail, trail_forgotten_on=forgotten_on))
-    simulator, generator, captured = Simulator(config), np.random.default_rng(0), 0
+def test_a_captured_drone_loses_its_trail_if_that_is_forgotten():
+    simulator, captured = Simulator(GameConfig(memory=MemoryConfig(trail_forgotten_on=("capture",)))), 0
+    generator = np.random.default_rng(0)
     simulator.reset([0])
-    ticks = None if trail is None else round(30 * trail)
-    rules = VariantRules(simulator.teams[0], ticks, forgotten_on_capture="capture" in forgotten_on)
-    previous = simulator.targets[0].copy()
+    rules = RuleReference(simulator.teams[0])
     for tick in range(200):
         if tick % 20 == 0:
-            team = int(generator.integers(2))
-            # Twice the same image is the same command.
-            command = simulator.targets[:, team] if tick % 40 else generator.random((1, 10, 10)) ** 4
-            simulator.command(team, command / command.max())
-        if tick % 3 == 0:
-            if "command" in forgotten_on:
-                for team in np.flatnonzero(changed(simulator.targets[0], previous)):
-                    rules.command(team)
-            previous = simulator.targets[0].copy()
+            simulator.command(int(generator.integers(2)), generator.random((1, 10, 10)) ** 4)
         simulator.advance(1)
-        captured += len(rules.tick(simulator.positions[0]))
+        for drone in (lost := rules.tick(simulator.positions[0])):
+            rules.trails[drone].clear()
+        captured += len(lost)
         np.testing.assert_array_equal(simulator.teams[0], rules.teams)
         np.testing.assert_array_equal(simulator.occupancy[0], rules.occupancy)
         if simulator.decided[0]:
@@ -131,7 +119,7 @@ def test_trails_are_forgotten_as_asked(trail, forgotten_on):
 @pytest.mark.parametrize("second_thoughts", [False, True])
 def test_a_command_is_a_new_one_if_it_is_new_at_the_solve(second_thoughts):
     both = ("capture", "command")
-    memory = MemoryConfig(trail=None, controller=None, trail_forgotten_on=both, controller_forgotten_on=both)
+    memory = MemoryConfig(controller=None, trail_forgotten_on=both, controller_forgotten_on=both)
     simulator = Simulator(GameConfig(memory=memory, capture=PEACE))
     simulator.reset([0])
     first, other = np.random.default_rng(0).random((2, 1, 10, 10))

@@ -150,7 +150,7 @@ def test_a_command_that_is_sent_empties_the_memory_be_it_the_same_again():
 
 def test_a_trail_and_a_memory_are_each_forgotten_on_their_own_occasion():
     for on, kept in (("command", 31), ("sending", 1)):
-        memory = MemoryConfig(controller=None, trail=None, trail_forgotten_on=(on,), controller_forgotten_on=())
+        memory = MemoryConfig(controller=None, trail_forgotten_on=(on,), controller_forgotten_on=())
         simulator = Simulator(GameConfig(memory=memory, **PEACE))
         simulator.reset([0])
         simulator.advance(30)

@@ -8,24 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from swarm_pz.config import CaptureConfig, ControllerConfig, DynamicsConfig, FlockingConfig, GameConfig
+from swarm_pz.config import ControllerConfig, DynamicsConfig, FlockingConfig, GameConfig
 from swarm_pz.config.system import ControlSystem, Flight
-from swarm_pz.simulator import Simulator
 from swarm_pz.systems.coverage import Coverage
 from swarm_pz.systems.flocking import Flocking
 from swarm_pz.systems.formation import Formation
 from swarm_pz.systems.kernel_ergodic import KernelErgodic
 from swarm_pz.systems.leader_follower import LeaderFollower
 from swarm_pz.systems.potential_field import PotentialField
-from tests.kernels.states import SOFT, random_state, solved
-from tests.reference import ControllerReference
-from tests.reference_variants import FlockingReference
+from swarm_pz.systems.shapes import SHAPES, unit_slots
+from tests.systems.flights import game_of, random_states, solve
 
 Floats = NDArray[np.float64]
 Generator = np.random.Generator
@@ -34,7 +31,7 @@ Generator = np.random.Generator
 def random_flight(generator: Generator, commands: Floats, own: int, age: float = 0.0) -> Flight:
     """Draw one game of `own` drones among some of the other team or failed; `commands` (2, ...) in force and former.
 
-    In a third of them all hear all, in a third only those within a talk radius, and in a third a part of that is lost.
+    In a third of them all hear all, in a third those within a radius, and in a third some of these.
     """
     drones = own + int(generator.integers(10))
     mine = np.zeros(drones, np.bool_)
@@ -72,68 +69,52 @@ def some_speed(number: int) -> DynamicsConfig:
     return DynamicsConfig(speed_factor=1.0 if number % 3 else 0.8)
 
 
-# --- ergodic and direct: through a game, whose loop flies them --------------------------------------------------------
-
-
-def compare_ergodic(generator: Generator, number: int) -> float:
-    state = random_state(generator, 1 + number % 40, float(generator.choice([0.05, 0.3, 1.0])))
-    simulator = solved(state, controller=SOFT)
-    reference = ControllerReference(r=SOFT.control_weight)
-    expected, *_ = reference.solve(*state[:5], simulator.games.coefficients[0])
-    return error(simulator.games.accelerations[0], expected, np.ones(len(expected), np.bool_))
+# --- direct and flocking ----------------------------------------------------------------------------------------------
 
 
 def compare_direct(generator: Generator, number: int) -> float:
     drones, largest = int(generator.integers(1, 41)), 1.0 if number % 2 else 0.3
-    controller, peace = ControllerConfig(max_acceleration=largest), CaptureConfig(enabled=False)
-    simulator = Simulator(
-        GameConfig(drones_per_team=(drones, 0), controllers="direct", controller=controller, capture=peace)
-    )
-    simulator.reset([number], scenario={"teams": generator.integers(2, size=drones)})
-    commands = generator.uniform(-1, 1, (2, drones, 2))
-    for team in range(2):
-        simulator.command(team, commands[team][None])
-    simulator.advance(1)
-    rows = [commands[team, i] for i, team in enumerate(simulator.teams[0])]
-    expected = np.array([[largest * part / max(1.0, math.hypot(*row)) for part in row] for row in rows])
-    return error(simulator.games.accelerations[0], expected, np.ones(drones, np.bool_))
-
-
-# --- flocking ---------------------------------------------------------------------------------------------------------
+    state, commands = random_states(generator, 1, drones), generator.uniform(-1, 1, (2, 1, drones, 2))
+    config = game_of("direct", drones, controller=ControllerConfig(max_acceleration=largest))
+    rows = commands[state.teams[0], 0, np.arange(drones)]
+    expected = largest * rows / np.maximum(1.0, np.linalg.norm(rows, axis=1, keepdims=True))
+    return error(solve(config, state, list(commands))[0], expected, np.ones(drones, np.bool_))
 
 
 def compare_flocking(generator: Generator, number: int) -> float:
-    """Leave out drones that stand within rounding of where the control jumps."""
+    """Drones within rounding of where the control jumps do as they do."""
     numbers = dict(zip(("alignment", "cohesion", "separation"), generator.uniform(0, [5, 5, 0.05]), strict=True))
     numbers |= {"communication_radius": generator.uniform(0.05, 0.3), "max_turn": generator.uniform(0.1, 3.0)}
     numbers |= {"separation_radius": generator.uniform(0.01, 0.1), "speed": generator.uniform(0.1, 0.5)}
-    config = GameConfig(flocking=FlockingConfig(migration=(0.5, 60.0), **numbers))
+    flock = FlockingConfig(migration=(0.5, 60.0), **numbers)
     command = np.column_stack([generator.random((4, 2)), generator.uniform(0.5, 60.0, 4)])
     age = float(generator.uniform(0.0, 30.0))
     flight = random_flight(generator, np.stack([command, command]), 1 + number % 40, age)
-    current = command[min(int(age / config.flocking.dwell), 3)].astype(np.float32)
-    reference, own = FlockingReference(**numbers), flight.own[0]
-    state = SimpleNamespace(
-        positions=np.nan_to_num(flight.positions[0].astype(float), nan=9.0),
-        velocities=np.nan_to_num(flight.velocities[0].astype(float)),
-        teams=np.where(own, 0, 1),
-        attractors=np.array([current, current], np.float64),
-        heard=flight.heard[0],
-    )
-    expected = reference.solve(**vars(state))
-    clear = own & ~decided_by_rounding(state, reference)
-    return error(Flocking().solve(flight, config)[0], expected, clear)
+    x, y, weight = command[min(int(age / flock.dwell), 3)]
+    found = Flocking().solve(flight, GameConfig(flocking=flock))[0]
 
+    def expected(i, heard, p, v):
+        others = [j for j in heard if j != i]
+        distance = {j: math.hypot(*(p[i] - p[j])) for j in others}
+        near = [j for j in others if distance[j] <= flock.communication_radius]
+        urge = weight * (np.array([x, y]) - p[i])
+        if near:
+            urge += flock.alignment * (np.mean(v[near], axis=0) - v[i])
+            urge += flock.cohesion * (np.mean(p[near], axis=0) - p[i])
+        for j in others:
+            if distance[j] < flock.separation_radius:
+                urge += flock.separation * (p[i] - p[j]) / max(distance[j], 0.001) ** 2
+        turn = math.atan2(v[i, 0] * urge[1] - v[i, 1] * urge[0], v[i] @ urge)
+        jumps = [math.pi - abs(turn) < 1e-3, math.hypot(*urge) < 0.05, abs(math.hypot(*v[i]) - 0.001) < 1e-4]
+        radii = (flock.communication_radius, flock.separation_radius)
+        if any(jumps) or any(abs(one - radius) < 1e-6 for one in distance.values() for radius in radii):
+            return found[i]
+        heading = math.atan2(v[i, 1], v[i, 0]) + float(np.clip(turn, -flock.max_turn, flock.max_turn))
+        if math.hypot(*v[i]) < 0.001:
+            heading = math.atan2(urge[1], urge[0])
+        return (flock.speed * np.array([math.cos(heading), math.sin(heading)]) - v[i]) / 0.1
 
-def decided_by_rounding(state: SimpleNamespace, reference: FlockingReference) -> NDArray[np.bool_]:
-    distances = np.linalg.norm(state.positions[:, None] - state.positions[None], axis=-1)
-    radii = (reference.communication_radius, reference.separation_radius)
-    edge = np.any([np.abs(distances - radius).min(axis=1) < 1e-6 for radius in radii], axis=0)
-    urges = reference.urges(**vars(state))
-    cross = state.velocities[:, 0] * urges[:, 1] - state.velocities[:, 1] * urges[:, 0]
-    back = np.pi - np.abs(np.arctan2(cross, (state.velocities * urges).sum(axis=1))) < 1e-3
-    slow = np.abs(np.linalg.norm(state.velocities, axis=1) - 0.001) < 1e-4
-    return edge | (np.linalg.norm(urges, axis=1) < 0.05) | back | slow
+    return error_of(Flocking(), flight, GameConfig(flocking=flock), expected)
 
 
 # --- coverage: every grid point to its nearest drone, every cell a polygon --------------------------------------------
@@ -335,41 +316,6 @@ def compare_kernel_ergodic(generator: Generator, number: int) -> float:
 
 # --- formations -------------------------------------------------------------------------------------------------------
 
-SHAPES = ["ring", "disc", "line", "wedge", "grid"]
-
-
-def frame_of(shape: str, m: int) -> list[tuple[float, float]]:
-    """Return the slots of m drones in the formation's own frame."""
-    t = [0.0 if m == 1 else (2 * i - m + 1) / (m - 1) for i in range(m)]
-    if shape == "ring":
-        return circle(1.0, m)
-    if shape == "disc":
-        g = 0
-        while 3 * g * (g + 1) < m - 1:
-            g += 1
-        slots, before = [(0.0, 0.0)], 0
-        for r in range(1, g + 1):
-            up_to = math.floor((m - 1) * r * (r + 1) / (g * (g + 1)) + 0.5)
-            slots += circle(r / g, up_to - before)
-            before = up_to
-        return slots
-    if shape == "line":
-        return [(one, 0.0) for one in t]
-    if shape == "wedge":
-        return [(1 - 1.5 * abs(one), math.sin(math.radians(120)) * one) for one in t]
-    a = math.ceil(math.sqrt(m))
-    gap = 2.0 if a == 1 else 2 / (a - 1)
-    ranks = [min(a, m - first) for first in range(0, m, a)]
-    return [
-        (gap * ((len(ranks) - 1) / 2 - number), gap * (file - (files - 1) / 2))
-        for number, files in enumerate(ranks)
-        for file in range(files)
-    ]
-
-
-def circle(radius: float, m: int) -> list[tuple[float, float]]:
-    return [(radius * math.cos(2 * math.pi * i / m), radius * math.sin(2 * math.pi * i / m)) for i in range(m)]
-
 
 def slots_of(command: dict, m: int, margin: float) -> Floats:
     if "points" in command:
@@ -377,7 +323,7 @@ def slots_of(command: dict, m: int, margin: float) -> Floats:
         whole = len(points)
         frame = [points[i * whole // m] if m <= whole else points[i % whole] for i in range(m)]
     else:
-        frame = frame_of(command["shape"], m)
+        frame = unit_slots(command["shape"], m)
     cosine, sine = math.cos(command["turn"]), math.sin(command["turn"])
     turned = np.array([(cosine * a - sine * b, sine * a + cosine * b) for a, b in frame])
     return np.clip(np.array(command["centre"]) + command["size"] * turned, margin, 1 - margin)

@@ -17,7 +17,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from swarm_pz import parallel_env
 from swarm_pz.config import ControllerConfig, GameConfig
-from swarm_pz.config.registry import is_our_own, registered, system_class, system_of
+from swarm_pz.config.registry import registered, system_class, system_of
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.kernels.game import Games
 from swarm_pz.simulator import Simulator
@@ -35,7 +35,7 @@ def name(request):
     return request.param
 
 
-@pytest.mark.parametrize("name", [name for name in SYSTEMS if name in COMPARED or is_our_own(name)], indirect=True)
+@pytest.mark.parametrize("name", [name for name in SYSTEMS if name in COMPARED], indirect=True)
 def test_it_is_its_slow_mirror(name):
     generator, count = np.random.default_rng(0), 15 if name != "coverage" else 9
     # By 7, which divides no number of variants that the references take in turn.

@@ -37,6 +37,26 @@ def test_a_shape_has_a_slot_for_each_drone_and_faces_along_x(shape):
         assert not drones or mirrored.min(axis=1).max() < 1e-12
 
 
+def circle(radius, count):
+    return [
+        (radius * math.cos(2 * math.pi * i / count), radius * math.sin(2 * math.pi * i / count)) for i in range(count)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("shape", "slots"),
+    [
+        ("ring", circle(1, 7)),
+        ("disc", [(0, 0), *circle(0.5, 3), *circle(1, 6)]),
+        ("line", [(-1, 0), (-1 / 3, 0), (1 / 3, 0), (1, 0)]),
+        ("wedge", [(-0.5, -math.sqrt(0.75)), (1, 0), (-0.5, math.sqrt(0.75))]),
+        ("grid", [(0.5, -1), (0.5, 0), (0.5, 1), (-0.5, -0.5), (-0.5, 0.5)]),
+    ],
+)
+def test_shapes_are_those_of_the_equations(shape, slots):
+    np.testing.assert_allclose(unit_slots(shape, len(slots)), slots, atol=1e-12)
+
+
 def test_a_quarter_turn_turns_against_the_clock_and_slots_keep_off_the_walls():
     command = parse({"points": SQUARE[:1] * 4, "centre": (0.5, 0.5), "size": 0.1, "turn": math.pi / 2})
     np.testing.assert_allclose(Formation().slots(command, 1), [(0.6, 0.4)])

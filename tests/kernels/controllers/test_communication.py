@@ -10,8 +10,7 @@ import pytest
 from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig
 from swarm_pz.simulator import Simulator
 from tests.kernels.states import SOFT, assert_mirrored, random_state, solved
-from tests.reference import ControllerReference, basis
-from tests.reference_variants import VariantRules
+from tests.reference import ControllerReference, RuleReference, basis
 
 REFERENCE = ControllerReference(r=20.0)
 """The slow controller with the gains of SOFT."""
@@ -46,7 +45,7 @@ def test_a_failed_drone_stands_still_writes_no_trail_and_returns_with_an_empty_m
     for seed in range(2):
         simulator, generator = Simulator(config), np.random.default_rng(seed)
         simulator.reset([seed])
-        games, rules = simulator.games, VariantRules(simulator.teams[0], threshold=0.5)
+        games, rules = simulator.games, RuleReference(simulator.teams[0], threshold=0.5)
         for tick in range(200):
             if tick % 30 == 0:
                 for team in range(2):
