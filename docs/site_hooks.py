@@ -17,6 +17,7 @@ from mkdocs.structure.pages import Page
 from benchmarks.board import ENTRIES
 from benchmarks.board.page import build
 from swarm_pz.cli.table import site_files
+from swarm_pz.play import protocol
 
 _LINK = re.compile(r"\]\(([\w./-]+)((?:#[^)\s]*)?)\)")
 _LANGUAGES = {
@@ -27,6 +28,7 @@ _ENTRIES = "docs/board/entries"
 """What the board is in a clone; on the site it is a page."""
 _shown: dict[str, str] = {}
 """What of the repository is shown as pages: path from its root -> path of the page."""
+_SCHEMA = "protocol.schema.json"
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -46,6 +48,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         files.append(File.generated(config, f"game/{name}", content=data, inclusion=InclusionLevel.INCLUDED))
     for name, text in build(ENTRIES).items():
         files.append(File.generated(config, f"board/{name}", content=text, inclusion=InclusionLevel.INCLUDED))
+    text = json.dumps(protocol.schema(), indent=2)
+    files.append(File.generated(config, _SCHEMA, content=text, inclusion=InclusionLevel.INCLUDED))
     root = Path(config.config_file_path).parent
     _shown.clear()
     _shown[_ENTRIES] = "board/index.html"

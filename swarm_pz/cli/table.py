@@ -128,8 +128,8 @@ def replay(
     """
     need_play()
     from swarm_pz.play.recordings.folder import checked_name
-    from swarm_pz.play.recordings.format import Recording
     from swarm_pz.play.recordings.playback import Playback
+    from swarm_pz.play.recordings.recording import Recording
 
     check(speed > 0, "speed", speed, "above 0")
     check_count(port, "port", 0, 65535)

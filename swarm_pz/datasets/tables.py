@@ -21,8 +21,8 @@ from swarm_pz.envs.reward import red_rewards
 from swarm_pz.errors import RecordingError
 from swarm_pz.play.commands import Command
 from swarm_pz.play.recordings.folder import SUFFIX, is_regular
-from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.spaces.formats import Format, FormatOptions
 from swarm_pz.spaces.observation import of_game

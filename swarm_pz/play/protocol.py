@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from typing import Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
@@ -31,9 +31,14 @@ T = TypeVar("T")
 # --- what messages are made of --------------------------------------------------------------------
 
 Side = Literal["red", "blue"]
+SIDES: tuple[Side, Side] = ("red", "blue")
 Milliseconds = Annotated[float, Meta(ge=-1e15, le=1e15)]
 Count = Annotated[int, Meta(ge=0, lt=2**32)]
 Reason = Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "unknown", "full"]
+Tick = Annotated[int, Meta(ge=0, lt=2**32)]
+Outcome = Literal["red", "blue", "draw", "stopped"]
+EndedBy = Literal["capture", "time", "left", "server", "forfeit"]
+SeatEvent = Literal["connected", "disconnected", "displaced", "hidden", "shown", "failed", "forfeit"]
 Code = Annotated[str, Meta(pattern="^[A-Za-z0-9]{4,8}$")]
 Token = Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
 Name = Annotated[str, Meta(min_length=1, max_length=200)]
@@ -421,12 +426,24 @@ class Received(Message, tag="received"):
     server_ms: float
 
 
-class InForceMessage(Message, tag="in_force"):
+class OfSeat(Message):
+    """A message about a seat; each has the field itself, since structs have one base with fields."""
+
+    if TYPE_CHECKING:
+        seat: Side
+
+    @property
+    def team(self) -> int:
+        """0 red, 1 blue."""
+        return SIDES.index(self.seat)
+
+
+class InForceMessage(OfSeat, tag="in_force"):
     """The swarm follows a command from this tick on."""
 
     seat: Side
-    number: int
-    tick: int
+    number: Count
+    tick: Tick
     server_ms: float
     sender: str = ""
     """Of a command that an automatic response gave: "auto:" and its policy, or "auto:saved"; of one that a
@@ -472,10 +489,121 @@ class Pong(Message, tag="pong"):
 
 ServerMessage = Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Notice | Displaced | Pong
 
+# --- what a recording has besides -----------------------------------------------------------------
+
+
+class RecordedSeat(Message):
+    """The player of a seat at the start: never a person's name, at most a label they chose."""
+
+    kind: Literal["person", "program", "policy", "free"]
+    policy: str = ""
+    label: str = ""
+
+
+class Origin(Message):
+    """The recorded game, and its moment, from which this one was played on."""
+
+    recording: str
+    tick: Tick
+    lines: Count
+    """So many lines after the first are from there."""
+
+
+class Header(Message, tag="game"):
+    """The first line of a recording."""
+
+    protocol: str
+    software: str
+    started: str
+    """In UTC, ISO 8601."""
+    began_ms: float
+    """The same moment on the server's clock."""
+    table: dict[str, Any]
+    """The configuration, the rules among it."""
+    seed: int
+    red: RecordedSeat
+    blue: RecordedSeat
+    lesson: bool = False
+    origin: Origin | None = None
+
+
+class SeatCommand(CommandMessage, OfSeat, tag="command", kw_only=True):
+    """A command as it arrived, with the density or the array that is followed, also where strokes were sent."""
+
+    seat: Side
+    tick: Tick
+    """The first solve that counts it is at this tick or later."""
+    server_ms: float
+    sender: str = ""
+    """As in `in_force`."""
+
+
+class SeatPainted(Painted, OfSeat, tag="painted"):
+    """The screen of a seat's client showed the first frame that a command had changed."""
+
+    seat: Side
+
+
+class CapturedMessage(OfSeat, tag="captured"):
+    """A team captured a drone."""
+
+    seat: Side
+    tick: Tick
+    drone: Annotated[int, Meta(ge=0, lt=2**16)]
+
+
+class FrameMessage(Message, tag="frame"):
+    """Positions, velocities and teams: a frame as it is sent, in base64."""
+
+    tick: Tick
+    data: bytes
+
+
+class SeatMessage(OfSeat, tag="seat"):
+    """A connection came, went or changed; or a seat failed, and why."""
+
+    seat: Side
+    event: SeatEvent
+    server_ms: float
+    client: ClientInfo | None = None
+    reason: str = ""
+
+
+class Delay(Message):
+    """A requested delay, the median of the measured ones (null if nothing was delayed), and their number."""
+
+    asked_ms: float
+    got_ms: float | None
+    count: int
+
+
+class SeatDelays(Message):
+    """The delays of a seat: of its commands, and of the moments that it was shown."""
+
+    command: Delay
+    display: Delay
+
+
+class EndMessage(Message, tag="end"):
+    """The game's end; "stopped" if nobody played it to its end."""
+
+    outcome: Outcome
+    tick: Tick
+    sizes: tuple[Count, Count]
+    server_ms: float
+    ended_by: EndedBy
+    """A game that a client had left when it ended is "left", however it ended."""
+    delays: tuple[SeatDelays, SeatDelays] | None = None
+    """Red's and blue's, where the table varied anything."""
+
+
+LogMessage = SeatCommand | InForceMessage | SeatPainted | CapturedMessage | FrameMessage | SeatMessage | EndMessage
+
 # --- how messages are written and read ------------------------------------------------------------
 
 _client_decoder: msgspec.json.Decoder[ClientMessage] = msgspec.json.Decoder(ClientMessage)
 _server_decoder: msgspec.json.Decoder[ServerMessage] = msgspec.json.Decoder(ServerMessage)
+_log_decoder: msgspec.json.Decoder[Header | LogMessage] = msgspec.json.Decoder(Header | LogMessage)
 _encoder = msgspec.json.Encoder()
 
 
@@ -493,6 +621,11 @@ def decode_client(text: str | bytes) -> ClientMessage:
 def decode_server(text: str | bytes) -> ServerMessage:
     """Read a server's message, as `decode_client`."""
     return _decode(_server_decoder, text)
+
+
+def decode_log(line: bytes) -> Header | LogMessage:
+    """Read a line of a recording; errors as of `decode`."""
+    return decode(_log_decoder, line)
 
 
 def _decode(decoder: msgspec.json.Decoder[T], text: str | bytes) -> T:
@@ -529,18 +662,19 @@ def _near(written: str) -> float:
     return value
 
 
-def encode(message: ClientMessage | ServerMessage) -> str:
+def encode(message: ClientMessage | ServerMessage | Header | LogMessage) -> str:
     """Write a message as JSON."""
     return _encoder.encode(message).decode()
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON schema of all messages of both sides."""
-    schemas, definitions = msgspec.json.schema_components([ClientMessage, ServerMessage], ref_template="#/$defs/{name}")
+    """Return the JSON schema of all messages of both sides, and of the lines of recordings."""
+    kinds = [ClientMessage, ServerMessage, Header | LogMessage]
+    schemas, definitions = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": SUBPROTOCOL,
-        "properties": {"client": schemas[0], "server": schemas[1]},
+        "properties": dict(zip(("client", "server", "recording"), schemas, strict=True)),
         "$defs": definitions,
     }
 

@@ -17,7 +17,7 @@ from swarm_pz.cli import learn, main, report
 from swarm_pz.config import GameConfig
 from swarm_pz.policies import exporting
 from tests.cli.conftest import run
-from tests.play.recordings.test_format import record
+from tests.play.recordings.games import record
 
 SHORT = "--game.time-limit 5 --game.drones-per-team 2"
 RULES = GameConfig(time_limit=5.0, drones_per_team=2)

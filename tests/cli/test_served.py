@@ -16,7 +16,7 @@ from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.policies import load
 from swarm_pz.policy import about
 from tests.cli.conftest import run
-from tests.play.recordings.test_format import plain_lines, record, write_lines
+from tests.play.recordings.games import plain_lines, record, write_lines
 from tests.play.studies.test_design import PLAIN, written
 
 HERE = "--host 127.0.0.2 --port 0"

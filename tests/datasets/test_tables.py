@@ -11,9 +11,9 @@ from swarm_pz.config import CaptureConfig, ObservationConfig
 from swarm_pz.datasets import record_table
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import RecordingError
-from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
-from tests.play.recordings.test_format import CONFIG, record
+from swarm_pz.play.recordings.recording import Recording
+from tests.play.recordings.games import CONFIG, record
 
 SMALL = ObservationConfig(grid=10)
 

@@ -8,7 +8,8 @@ import pytest
 from axe_playwright_python.base import AXE_SCRIPT
 from playwright.sync_api import expect
 
-from swarm_pz.play.recordings.format import CommandLine, Recording
+from swarm_pz.play.protocol import SeatCommand
+from swarm_pz.play.recordings.recording import Recording
 from tests.play.conftest import SLOW_MS
 
 INK = """async () => {
@@ -155,7 +156,7 @@ def commands(page, table, room, count):
     return eventually(
         page,
         lambda: (
-            (found := [one for one in latest(table, room, CommandLine) if one.team == 0])
+            (found := [one for one in latest(table, room, SeatCommand) if one.team == 0])
             and len(found) >= count
             and found
         ),

@@ -6,8 +6,9 @@ import pytest
 from playwright.sync_api import expect
 
 from swarm_pz.cli import main
-from swarm_pz.play.recordings.format import CommandLine, Recording
+from swarm_pz.play.protocol import SeatCommand
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from tests.play.pages import Hand, begin, check_axe, check_places, eventually, wait_for_play, write_experiment
 from tests.play.test_journeys import text_of
 
@@ -53,7 +54,7 @@ def test_a_game_is_played_watched_saved_and_verified_and_needs_no_network(site, 
     main(["replay", str(path), "--verify"])
     assert "played in a page" in capsys.readouterr().out
     recording = Recording.read(path)
-    assert recording.end.ended_by == "left" and any(line.strokes for line in recording.of(CommandLine))
+    assert recording.end.ended_by == "left" and any(line.strokes for line in recording.of(SeatCommand))
     page.evaluate("navigator.serviceWorker.ready.then(() => {})")
     shutil.rmtree(folder)
     page.goto(address)

@@ -10,8 +10,9 @@ import signal
 import pytest
 from playwright.sync_api import expect
 
-from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, PaintedLine, Recording
+from swarm_pz.play.protocol import CapturedMessage, InForceMessage, SeatCommand, SeatPainted
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from tests.kernels.compiled import make
 from tests.play.conftest import Table
 from tests.play.pages import (
@@ -60,7 +61,7 @@ def test_what_is_drawn_is_flown_and_undone(open_page, table):
     (command,) = commands(page, table, room, 1)
     assert command.strokes[0].brush == "attract" and command.timing.drawing_ms > 0
     eventually(page, lambda: page.evaluate(INK) == 0)  # the swarm follows it
-    eventually(page, lambda: latest(table, room, PaintedLine))
+    eventually(page, lambda: latest(table, room, SeatPainted))
     hand.draw((0.2, 0.2), (0.4, 0.2))
     commands(page, table, room, 2)
     page.click("#undo")
@@ -82,7 +83,7 @@ def test_each_kind_of_command_is_given_by_touch(open_page, table):
         hand.draw((0.7, 0.7), (0.8, 0.8))
         given = commands(page, table, room, 1)[0]
         assert given.strokes if system == "ergodic" else given.command
-        eventually(page, lambda: latest(table, room, InForceLine))  # noqa: B023
+        eventually(page, lambda: latest(table, room, InForceMessage))  # noqa: B023
         if system != SYSTEMS[-1]:
             page.click("#leave")
     focused = "getComputedStyle(document.getElementById('arena')).outlineStyle"
@@ -154,7 +155,7 @@ def test_two_people_meet_by_a_link_play_and_part_while_others_look_on(open_page,
     for one, y in ((page, 0.9), (other, 0.1)):  # where they do not meet: the game goes on
         wait_for_play(one)
         Hand(one).draw((0.3, y), (0.7, y))
-    eventually(page, lambda: {line.team for line in latest(table, room, CommandLine)} == {0, 1})
+    eventually(page, lambda: {line.team for line in latest(table, room, SeatCommand)} == {0, 1})
     expect(text_of(watcher, "watching")).to_have_text("You watch: both seats are taken.")
     eventually(watcher, lambda: watcher.locator("#arena").get_attribute("data-tick"))
     expect(text_of(watcher, "controls")).to_be_hidden()
@@ -406,7 +407,7 @@ def test_a_trial_is_a_game_and_returns_its_row(experiment, table):
     outcome = {"draw": "draw", "blue": "win", "red": "loss"}[recording.end.outcome]
     assert (row["outcome"], row["seconds"]) == (outcome, recording.end.tick / 30)
     assert (row["opponent"], row["side"], row["seed"], row["commands"]) == ("ring", "blue", 41, 1)
-    taken = [capture.team for capture in recording.of(CapturedLine)]
+    taken = [capture.team for capture in recording.of(CapturedMessage)]
     assert (row["captured"], row["lost"]) == (taken.count(1), taken.count(0))
     assert recording.header.seed == 41 and recording.header.red.policy == "ring"
 

@@ -22,8 +22,8 @@ from swarm_pz.kernels.observation import CAPTURES_FROM
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import commands_of, read_form
 from swarm_pz.play.frames import FASTEST, Frame, decode_frame, decode_target, encode_frame, encode_target
-from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.site import files_of
 from swarm_pz.play.strokes import MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
 from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET

@@ -6,7 +6,8 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from swarm_pz.play.recordings.format import CommandLine, Recording
+from swarm_pz.play.protocol import SeatCommand
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import steps_of
 from swarm_pz.play.studies.reading import read_study
@@ -88,4 +89,4 @@ def check_game(folder, line):
     outcome = {"win": "red", "loss": "blue", "draw": "draw"}[line["outcome"]]
     assert recording.end.outcome == outcome and line["won"] == (line["outcome"] == "win")
     assert line["seconds"] == recording.end.tick / 30
-    assert len([one for one in recording.of(CommandLine) if one.team == 0]) <= 1
+    assert len([one for one in recording.of(SeatCommand) if one.team == 0]) <= 1

@@ -23,7 +23,8 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play.commands import Command
 from swarm_pz.play.frames import FASTEST, Frame
 from swarm_pz.play.game import LiveGame
-from swarm_pz.play.recordings.format import FRAME_TICKS, CapturedLine, Recording
+from swarm_pz.play.protocol import CapturedMessage
+from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording
 from swarm_pz.play.recordings.verification import Verification, faults_of
 from swarm_pz.rendering.painter import FILM, Painter
 
@@ -132,7 +133,7 @@ class Playback:
         """Return how many frames were compared, and the first tick whose frame or captures are others."""
         recording = self.recording
         captured: dict[int, list[tuple[int, int]]] = defaultdict(list)
-        for line in recording.of(CapturedLine):
+        for line in recording.of(CapturedMessage):
             captured[line.tick].append((line.drone, line.team))
         frames = recording.frames()
         frame, count = next(frames, None), 0

@@ -10,10 +10,8 @@ import time
 from collections import deque
 from pathlib import Path
 
-import msgspec
-
 from swarm_pz.files import explain
-from swarm_pz.play.recordings.format import EventLine, Header
+from swarm_pz.play.protocol import Header, LogMessage, encode
 
 _ONE_FLUSH = 256 * 1024
 """Bytes that a flush writes at most: an event loop waits for it, and a game that is taken over has many lines."""
@@ -22,7 +20,6 @@ _PATIENCE = 120
 _LAST_TRIES, _LAST_PAUSE_S = 20, 0.5
 """How often, and how far apart, the end of a game is tried to be written to a disk that is full."""
 log = logging.getLogger("swarm_pz.play")
-_encoder = msgspec.json.Encoder()
 
 
 class Recorder:
@@ -39,7 +36,7 @@ class Recorder:
         self.is_behind = False
         """Whether the last flush left lines to the next one, though the disk took all that it was given."""
         self._file: io.FileIO | None = None
-        self._lines: deque[Header | EventLine] = deque([header])
+        self._lines: deque[Header | LogMessage] = deque([header])
         self._bytes = bytearray()
         self._failed = 0
         self._open = True
@@ -50,7 +47,7 @@ class Recorder:
         """Whether the game is over and all of it in the file."""
         return not (self._open or self._lines or self._bytes)
 
-    def write(self, line: EventLine) -> None:
+    def write(self, line: LogMessage) -> None:
         """Append a line."""
         if self._open:
             self._lines.append(line)
@@ -88,7 +85,7 @@ class Recorder:
         """Write what waits, but not so much that it takes long; what was not taken goes on waiting."""
         assert self._file is not None  # noqa: S101
         while self._lines and len(self._bytes) < _ONE_FLUSH:
-            self._bytes += _encoder.encode(self._lines.popleft()) + b"\n"
+            self._bytes += encode(self._lines.popleft()).encode() + b"\n"
         try:
             while self._bytes:
                 del self._bytes[: self._file.write(self._bytes)]  # a disk that is nearly full takes a part

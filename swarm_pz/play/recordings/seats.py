@@ -9,15 +9,8 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.config import PRESETS, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
-from swarm_pz.play.recordings.format import (
-    CapturedLine,
-    CommandLine,
-    EndLine,
-    InForceLine,
-    PaintedLine,
-    Recording,
-    SeatLine,
-)
+from swarm_pz.play.protocol import CapturedMessage, EndMessage, InForceMessage, SeatCommand, SeatMessage, SeatPainted
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.shared import SHARED
 
 _PRESET_OF = {GameConfig.preset(name).rules_hash: name for name in PRESETS}
@@ -80,7 +73,7 @@ class SeatRow:
 
 def trial_rows(recording: Recording) -> list[dict[str, Any]]:
     """Return a row for each seat, as experiments keep them: `seat_rows`, captures and losses, and the start's seed."""
-    takers = [capture.team for capture in recording.of(CapturedLine)]
+    takers = [capture.team for capture in recording.of(CapturedMessage)]
     counts = {name: takers.count(team) for team, name in enumerate(TEAM_NAMES)}
     more = {"seed": recording.header.seed}
     rows = seat_rows(recording)
@@ -92,7 +85,7 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
     header, config, game, end = recording.header, recording.config, recording.config.game, recording.end
     seconds = (end.tick if end is not None else recording.last_tick) / TICKS_PER_SECOND
     teams = np.repeat((0, 1), game.team_sizes)
-    for capture in recording.of(CapturedLine):
+    for capture in recording.of(CapturedMessage):
         teams[capture.drone] = capture.team
     seats = (header.red, header.blue)
     habits = [_habits(recording, team, seconds) for team in range(2)]
@@ -131,7 +124,7 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
     ]
 
 
-def outcome_of(end: EndLine | None, side: str) -> str:
+def outcome_of(end: EndMessage | None, side: str) -> str:
     """Return how a game ended for a side: "win", "draw" or "loss"; "stopped" if nobody played it to its end."""
     if end is None or end.outcome in ("stopped", "draw"):
         return "draw" if end is not None and end.outcome == "draw" else "stopped"
@@ -157,60 +150,55 @@ def _left_out(recording: Recording, commands: Sequence[int]) -> str:
 
 def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
     """Return what a seat's player did; of a game that was taken over, only from there on."""
-    origin, live = recording.header.origin, recording.live
+    origin, live, speed = recording.header.origin, recording.live, recording.config.speed
     begin_s = origin.tick / TICKS_PER_SECOND if origin is not None else 0.0
-    inputs: dict[int, float] = {}
+    made: dict[int, float] = {}
     commands, automatic, forced, first_s = 0, 0, 0, None
     drawing_s, to_force, to_paint, spans = [], [], [], []
     # In order, since a page that was reloaded counts its commands from the start again.
     for line in live:
-        if not isinstance(line, CommandLine | InForceLine | PaintedLine) or line.team != team:
+        if not isinstance(line, SeatCommand | InForceMessage | SeatPainted) or line.team != team:
             continue
-        sender = "" if isinstance(line, PaintedLine) else line.sender
-        if sender and not sender.startswith(SHARED):
-            automatic += isinstance(line, CommandLine)
-        elif isinstance(line, CommandLine):
-            if sender:
-                continue  # made of the player's, which counts by itself
-            commands += 1
-            inputs.pop(line.number, None)
-            if (timing := line.timing) is not None:
-                # When it arrived, less what its sender says had passed since.
-                made = line.received_ms - (timing.sent_ms - timing.input_ms) - timing.round_trip_ms / 2
-                inputs[line.number] = made
-                spans.append((made - timing.drawing_ms, made))
-                drawing_s += [timing.drawing_ms / 1000.0] if timing.drawing_ms > 0 else []
-        elif isinstance(line, PaintedLine):
-            to_paint += [line.ms - inputs[line.number]] if line.number in inputs else []
-        elif not sender or line.number not in (0, forced):  # else its helper alone asked for something else
+        if isinstance(line, SeatPainted):
+            to_paint += [line.painted_ms - made[line.number]] if line.number in made else []
+        elif line.sender and not line.sender.startswith(SHARED):
+            automatic += isinstance(line, SeatCommand)
+        elif isinstance(line, InForceMessage):
+            if line.sender and line.number in (0, forced):
+                continue  # its helper alone asked for something else
             forced = line.number
             first_s = line.tick / TICKS_PER_SECOND - begin_s if first_s is None else first_s
-            to_force += [line.ms - inputs[line.number]] if line.number in inputs else []
-    taken = [line.tick / TICKS_PER_SECOND for line in live if isinstance(line, CapturedLine) and line.team != team]
-    lost_ms = [1000.0 * (second - begin_s) / recording.config.speed for second in taken]
-    seat = [line for line in live if isinstance(line, SeatLine) and line.team == team]
+            to_force += [line.server_ms - made[line.number]] if line.number in made else []
+        elif not line.sender:  # else it is made of the player's, which counts by itself
+            commands += 1
+            made.pop(line.number, None)
+            if (timing := line.timing) is not None:
+                # The arrival, less the time that had passed since by the sender's clock.
+                end = line.server_ms - (timing.sent_ms - timing.input_ms) - timing.round_trip_ms / 2
+                made[line.number] = end
+                spans.append(tuple(map(recording.since_began_s, (end - timing.drawing_ms, end))))
+                drawing_s += [timing.drawing_ms / 1000.0] if timing.drawing_ms > 0 else []
+    taken = [line.tick / TICKS_PER_SECOND for line in live if isinstance(line, CapturedMessage) and line.team != team]
+    lost_s = [(second - begin_s) / speed for second in taken]
+    seat = [line for line in live if isinstance(line, SeatMessage) and line.team == team]
     links = [line for line in seat if line.event in ("connected", "disconnected")]
-    last_ms = max((getattr(line, "ms", 0.0) for line in live), default=0.0)
+    last_ms = max((getattr(line, "server_ms", 0.0) for line in live), default=0.0)
     return {
         "commands": commands,
         "automatic_commands": automatic,
         "commands_per_minute": 60.0 * commands / (seconds - begin_s) if seconds > begin_s else 0.0,
         "first_command_s": first_s,
         "drawing_s_per_command": float(np.mean(drawing_s)) if drawing_s else None,
-        "lost_while_drawing": sum(any(began <= ms <= ended for began, ended in spans) for ms in lost_ms),
-        "input_to_in_force_ms": _median(to_force),
-        "input_to_painted_ms": _median(to_paint),
+        "lost_while_drawing": sum(any(began <= lost <= ended for began, ended in spans) for lost in lost_s),
+        "input_to_in_force_ms": float(np.median(to_force)) if to_force else None,
+        "input_to_painted_ms": float(np.median(to_paint)) if to_paint else None,
         "disconnections": sum(line.event == "disconnected" for line in seat),
         "away_s": _lasted_s(links, "disconnected", last_ms),
         "hidden_s": _lasted_s(seat, "hidden", last_ms),
     }
 
 
-def _lasted_s(lines: Sequence[SeatLine], event: str, last_ms: float) -> float:
+def _lasted_s(lines: Sequence[SeatMessage], event: str, last_ms: float) -> float:
     """Return the seconds from each line of an event to the next line, or to the last moment."""
-    ends = [*(line.ms for line in lines[1:]), max(last_ms, 0.0)]
-    return sum(end - line.ms for line, end in zip(lines, ends, strict=False) if line.event == event) / 1000.0
-
-
-def _median(values: Sequence[float]) -> float | None:
-    return float(np.median(values)) if values else None
+    ends = [*(line.server_ms for line in lines[1:]), last_ms]
+    return sum(end - line.server_ms for line, end in zip(lines, ends, strict=False) if line.event == event) / 1000.0

@@ -11,14 +11,11 @@ from msgspec import Struct
 
 from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError
-from swarm_pz.play.protocol import decode
+from swarm_pz.play.protocol import EndedBy, EndMessage, Header, Outcome, RecordedSeat, decode_log
 from swarm_pz.play.recordings.folder import read_ends
-from swarm_pz.play.recordings.format import EndedBy, EndLine, Header, Outcome, RecordedSeat
 
 END_BYTES = 8 * 2**10
 """Of a file's beginning and of its end that are read: its first and its last line have less."""
-_header = msgspec.json.Decoder(Header)
-_end = msgspec.json.Decoder(EndLine)
 
 
 class Summary(Struct):
@@ -43,10 +40,14 @@ def summary_of(path: Path) -> Summary:
     summary = Summary(path.name)
     with contextlib.suppress(RecordingError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         first, last = read_ends(path, END_BYTES)
-        header = decode(_header, first.partition(b"\n")[0])
+        header = decode_log(first.partition(b"\n")[0])
+        if not isinstance(header, Header):
+            return summary
         summary.started, summary.lesson = header.started, header.lesson
         summary.red, summary.blue = header.red, header.blue
-        end = decode(_end, last.removesuffix(b"\n").rpartition(b"\n")[2])
+        end = decode_log(last.removesuffix(b"\n").rpartition(b"\n")[2])
+        if not isinstance(end, EndMessage):
+            return summary
         summary.outcome, summary.ended_by, summary.sizes = end.outcome, end.ended_by, end.sizes
         summary.seconds = round(end.tick / TICKS_PER_SECOND, 1)
     return summary

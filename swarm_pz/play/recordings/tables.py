@@ -27,7 +27,7 @@ from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.evaluation.survival import kaplan_meier
 from swarm_pz.play.recordings.folder import SUFFIX
-from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import SeatRow, column, seat_rows
 
 SCHEMA_VERSION = 6

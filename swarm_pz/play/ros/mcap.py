@@ -9,8 +9,9 @@ from pathlib import Path
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import OutputError, require_extra
 from swarm_pz.files import check_file, draft_of, explain
-from swarm_pz.play.recordings.format import CapturedLine, Recording
+from swarm_pz.play.protocol import CapturedMessage
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.ros import messages
 from swarm_pz.play.ros.definitions import definition, full_name
 from swarm_pz.play.server.views import capture_fields
@@ -25,7 +26,7 @@ def told(recording: Recording) -> Iterator[Told]:
     Drones are those of the recorded frames; targets and capture fields are simulated again from the commands, which
     on another kind of processor may lead elsewhere after some seconds.
     """
-    playback, captured, is_first = Playback(recording), recording.of(CapturedLine), True
+    playback, captured, is_first = Playback(recording), recording.of(CapturedMessage), True
     for frame in recording.frames():
         if is_first:
             for drone, team in enumerate(frame.teams.tolist()):

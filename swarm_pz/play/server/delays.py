@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from swarm_pz.play.recordings.format import Delay
+from swarm_pz.play.protocol import Delay
 
 
 class Measured:

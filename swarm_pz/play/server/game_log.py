@@ -1,22 +1,22 @@
-"""A running game's recording."""
+"""The log of a game in real time, which its recording holds."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
 
-from swarm_pz.play.game import Captured, InForce, LiveGame
-from swarm_pz.play.recordings.format import (
-    CapturedLine,
-    CommandLine,
+from swarm_pz.play.game import Captured, LiveGame
+from swarm_pz.play.protocol import (
+    SIDES,
+    CapturedMessage,
     EndedBy,
-    EndLine,
-    InForceLine,
+    EndMessage,
+    FrameMessage,
+    Header,
     Outcome,
-    PaintedLine,
+    SeatCommand,
     SeatDelays,
-    SeatLine,
-    frame_line,
+    SeatMessage,
 )
 from swarm_pz.play.recordings.recorder import Recorder
 
@@ -24,56 +24,32 @@ _FLUSH_TICKS = 15
 
 
 class GameLog:
-    """Writes a game down, with its times since it began.
-
-    What happens in the countdown is written once the game has begun; what arrives while control systems choose, once
-    they have chosen.
+    """Writes a game down; messages during a solve of a control system in Python are logged after it.
 
     - `server_ms`: returns the server's clock.
-    - `starts_ms`: when the countdown should be over, by that clock.
     - `has_begun`: whether the clock runs, or ran.
     """
 
     def __init__(
         self,
         recorder: Recorder,
+        header: Header,
         game: LiveGame,
         server_ms: Callable[[], float],
-        starts_ms: float,
     ) -> None:
-        self.recorder, self.server_ms, self._game = recorder, server_ms, game
-        self._began_ms = starts_ms
+        self.recorder, self.server_ms, self._header, self._game = recorder, server_ms, header, game
         self.has_begun = False
-        self._held: list[CommandLine] | None = None
-        """What arrives while control systems choose accelerations: it counts from the next solve on."""
-        self._early: list[CommandLine | SeatLine] = []
-        """What came in the countdown; its times count from when that should have been over."""
-        self._away: set[int] = set()
-
-    @property
-    def now_ms(self) -> float:
-        """Milliseconds since the game began, on the server's clock; negative in the countdown."""
-        return self.since_began(self.server_ms())
-
-    def since_began(self, server_ms: float) -> float:
-        """Return a time of the server's clock as milliseconds since the game began."""
-        return server_ms - self._began_ms
+        self._held: list[SeatCommand] | None = None
+        self._away: set[str] = set()
 
     def begin(self) -> None:
-        """Count from now, make the file, and write down what came before.
+        """Count from now, and make the file.
 
         Raises OSError if the file cannot be made.
         """
+        self._header.began_ms = self.server_ms()
         self.recorder.flush()
-        planned, self._began_ms = self._began_ms, self.server_ms()
         self.has_begun = True
-        for line in self._early:
-            if isinstance(line, CommandLine):
-                line.received_ms -= self._began_ms - planned
-            else:
-                line.ms -= self._began_ms - planned
-            self.recorder.write(line)
-        self._early.clear()
 
     # --- what somebody does -----------------------------------------------------------------------
 
@@ -82,27 +58,21 @@ class GameLog:
         """Whether a player has left, or lost their connection."""
         return bool(self._away)
 
-    def note(self, line: SeatLine) -> None:
+    def note(self, message: SeatMessage) -> None:
         """Write down what became of a seat's connection."""
-        if line.event == "disconnected":
-            self._away.add(line.team)
-        elif line.event == "connected":
-            self._away.discard(line.team)
-        (self.recorder.write if self.has_begun else self._early.append)(line)
+        if message.event == "disconnected":
+            self._away.add(message.seat)
+        elif message.event == "connected":
+            self._away.discard(message.seat)
+        self.recorder.write(message)
 
-    def command(self, line: CommandLine) -> None:
-        """Write down a command."""
-        if not self.has_begun:
-            self._early.append(line)
-        elif self._held is not None:
-            line.tick = self._game.tick + 1
-            self._held.append(line)
+    def command(self, message: SeatCommand) -> None:
+        """Write down a command; one that arrives within a solve counts from the next one on."""
+        if self._held is None:
+            self.recorder.write(message)
         else:
-            self.recorder.write(line)
-
-    def painted(self, team: int, number: int, server_ms: float) -> None:
-        """Write down when a command's effect was first seen."""
-        self.recorder.write(PaintedLine(team=team, number=number, ms=self.since_began(server_ms)))
+            message.tick = self._game.tick + 1
+            self._held.append(message)
 
     @contextlib.contextmanager
     def holding(self) -> Iterator[None]:
@@ -112,23 +82,18 @@ class GameLog:
             yield
         finally:
             self._held = None
-        for line in held:
-            self.recorder.write(line)
+        for message in held:
+            self.recorder.write(message)
 
     # --- what happens -----------------------------------------------------------------------------
 
     def frame(self, frame: bytes) -> None:
         """Write down the present moment."""
-        self.recorder.write(frame_line(frame, self._game.tick))
-
-    def in_force(self, event: InForce) -> None:
-        """Write down that a command has come into force."""
-        team, number, sender = event.command.team, event.command.number, event.command.sender
-        self.recorder.write(InForceLine(team=team, number=number, tick=event.tick, ms=self.now_ms, sender=sender))
+        self.recorder.write(FrameMessage(tick=self._game.tick, data=frame))
 
     def captured(self, event: Captured) -> None:
         """Write down a capture."""
-        self.recorder.write(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
+        self.recorder.write(CapturedMessage(SIDES[event.team], event.tick, event.drone))
 
     def flush(self) -> str:
         """Write what is due to the disk; return, once, why the recording breaks off, or nothing."""
@@ -139,9 +104,7 @@ class GameLog:
         return fault
 
     def end(self, outcome: Outcome, ended_by: EndedBy, delays: tuple[SeatDelays, SeatDelays] | None) -> None:
-        """Write down how the game ended, and finish its file."""
-        tick, sizes = self._game.tick, self._game.sizes
-        self.recorder.write(
-            EndLine(outcome=outcome, tick=tick, sizes=sizes, ms=self.now_ms, ended_by=ended_by, delays=delays)
-        )
+        """Write down the end of the game, and finish its file."""
+        tick, sizes, now = self._game.tick, self._game.sizes, self.server_ms()
+        self.recorder.write(EndMessage(outcome, tick, sizes, now, ended_by, delays))
         self.recorder.close()

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from swarm_pz.play.commands import Command
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import LiveGame
-from swarm_pz.play.protocol import StrokeMessage, Timing
-from swarm_pz.play.recordings.format import CommandLine
+from swarm_pz.play.protocol import SIDES, SeatCommand, StrokeMessage, Timing
 from swarm_pz.play.server.delays import DelayLine, Measured
 from swarm_pz.play.server.game_log import GameLog
 from swarm_pz.play.shared import SharedCommand
@@ -83,11 +82,11 @@ class IncomingCommands:
             self._game.hand_in(command)
             plain, is_density = command.values.tolist(), command.kind == "density"
             self._log.command(
-                CommandLine(
-                    team=command.team,
+                SeatCommand(
+                    seat=SIDES[command.team],
                     number=command.number,
                     density=plain if is_density else None,
-                    received_ms=self._log.since_began(one.received_ms),
+                    server_ms=one.received_ms,
                     strokes=one.strokes,
                     timing=one.timing,
                     tick=self._game.tick,

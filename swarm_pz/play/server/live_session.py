@@ -19,20 +19,10 @@ from swarm_pz.config import RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER
 from swarm_pz.errors import FlightError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
+from swarm_pz.play.protocol import EndedBy, Header, Outcome, SeatDelays, SeatEvent, SeatMessage
 from swarm_pz.play.recordings.folder import SUFFIX
-from swarm_pz.play.recordings.format import (
-    FRAME_TICKS,
-    VERSION,
-    EndedBy,
-    Header,
-    Moment,
-    Outcome,
-    SeatDelays,
-    SeatEvent,
-    SeatLine,
-    reason_of_end,
-)
 from swarm_pz.play.recordings.recorder import Recorder
+from swarm_pz.play.recordings.recording import FRAME_TICKS, Moment, reason_of_end
 from swarm_pz.play.server.audience import Audience
 from swarm_pz.play.server.delays import Measured
 from swarm_pz.play.server.game_log import GameLog
@@ -142,9 +132,10 @@ class LiveSession:
         red, blue = (seat.recorded(with_label=context.record_labels) for seat in seats)
         started = datetime.datetime.now(datetime.UTC)
         header = Header(
-            version=VERSION,
+            protocol=protocol.SUBPROTOCOL,
             software=_SOFTWARE,
             started=started.isoformat(timespec="milliseconds"),
+            began_ms=self.starts_ms,
             table=config.to_dict(),
             seed=seed,
             red=red,
@@ -154,7 +145,7 @@ class LiveSession:
         )
         path = context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}" if hosted is None else hosted.path
         self.recorder = Recorder(path, header)
-        self.log = GameLog(self.recorder, self.game, context.now_ms, self.starts_ms)
+        self.log = GameLog(self.recorder, header, self.game, context.now_ms)
         self.commands = IncomingCommands(self.game, config.factors, self.log)
         is_compiled = all(system.kernel for system in config.game.team_systems)
         self._control = None if is_compiled else ControlThread(config.game)
@@ -196,7 +187,7 @@ class LiveSession:
     def note(self, seat: Seat, event: SeatEvent, reason: str = "") -> None:
         """Write down what became of a seat's client, or policy."""
         client = seat.connection.client if event == "connected" and seat.connection is not None else None
-        self.log.note(SeatLine(team=seat.team, event=event, ms=self.log.now_ms, client=client, reason=reason[:500]))
+        self.log.note(SeatMessage(seat.side, event, self._context.now_ms(), client, reason[:500]))
 
     def _ask(self, team: int, policy: SeatPolicy) -> None:
         answered, failed = functools.partial(self._answered, team), functools.partial(self._failed, team)
@@ -313,10 +304,11 @@ class LiveSession:
             self._audience.notice(fault)
 
     def _note_in_force(self, event: InForce) -> None:
-        self.log.in_force(event)
         command, seat = event.command, self._seats[event.command.team]
         now = self._context.now_ms()
-        seat.send(protocol.InForceMessage(seat.side, command.number, event.tick, now, command.sender))
+        message = protocol.InForceMessage(seat.side, command.number, event.tick, now, command.sender)
+        self.recorder.write(message)
+        seat.send(message)
         if seat.helper:
             seat.show_target(target_of(command, self.game.reader))
 

@@ -16,7 +16,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.forms import installed_systems
 from swarm_pz.play.opponents import opponents_among
 from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
-from swarm_pz.play.recordings.format import Moment, Recording
+from swarm_pz.play.recordings.recording import Moment, Recording
 from swarm_pz.play.recordings.seats import trial_rows
 from swarm_pz.play.recordings.summary import Summaries, Summary
 from swarm_pz.play.server.connection import RefusedError

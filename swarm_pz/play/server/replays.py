@@ -19,8 +19,9 @@ from swarm_pz.config import BLUE, RED, TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import Frame, encode_frame
-from swarm_pz.play.recordings.format import FRAME_TICKS, Moment, Origin, Recording
+from swarm_pz.play.protocol import Origin
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import FRAME_TICKS, Moment, Recording
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.room_settings import settings_of
 from swarm_pz.play.server.views import frame_of, target_message

@@ -13,7 +13,8 @@ from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.commands import CommandReader
 from swarm_pz.play.factors import Factors
-from swarm_pz.play.recordings.format import EndedBy, Moment, Outcome, SeatEvent
+from swarm_pz.play.protocol import EndedBy, Outcome, SeatEvent
+from swarm_pz.play.recordings.recording import Moment
 from swarm_pz.play.server.audience import Audience
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.live_session import LiveSession
@@ -284,7 +285,8 @@ class Room:
         """Note when a command's effect was first seen."""
         seat = self.seat_of(connection)
         if self.session is not None and self.phase == "playing":
-            self.session.log.painted(seat.team, message.number, message.painted_ms)
+            number, ms = message.number, message.painted_ms
+            self.session.recorder.write(protocol.SeatPainted(seat=seat.side, number=number, painted_ms=ms))
 
     def visibility(self, connection: Connection, hidden: bool) -> None:
         """Note that a player's page was hidden or shown."""

@@ -17,7 +17,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.forms import commands_of
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.format import RecordedSeat
+from swarm_pz.play.protocol import RecordedSeat
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers, SeatPolicy
 from swarm_pz.play.server.responses import ReadyRule, Responses

@@ -28,8 +28,8 @@ from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.files import check_folder, draft_of, explain, read_text
 from swarm_pz.play.recordings.folder import read_ends
-from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.recorder import sync_folder
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import outcome_of
 from swarm_pz.play.studies.design import Study, check_code, draw_codes
 from swarm_pz.play.studies.progress import Progress, Step

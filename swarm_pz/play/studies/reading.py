@@ -15,7 +15,8 @@ import numpy as np
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import ConfigError, RecordingError
 from swarm_pz.play.commands import CommandReader
-from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, PaintedLine, Recording
+from swarm_pz.play.protocol import CapturedMessage, InForceMessage, SeatCommand, SeatPainted
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
@@ -222,7 +223,7 @@ class _Person:
 
     def _commands(self, step: Step, recording: Recording, own: int) -> None:
         reader, fates = CommandReader(recording.config.game), _fates(recording)
-        for line, command, fate in zip(recording.of(CommandLine), recording.commands, fates, strict=True):
+        for line, command, fate in zip(recording.of(SeatCommand), recording.commands, fates, strict=True):
             picture = reader.picture(command)
             row = CommandRow(
                 participant=self.who,
@@ -234,10 +235,10 @@ class _Person:
                 kind=command.kind,
                 tick=line.tick,
                 seconds=line.tick / TICKS_PER_SECOND,
-                received_ms=line.received_ms,
+                received_ms=1000.0 * recording.since_began_s(line.server_ms),
                 in_force_tick=int(fate["tick"]) if "tick" in fate else None,
-                to_in_force_ms=fate["in_force_ms"] - line.received_ms if "in_force_ms" in fate else None,
-                to_painted_ms=fate["painted_ms"] - line.received_ms if "painted_ms" in fate else None,
+                to_in_force_ms=fate["in_force_ms"] - line.server_ms if "in_force_ms" in fate else None,
+                to_painted_ms=fate["painted_ms"] - line.server_ms if "painted_ms" in fate else None,
                 drawing_ms=line.timing.drawing_ms if line.timing is not None else None,
                 strokes=len(line.strokes) if line.strokes is not None else None,
                 centre_x=_centre(picture.sum(axis=0)),
@@ -248,7 +249,7 @@ class _Person:
 
     def _captures(self, step: Step, recording: Recording, own: int) -> None:
         sizes = list(recording.config.game.team_sizes)
-        for line in recording.of(CapturedLine):
+        for line in recording.of(CapturedMessage):
             sizes[line.team] += 1
             sizes[1 - line.team] -= 1
             row = CaptureRow(
@@ -313,14 +314,14 @@ def _fates(recording: Recording) -> list[dict[str, float]]:
     """Return what became of each command, in order: a client that comes back counts its own from the start again."""
     fates: list[dict[str, float]] = []
     latest: dict[tuple[int, str, int], dict[str, float]] = {}
-    for line in recording.events:
-        if isinstance(line, CommandLine):
+    for line in recording.log:
+        if isinstance(line, SeatCommand):
             fates.append({})
             latest[line.team, line.sender, line.number] = fates[-1]
-        elif isinstance(line, InForceLine):
-            latest.get((line.team, line.sender, line.number), {}).update(tick=line.tick, in_force_ms=line.ms)
-        elif isinstance(line, PaintedLine):
-            latest.get((line.team, "", line.number), {}).update(painted_ms=line.ms)
+        elif isinstance(line, InForceMessage):
+            latest.get((line.team, line.sender, line.number), {}).update(tick=line.tick, in_force_ms=line.server_ms)
+        elif isinstance(line, SeatPainted):
+            latest.get((line.team, "", line.number), {}).update(painted_ms=line.painted_ms)
     return fates
 
 

@@ -6,12 +6,12 @@ import msgspec
 import pytest
 
 from swarm_pz.errors import RecordingError
+from swarm_pz.play.protocol import EndMessage, RecordedSeat
 from swarm_pz.play.recordings import folder as module
 from swarm_pz.play.recordings import summary as summaries
 from swarm_pz.play.recordings.folder import checked_name, is_regular, read_regular
-from swarm_pz.play.recordings.format import EndLine, RecordedSeat
 from swarm_pz.play.recordings.summary import END_BYTES, Summaries, Summary, summary_of
-from tests.play.recordings.test_format import CONFIG, header
+from tests.play.recordings.games import CONFIG, header
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
 
 # --- summaries ------------------------------------------------------------------------------------
 
-END = EndLine(outcome="red", tick=2270, sizes=(20, 0), ms=75671.0, ended_by="capture")
+END = EndMessage("red", 2270, (20, 0), 75671.0, "capture")
 FRAME = {"type": "frame", "tick": 0, "data": "A" * END_BYTES}
 
 

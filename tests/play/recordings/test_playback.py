@@ -1,6 +1,5 @@
 """A recorded game played again: to any moment, as it was recorded, and as a film."""
 
-import base64
 import contextlib
 import struct
 from dataclasses import replace
@@ -11,11 +10,12 @@ import pytest
 
 from swarm_pz.config import CaptureConfig
 from swarm_pz.play.frames import EXACT, FASTEST, decode_frame, encode_frame
+from swarm_pz.play.protocol import CapturedMessage, FrameMessage
 from swarm_pz.play.recordings import playback as module
-from swarm_pz.play.recordings.format import CapturedLine, FrameLine, Recording, frame_line
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.simulator import Simulator
-from tests.play.recordings.test_format import CONFIG, record
+from tests.play.recordings.games import CONFIG, record
 
 CALM = CONFIG.replace(game=CONFIG.game.replace(capture=CaptureConfig(enabled=False)))
 """Nobody is captured, so that every change is the one that was made."""
@@ -100,9 +100,9 @@ def nudged(values, by):
 def test_a_frame_that_shows_anything_else_is_the_first_difference(change, recorded):
     recording = recorded(75)
     frame = next(frame for frame in recording.frames() if frame.tick == 60)
-    other = frame_line(encode_frame(replace(frame, **change(frame))), 60)
-    is_it = [isinstance(line, FrameLine) and line.tick == 60 for line in recording.events]
-    recording.events[is_it.index(True)] = other
+    other = FrameMessage(60, encode_frame(replace(frame, **change(frame))))
+    is_it = [isinstance(line, FrameMessage) and line.tick == 60 for line in recording.log]
+    recording.log[is_it.index(True)] = other
     verification = Playback(recording).verify()
     assert not verification.verified and (verification.first_difference, verification.frames) == (60, 21)
 
@@ -111,48 +111,48 @@ def exact(frame):
     """Return a frame as a page writes it down."""
     header = struct.pack("<BBHIId", 1, EXACT, len(frame.teams), 0, frame.tick, 0.0)
     numbers = np.concatenate([frame.positions, frame.velocities]).astype("<f4").tobytes()
-    return frame_line(header + numbers + np.packbits(frame.teams, bitorder="little").tobytes(), frame.tick)
+    return FrameMessage(frame.tick, header + numbers + np.packbits(frame.teams, bitorder="little").tobytes())
 
 
 @pytest.mark.parametrize(("by", "difference"), [(1e-7, None), (3e-4, 60)])
 def test_a_game_of_a_page_is_simulated_from_each_of_its_frames_to_the_next(by, difference, recorded):
     recording = recorded(120, CONFIG)
     playback = Playback(recording)
-    for place, line in enumerate(recording.events):
-        if isinstance(line, FrameLine):
+    for place, line in enumerate(recording.log):
+        if isinstance(line, FrameMessage):
             playback.seek(line.tick)
             simulator = playback.game.simulator
             state = {"positions": simulator.positions[0], "velocities": simulator.speeds[0]}
             if line.tick == 60:
                 state["velocities"] = nudged(state["velocities"], by)
-            recording.events[place] = exact(replace(decode_frame(base64.b64decode(line.data)), **state))
+            recording.log[place] = exact(replace(decode_frame(line.data), **state))
     verification = Playback(recording).verify()
     assert (verification.first_difference, verification.in_page) == (difference, True)
 
 
 def test_captures_are_those_of_their_team_and_none_that_did_not_happen(recorded):
     recording = recorded(600, CONFIG)
-    captured = recording.of(CapturedLine)
+    captured = recording.of(CapturedMessage)
     assert captured and Playback(recording).verify().verified
-    first, kept = captured[0], list(recording.events)
+    first, kept = captured[0], list(recording.log)
     others = [drone for drone in range(8) if drone not in {line.drone for line in captured if line.tick == first.tick}]
     for change in (
-        [msgspec.structs.replace(first, team=1 - first.team)],
+        [msgspec.structs.replace(first, seat="blue" if first.seat == "red" else "red")],
         [msgspec.structs.replace(first, drone=others[0])],
         [first, first],
         [],
     ):
-        recording.events[:] = [line for one in kept for line in (change if one is first else [one])]
+        recording.log[:] = [line for one in kept for line in (change if one is first else [one])]
         assert Playback(recording).verify().first_difference == first.tick
     calm = recorded(60)
-    place = next(i for i, line in enumerate(calm.events) if isinstance(line, FrameLine) and line.tick == 33)
-    calm.events.insert(place, CapturedLine(tick=31, drone=1, team=0))  # red's own
+    place = next(i for i, line in enumerate(calm.log) if isinstance(line, FrameMessage) and line.tick == 33)
+    calm.log.insert(place, CapturedMessage("red", 31, 1))  # red's own
     assert Playback(calm).verify().first_difference == 31
 
 
 def test_a_game_without_frames_says_nothing_of_itself(recorded):
     recording = recorded(30)
-    recording.events[:] = [line for line in recording.events if not isinstance(line, FrameLine)]
+    recording.log[:] = [line for line in recording.log if not isinstance(line, FrameMessage)]
     verification = Playback(recording).verify()
     assert (verification.frames, verification.first_difference, verification.verified) == (0, 0, False)
 

@@ -5,13 +5,14 @@ import threading
 
 import pytest
 
+from swarm_pz.play.protocol import EndMessage, SeatMessage
 from swarm_pz.play.recordings import recorder as module
-from swarm_pz.play.recordings.format import EndLine, Recording, SeatLine
 from swarm_pz.play.recordings.recorder import Recorder
-from tests.play.recordings.test_format import CONFIG, header
+from swarm_pz.play.recordings.recording import Recording
+from tests.play.recordings.games import CONFIG, header
 
-SEAT = SeatLine(team=0, event="connected", ms=0.0)
-END = EndLine(outcome="stopped", tick=0, sizes=(4, 4), ms=1.0, ended_by="server")
+SEAT = SeatMessage("red", "connected", 0.0)
+END = EndMessage("stopped", 0, (4, 4), 1.0, "server")
 
 
 class Disk:
@@ -57,7 +58,7 @@ def test_a_recorder_begins_a_file_of_its_own_when_it_first_writes_and_adds_nothi
     recorder.close()
     recorder.write(END)
     recorder.close()
-    assert Recording.read(path).events == [SEAT] and not recorder.fault
+    assert Recording.read(path).log == [SEAT] and not recorder.fault
 
 
 @pytest.mark.parametrize("room", [0, 100])
@@ -71,14 +72,14 @@ def test_what_a_full_disk_did_not_take_is_written_when_there_is_room_again(begun
     assert Recording.read(recorder.path).end is None, "half a line is none"
     disk.room, recorder.fault = None, ""
     recorder.flush()
-    assert Recording.read(recorder.path).events == [SEAT] * 3
+    assert Recording.read(recorder.path).log == [SEAT] * 3
     disk.room = 0
     recorder.write(END)
     recorder.flush()
     assert "the game goes on" in recorder.fault, "of each time that the disk is full players are told"
     disk.room = None
     recorder.close()
-    assert Recording.read(recorder.path).events == [SEAT] * 3 + [END] and recorder.written
+    assert Recording.read(recorder.path).log == [SEAT] * 3 + [END] and recorder.written
 
 
 def test_the_end_of_a_game_is_written_though_the_disk_was_full_when_it_came(begun, monkeypatch):
@@ -88,7 +89,7 @@ def test_the_end_of_a_game_is_written_though_the_disk_was_full_when_it_came(begu
     recorder.write(END)
     recorder.close()
     recorder.join()
-    assert Recording.read(recorder.path).events == [SEAT, END]
+    assert Recording.read(recorder.path).log == [SEAT, END]
 
 
 def test_a_disk_that_stays_full_ends_the_recording_and_not_the_game(begun, caplog):
@@ -99,7 +100,7 @@ def test_a_disk_that_stays_full_ends_the_recording_and_not_the_game(begun, caplo
     assert "breaks off" in recorder.fault and "no space left" in recorder.fault
     recorder.join()
     assert "a.jsonl lacks its end" in caplog.text
-    assert Recording.read(recorder.path).events == []
+    assert Recording.read(recorder.path).log == []
 
 
 def test_a_long_past_is_written_little_by_little_and_wholly_at_the_end(begun, monkeypatch):
@@ -109,7 +110,7 @@ def test_a_long_past_is_written_little_by_little_and_wholly_at_the_end(begun, mo
     for _ in range(100):
         recorder.write(SEAT)
     recorder.flush()
-    assert 0 < len(Recording.read(recorder.path).events) < 20
+    assert 0 < len(Recording.read(recorder.path).log) < 20
     assert not recorder.written and recorder.is_behind
     disk.room = 0
     recorder.flush()
@@ -118,7 +119,7 @@ def test_a_long_past_is_written_little_by_little_and_wholly_at_the_end(begun, mo
     recorder.flush()
     recorder.close()
     recorder.join()
-    assert recorder.written and len(Recording.read(recorder.path).events) == 100
+    assert recorder.written and len(Recording.read(recorder.path).log) == 100
 
 
 def test_file_and_folder_are_on_the_disk_when_a_game_has_ended_and_no_event_loop_waits(tmp_path, monkeypatch):

@@ -15,22 +15,23 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import RecordingError
 from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.protocol import Timing
-from swarm_pz.play.recordings.format import (
-    CapturedLine,
-    CommandLine,
-    EndLine,
-    InForceLine,
+from swarm_pz.play.protocol import (
+    SIDES,
+    CapturedMessage,
+    EndMessage,
+    InForceMessage,
     Origin,
-    PaintedLine,
     RecordedSeat,
-    Recording,
-    SeatLine,
+    SeatCommand,
+    SeatMessage,
+    SeatPainted,
+    Timing,
 )
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import seat_rows, trial_rows
 from swarm_pz.play.recordings.tables import left_out, read_folder, summarise, write_tables
-from tests.play.recordings.test_format import header as header_of
-from tests.play.recordings.test_format import plain_lines, record, write_lines
+from tests.play.recordings.games import BEGAN_MS, plain_lines, record, write_lines
+from tests.play.recordings.games import header as header_of
 
 CONFIG = TableConfig(
     game=GameConfig(drones_per_team=(5, 3), time_limit=60.0), min_command_interval=0.25, mapping="paper", speed=2.0
@@ -41,20 +42,20 @@ def header(config=CONFIG, **more):
     return msgspec.structs.replace(header_of(config, 1, "ring"), **more)
 
 
-def command(team, number, tick, received_ms, timing=None):
-    return CommandLine(team=team, number=number, density=[], received_ms=received_ms, tick=tick, timing=timing)
+def command(team, number, tick, ms, timing=None):
+    return SeatCommand(number, None, [], None, timing, seat=SIDES[team], tick=tick, server_ms=BEGAN_MS + ms)
 
 
 def in_force(team, number, tick, ms):
-    return InForceLine(team=team, number=number, tick=tick, ms=ms)
+    return InForceMessage(SIDES[team], number, tick, BEGAN_MS + ms)
 
 
 def captured(drone, team, tick):
-    return CapturedLine(tick=tick, drone=drone, team=team)
+    return CapturedMessage(SIDES[team], tick, drone)
 
 
 def seat(team, event, ms):
-    return SeatLine(team=team, event=event, ms=ms)
+    return SeatMessage(SIDES[team], event, BEGAN_MS + ms)
 
 
 def timing(before_ms, round_trip_ms, drawing_ms):
@@ -68,7 +69,7 @@ TAKEN_OVER = [  # from tick 300 on, at twice the speed
     seat(0, "hidden", 1000.0),
     command(0, 1, 360, 2000.0, timing(30.0, 20.0, 400.0)),  # made at 1960, drawn from 1560 on
     in_force(0, 1, 360, 2050.0),
-    PaintedLine(team=0, number=1, ms=2100.0),
+    SeatPainted(1, BEGAN_MS + 2100.0, "red"),
     captured(1, 1, 405),  # at 1750
     captured(7, 0, 405),
     seat(0, "shown", 2500.0),
@@ -81,17 +82,17 @@ TAKEN_OVER = [  # from tick 300 on, at twice the speed
     seat(1, "disconnected", 3400.0),
     command(0, 1, 480, 4000.0),  # the page was reloaded, and tells no times
     in_force(0, 1, 480, 4050.0),
-    PaintedLine(team=0, number=1, ms=4100.0),
+    SeatPainted(1, BEGAN_MS + 4100.0, "red"),
     command(0, 2, 510, 5000.0, timing(0.0, 10.0, 0.0)),  # made at 4995, and not drawn
     in_force(0, 2, 510, 5100.0),
-    PaintedLine(team=0, number=2, ms=5205.0),
+    SeatPainted(2, BEGAN_MS + 5205.0, "red"),
     command(0, 3, 540, 6000.0, timing(0.0, 0.0, 800.0)),
     in_force(0, 3, 540, 6300.0),
-    PaintedLine(team=0, number=3, ms=6020.0),
+    SeatPainted(3, BEGAN_MS + 6020.0, "red"),
     seat(1, "hidden", 7000.0),
     seat(0, "hidden", 8000.0),
     seat(0, "disconnected", 8250.0),
-    EndLine(outcome="blue", tick=900, sizes=(3, 5), ms=9000.0, ended_by="left"),
+    EndMessage("blue", 900, (3, 5), BEGAN_MS + 9000.0, "left"),
 ]
 
 
@@ -162,7 +163,7 @@ GONE, BACK = seat(0, "disconnected", 5.0), seat(0, "connected", 6.0)
 
 
 def end(outcome, ended_by):
-    return EndLine(outcome=outcome, tick=900, sizes=(3, 5), ms=9000.0, ended_by=ended_by)
+    return EndMessage(outcome, 900, (3, 5), BEGAN_MS + 9000.0, ended_by)
 
 
 @pytest.mark.parametrize(
@@ -226,7 +227,7 @@ def game(label, outcome, seconds, *, config=FAIR, commands=1, lines=(), ended_by
     events = [seat(0, "connected", 0.0), *given, command(1, 1, 0, 50.0), *lines]
     if outcome is not None:
         told, ms = ended_by or ENDED_BY[outcome], 1000.0 * seconds
-        events.append(EndLine(outcome=outcome, tick=30 * seconds, sizes=(1, 1), ms=ms, ended_by=told))
+        events.append(EndMessage(outcome, 30 * seconds, (1, 1), BEGAN_MS + ms, told))
     told = header(config, red=RecordedSeat(kind="person", label=label), **more)
     return seat_rows(Recording("a.jsonl", told, events))
 

@@ -20,7 +20,8 @@ from websockets.exceptions import ConnectionClosed
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError, MissingExtraError, RecordingError
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording
+from swarm_pz.play.protocol import InForceMessage, SeatCommand
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.ros import connection, process
 from swarm_pz.play.ros.bridge import Bridge
 from tests.play.conftest import Table
@@ -167,14 +168,14 @@ async def test_the_tablets_sequence_plays_a_game_and_of_images_that_come_at_once
     await tablet.hear("/swarm/red/poses", lambda message: message["header"]["stamp"]["nanosec"])
     for number in range(2):
         await tablet.deploy("red", spot(number))
-        await recorded(table, room, InForceLine, number + 1)
-    for number, line in enumerate(await recorded(table, room, CommandLine, 2)):
+        await recorded(table, room, InForceMessage, number + 1)
+    for number, line in enumerate(await recorded(table, room, SeatCommand, 2)):
         assert is_of(line, spot(number))
     told = [one["msg"]["data"] for one in tablet.heard if one.get("topic") == "/agent_team_status"]
     assert told[:20] == [f"agent{drone} {'red' if drone < 10 else 'blue'}" for drone in range(20)]
     for number in range(2, 6):
         await tablet.deploy("red", spot(number))
-    while not is_of((await recorded(table, room, CommandLine, 3))[-1], spot(5)):
+    while not is_of((await recorded(table, room, SeatCommand, 3))[-1], spot(5)):
         await asyncio.sleep(0.05)
     assert not [line for line in meeting.lines if "refused" in line], "no command came too soon"
 
@@ -190,14 +191,14 @@ async def test_two_tablets_meet_in_one_room_see_one_game_and_clear_their_own_sid
     await red.subscribe("/red_team_target_dist", "/blue_team_target_dist")
     await red.hear("/swarm/blue/capture_field")
     await blue.publish("clear_locs")
-    (line,) = await recorded(table, room, CommandLine, teams=(0, 1))
+    (line,) = await recorded(table, room, SeatCommand, teams=(0, 1))
     assert line.team == 1 and np.ptp(line.density) == 0.0
     await red.deploy("red", spot(1))
     await blue.deploy("blue", spot(2))
     target = await red.hear("/red_team_target_dist")
     assert target["info"]["width"] == 50 and max(target["data"]) == 100
     for team in (0, 1):
-        await recorded(table, room, InForceLine, teams=[team])
+        await recorded(table, room, InForceMessage, teams=[team])
     for _ in range(30):
         await red.hear("/clock")
     clocks = [one["msg"]["clock"] for one in red.heard if one.get("topic") == "/clock"]
@@ -225,7 +226,7 @@ async def test_a_side_belongs_to_one_client_until_it_goes_and_comes_back(meeting
     await tablet.leave()
     again, stranger = await meeting.join(), await meeting.join()
     await again.deploy("red", spot(1))  # it does not press its button again
-    await recorded(table, room, InForceLine)
+    await recorded(table, room, InForceMessage)
     assert "red is played by" in await stranger.refused("red_connection_service")
     assert len([line for line in meeting.lines if "plays in room" in line]) == 1
 
@@ -241,7 +242,7 @@ def test_a_tablet_whose_loss_was_not_noticed_has_its_side_again(table, monkeypat
         again, stranger = await meeting.join(), await meeting.join()
         await again.refused("/tablet_comm", team="red", data=spot(1).ravel().tolist())
         await stranger.refused("/tablet_comm", team="red", data=spot(2).ravel().tolist())
-        (line, *_) = await recorded(table, room, CommandLine)
+        (line, *_) = await recorded(table, room, SeatCommand)
         assert is_of(line, spot(1))
         lost._there.transport.abort()
 
@@ -256,7 +257,7 @@ async def test_seats_are_given_up_when_all_have_gone_and_not_before(meeting, tab
     assert await other.refused("red_connection_service")
     await other.leave()
     await tablet.deploy("red", spot(1))
-    await recorded(table, first, InForceLine)
+    await recorded(table, first, InForceMessage)
     assert not [line for line in meeting.lines if "ended the connection" in line]
     await tablet.leave()
     await meeting.said("red: the table has ended the connection")
@@ -301,9 +302,9 @@ def test_a_seat_of_another_kind_takes_its_own_commands_and_clear_ones(system, to
             assert "direct takes accelerations" in await program.refused("/swarm/red/density", data=[1.0] * 100)
         room = await meeting.said(rf"red: plays in room (\w+), flown by {system}")
         await program.publish(topic, **message)
-        await recorded(table, room, InForceLine)
+        await recorded(table, room, InForceMessage)
         await program.publish("clear_locs")
-        first, second = (await recorded(table, room, CommandLine, 2))[:2]
+        first, second = (await recorded(table, room, SeatCommand, 2))[:2]
         assert first.command is not None and np.array(first.command).ravel()[0] in (0.2, 0.5)
         assert second.command is not None or second.density is not None
         if system == "direct":
@@ -312,7 +313,7 @@ def test_a_seat_of_another_kind_takes_its_own_commands_and_clear_ones(system, to
             poses = [{"position": {"x": 0.123456789, "y": 0.987654321}}] * 20_000
             assert "65536 bytes" in await program.refused("/swarm/red/attractors", poses=poses)
             await program.publish(topic, **message)
-            await recorded(table, room, CommandLine, 3)
+            await recorded(table, room, SeatCommand, 3)
             assert not [line for line in meeting.lines if "ended the connection" in line]
 
     meet(table, conversation, game=GameConfig(time_limit=600.0, controllers=(system, "ergodic")))
@@ -369,8 +370,8 @@ async def test_hostile_messages_are_refused_and_reach_nobody(meeting, table):
                 assert await stranger.refused(topic, **message)
                 refused += 1
     await tablet.deploy("red", spot(1))
-    await recorded(table, room, InForceLine)
-    assert [line.number for line in await recorded(table, room, CommandLine)] == [1]
+    await recorded(table, room, InForceMessage)
+    assert [line.number for line in await recorded(table, room, SeatCommand)] == [1]
     assert not [line for line in meeting.lines if "refused" in line], "nothing of it reached the table"
 
 
@@ -409,7 +410,7 @@ def test_the_tablets_library_comes_back_after_a_loss_and_the_documentations_prog
 def commands_in(folder):
     """Return red's commands in the only game that there is."""
     (path,) = folder.glob("*.jsonl")
-    return [line for line in Recording.read(path).of(CommandLine) if line.team == 0]
+    return [line for line in Recording.read(path).of(SeatCommand) if line.team == 0]
 
 
 async def play_as_a_tablet(port, folder):

@@ -12,10 +12,11 @@ from mcap_ros2.decoder import DecoderFactory
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import OutputError
-from swarm_pz.play.recordings.format import CapturedLine, Recording
+from swarm_pz.play.protocol import CapturedMessage
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.ros import mcap, messages
-from tests.play.recordings.test_format import plain_lines, record, write_lines
+from tests.play.recordings.games import plain_lines, record, write_lines
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +69,7 @@ def test_captures_are_told_when_they_happen(read):
     recording, found = read
     told = [(time, message.data) for time, message in found["/agent_team_status"]]
     first = next(recording.frames())
-    captured = recording.of(CapturedLine)
+    captured = recording.of(CapturedMessage)
     assert captured, "or this game shows nothing"
     assert told == [
         *((0, f"agent{drone} {TEAM_NAMES[team]}") for drone, team in enumerate(first.teams)),
@@ -79,7 +80,9 @@ def test_captures_are_told_when_they_happen(read):
 def test_the_capture_that_ends_a_game_is_told(tmp_path):
     record(tmp_path / "a.jsonl", ticks=30)
     *lines, end = plain_lines(tmp_path / "a.jsonl")
-    write_lines(tmp_path / "a.jsonl", [*lines, {"type": "captured", "tick": end["tick"], "drone": 3, "team": 1}, end])
+    write_lines(
+        tmp_path / "a.jsonl", [*lines, {"type": "captured", "seat": "blue", "tick": end["tick"], "drone": 3}, end]
+    )
     recording = Recording.read(tmp_path / "a.jsonl")
     told = [(tick, message["data"]) for tick, topic, message in mcap.told(recording) if topic == "/agent_team_status"]
     assert told[-1] == (end["tick"], "agent3 blue")

@@ -11,8 +11,9 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from swarm_pz.play import protocol
-from swarm_pz.play.recordings.format import InForceLine, Recording
+from swarm_pz.play.protocol import InForceMessage
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.policies import zoo
 from tests.play.conftest import Table
 
@@ -56,7 +57,7 @@ def test_two_people_play_to_the_end_and_the_recording_verifies(table):
     recording = Recording.read(table.folder / over.recording)
     assert Playback(recording).verify().verified and recording.end.outcome == over.outcome
     assert recording.header.red.label == "P7" and recording.header.blue.kind == "person"
-    assert {line.team for line in recording.of(InForceLine)} == {0, 1}
+    assert {line.team for line in recording.of(InForceMessage)} == {0, 1}
     for client in (*clients, again):
         client.close()
 

@@ -19,7 +19,7 @@ from swarm_pz.play.server.lobby import MOST_GUESSES, MOST_READING
 from swarm_pz.play.server.middleware import MOST_CONNECTIONS, MOST_PATH_BYTES
 from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.room import MOST_WATCHERS
-from tests.play.recordings.test_format import record
+from tests.play.recordings.games import record
 from tests.play.recordings.test_playback import CALM
 from tests.play.server.test_client_handler import Guest, Hall
 from tests.play.server.test_connection import Socket

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.play import protocol
-from swarm_pz.play.recordings.format import CommandLine, PaintedLine, SeatLine
+from swarm_pz.play.protocol import SeatCommand, SeatMessage, SeatPainted
 from swarm_pz.play.server import lobby, rendered_command
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
@@ -20,7 +20,7 @@ from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.replays import LoadedRecording, ReplaySession
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.strokes import density_of
-from tests.play.recordings.test_format import record
+from tests.play.recordings.games import record
 from tests.play.server.test_room import CALM, Client, Workers, playing, read, until
 
 pytestmark = pytest.mark.anyio
@@ -168,8 +168,8 @@ async def test_what_a_client_says_reaches_its_room_and_its_connection(hall):
     await playing(room)
     assert red.say(protocol.Painted(3, 1.0)) is None and red.say(protocol.Visibility(hidden=True)) is None
     recording = read(room)
-    assert [line.number for line in recording.of(PaintedLine)] == [3]
-    assert [line.event for line in recording.of(SeatLine)] == ["connected", "connected", "hidden"]
+    assert [line.number for line in recording.of(SeatPainted)] == [3]
+    assert [line.event for line in recording.of(SeatMessage)] == ["connected", "connected", "hidden"]
 
 
 async def test_what_is_out_of_turn_or_unknown_is_refused(hall):
@@ -374,7 +374,7 @@ async def test_a_drawing_is_painted_elsewhere_one_at_a_time_and_the_latest_comma
     guest.say(dot(7))
     await until(lambda: len(received()) == 4)
     assert len(threads) == 2 and len({*threads}) == 1 and threading.current_thread() not in threads
-    drawn, *_ = read(hall.room()).of(CommandLine)
+    drawn, *_ = read(hall.room()).of(SeatCommand)
     assert drawn.density[0][0] == 0.0 < drawn.density[4][4] == 1.0, "what was drawn is what is flown"
     assert not guest.heard(protocol.Refused)
 

@@ -11,9 +11,10 @@ from swarm_pz.errors import PolicyError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
+from swarm_pz.play.protocol import FrameMessage, SeatCommand, SeatMessage
 from swarm_pz.play.recordings import recorder
-from swarm_pz.play.recordings.format import CommandLine, FrameLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from tests.play.server.test_room import (
     EYE,
     Client,
@@ -49,9 +50,9 @@ async def test_policies_are_asked_once_a_command_period_and_only_when_they_have_
         await until(lambda: len(periods(BLUE)) == 4)
         assert periods(RED) == [0, 1] and periods(BLUE) == [0, 1, 2, 3]
         answered.set()
-        await until(lambda: len(read(room).of(CommandLine)) >= 8)
+        await until(lambda: len(read(room).of(SeatCommand)) >= 8)
         assert periods(RED) == [0, 1, 4] and periods(BLUE) == [0, 1, 2, 3, 4]
-        config, seed, lines = room.config, read(room).header.seed, read(room).of(CommandLine)
+        config, seed, lines = room.config, read(room).header.seed, read(room).of(SeatCommand)
     assert {(line.team, line.number) for line in lines} == {(0, 1), (0, 2), (0, 3), *((1, n) for n in range(1, 6))}
     assert all(line.density[0][1] == (1.0 if line.team == RED else 0.75) for line in lines)
     assert all((seat.policy, seat.game) == (("one", "two")[seat.team], config.game) for seat, _ in workers.asked)
@@ -74,8 +75,8 @@ async def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(t
         assert sorted(client.notices[:2]) == told
         await ticks(room, room.session.game.tick + 3)
         recording = read(room)
-    assert {line.team for line in recording.of(SeatLine) if line.event == "failed"} == {0, 1}
-    assert len(recording.of(CommandLine)) == 2
+    assert {line.team for line in recording.of(SeatMessage) if line.event == "failed"} == {0, 1}
+    assert len(recording.of(SeatCommand)) == 2
 
 
 async def test_ticks_are_caught_up_two_at_a_time_and_then_time_slips(tmp_path):
@@ -106,7 +107,7 @@ async def test_a_command_tells_its_tick_and_what_was_played_is_in_the_file_after
         assert Recording.read(room.session.recorder.path).last_tick >= 15
         room.stop()
         recording = read(room)
-    assert [line.tick for line in recording.of(CommandLine)] == played
+    assert [line.tick for line in recording.of(SeatCommand)] == played
     assert Playback(recording).verify().verified
 
 
@@ -148,7 +149,7 @@ async def test_a_game_runs_to_its_last_tick_and_its_end_is_the_end(majority, out
     assert (state.phase, state.outcome, state.recording, state.sizes) == ("over", outcome, recording.name, sizes)
     assert (recording.end.outcome, recording.end.tick, recording.end.sizes) == (outcome, 30, sizes[-1])
     assert recording.end.ended_by == "time"
-    assert [line.tick for line in recording.of(FrameLine)] == [*range(0, 31, 3)]
+    assert [line.tick for line in recording.of(FrameMessage)] == [*range(0, 31, 3)]
     assert Playback(recording).verify().verified and len(sizes) == 2
 
 
@@ -176,7 +177,7 @@ async def test_who_has_every_drone_has_won_the_game(team, outcome, tmp_path):
         recording, told, last = read(room), room.outcome, decode_frame(red.frames[-1][0])
         assert room.session.sizes == [(4, 6), (3, 7)], "once a second"
     assert last.tick == 31 and last.fields is not None and (last.teams == team).all(), "the end is shown whole"
-    assert recording.of(FrameLine)[-1].tick == 31
+    assert recording.of(FrameMessage)[-1].tick == 31
     assert told == recording.end.outcome == outcome and recording.end.ended_by == "capture"
     assert recording.end.sizes == ((10, 0) if team == RED else (0, 10))
 

@@ -18,7 +18,7 @@ from swarm_pz.play.server.limits import AddressLimits
 from swarm_pz.play.server.lobby import EMPTY_S, MOST_ROOMS, MOST_ROOMS_OF_ADDRESS, OPENING_S
 from swarm_pz.play.server.room import AWAY_S
 from swarm_pz.play.server.room_settings import cost_of, table_config
-from tests.play.recordings.test_format import record
+from tests.play.recordings.games import record
 from tests.play.server.test_client_handler import Hall
 from tests.play.server.test_room import Client
 

@@ -10,12 +10,12 @@ from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, TARGET, decode_frame
-from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.server import replays as module
 from swarm_pz.play.server.replays import LoadedRecording, Replays, ReplaySession, sizes_of
 from swarm_pz.play.server.room_settings import settings_of
-from tests.play.recordings.test_format import plain_lines, record, write_lines
+from tests.play.recordings.games import plain_lines, record, write_lines
 from tests.play.server.test_client_handler import Opened
 from tests.play.server.test_room import CALM, Client, until
 

@@ -9,8 +9,7 @@ from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import CommandError, PolicyError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import LiveGame, TableConfig
-from swarm_pz.play.protocol import Response, Rule, When
-from swarm_pz.play.recordings.format import CommandLine, InForceLine
+from swarm_pz.play.protocol import InForceMessage, Response, Rule, SeatCommand, When
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.server.responses import SAVED, ReadyRule, Responses, TeamView, check_rules
@@ -128,10 +127,10 @@ async def test_a_saved_drawing_is_sent_once_while_its_player_says_nothing(hall, 
     await until(lambda: len(acting(guest)) == 4 and len(guest.heard(protocol.InForceMessage)) == 3)
     hall.room().stop()
     recording = read(hall.room())
-    commands = recording.of(CommandLine)
+    commands = recording.of(SeatCommand)
     assert [(line.sender, line.number) for line in commands] == [(SAVED, 1), ("", 1), (SAVED, 2)]
     assert commands[0].density == commands[2].density != EVEN and commands[0].timing is None
-    assert [line.sender for line in recording.of(InForceLine)] == [SAVED, "", SAVED]
+    assert [line.sender for line in recording.of(InForceMessage)] == [SAVED, "", SAVED]
     assert Playback(recording).verify().verified
     (row,) = seat_rows(recording)
     assert (row.commands, row.automatic_commands) == (1, 2)

@@ -14,8 +14,9 @@ from swarm_pz.play import protocol
 from swarm_pz.play.commands import as_followed
 from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLine, Recording, SeatLine
+from swarm_pz.play.protocol import InForceMessage, SeatCommand, SeatMessage, SeatPainted
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.server import audience, live_session
 from swarm_pz.play.server import room as module
 from swarm_pz.play.server.connection import RefusedError
@@ -27,7 +28,7 @@ from swarm_pz.play.server.room_settings import table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.strokes import Stroke, density_of
-from tests.play.recordings.test_format import record
+from tests.play.recordings.games import record
 
 pytestmark = pytest.mark.anyio
 CALM = TableConfig(game=GameConfig(capture=CaptureConfig(enabled=False)))
@@ -238,7 +239,7 @@ async def test_a_seat_taken_back_is_said_to_have_changed_hands_and_shown_all(tmp
         state = watcher.messages[-1]
         assert (state.phase, state.watchers, state.outcome, state.recording) == ("playing", 1, None, None)
         assert (state.red.label, state.blue.label) == ("label of red", "label of blue")
-        events = [line.event for line in read(room).of(SeatLine) if line.team == 0]
+        events = [line.event for line in read(room).of(SeatMessage) if line.team == 0]
         assert events == ["connected", "connected", "displaced", "connected"]
 
 
@@ -252,7 +253,7 @@ async def test_nobody_comes_back_to_a_seat_that_was_given_up_in_a_game(tmp_path)
         room.resume(blue, room.seats[1])
         room.leave(blue)
         assert room.abandoned and room.phase == "playing" and all(seat.gone for seat in room.seats)
-        events = [(line.team, line.event) for line in read(room).of(SeatLine)]
+        events = [(line.team, line.event) for line in read(room).of(SeatMessage)]
         assert events[2:] == [(1, "disconnected"), (0, "disconnected"), (1, "connected"), (1, "disconnected")]
         room.stop()
         assert [(seat.kind, seat.gone) for seat in room.seats] == [("free", False)] * 2
@@ -326,8 +327,8 @@ async def test_policies_load_while_the_room_waits_and_act_from_the_first_tick_on
         answered.set()
         await ticks(room, 4)
         recording = read(room)
-    assert {(line.team, line.tick) for line in recording.of(InForceLine)} == {(0, 0), (1, 0)}
-    assert all(line.received_ms <= 0.0 for line in recording.of(CommandLine))
+    assert {(line.team, line.tick) for line in recording.of(InForceMessage)} == {(0, 0), (1, 0)}
+    assert all(recording.since_began_s(line.server_ms) <= 0.0 for line in recording.of(SeatCommand))
 
 
 async def test_a_policy_that_cannot_be_loaded_is_told_of_and_another_one_plays(tmp_path):
@@ -381,7 +382,6 @@ async def test_the_start_is_in_view_in_the_countdown_and_what_is_commanded_then_
         for number in (1, 2):
             give(room, red, protocol.CommandMessage(number, density=EYE))
         assert [message.number for message in red.heard(protocol.Received)] == [1, 2]
-        assert not read(room).of(CommandLine), "the recording begins with the game"
         await playing(room)
         give(room, blue, protocol.CommandMessage(1, density=EYE))
         await ticks(room, 4)
@@ -389,11 +389,12 @@ async def test_the_start_is_in_view_in_the_countdown_and_what_is_commanded_then_
         recording = read(room)
     (in_force,) = red.heard(protocol.InForceMessage)
     assert (in_force.number, in_force.tick) == (2, 0)
-    early, latest, later = recording.of(CommandLine)
-    assert early.received_ms <= latest.received_ms < 0.0 <= later.received_ms
-    first = recording.of(InForceLine)[0]
-    assert (first.number, first.tick) == (2, 0) and first.ms >= 0.0
-    assert [line.ms < 0.0 for line in recording.of(SeatLine)] == [True, True], "they are here before they draw"
+    early, latest, later = recording.of(SeatCommand)
+    assert early.server_ms <= latest.server_ms < recording.header.began_ms <= later.server_ms
+    first = recording.of(InForceMessage)[0]
+    assert (first.number, first.tick) == (2, 0) and first.server_ms >= recording.header.began_ms
+    seats = recording.of(SeatMessage)
+    assert len(seats) == 2 and all(line.server_ms < recording.header.began_ms for line in seats), "before they draw"
     assert Playback(recording).verify().verified
 
 
@@ -509,10 +510,10 @@ async def test_a_game_goes_on_from_a_moment_by_its_rules_and_its_rematch_does_no
         room.stop()
         rematch = read(room)
     past = old.until(46)
-    assert taken.events[: len(past)] == past
+    assert taken.log[: len(past)] == past
     assert (taken.header.origin.tick, taken.header.origin.lines) == (46, len(past))
     assert taken.config == old.config and taken.header.seed == old.header.seed
-    assert [line.tick for line in taken.of(InForceLine) if line.team == 1][-1:] == [48]
+    assert [line.tick for line in taken.of(InForceMessage) if line.team == 1][-1:] == [48]
     assert rematch.header.origin is None and rematch.header.seed != old.header.seed
     assert next(iter(rematch.frames())).tick == 0
     assert Playback(taken).verify().verified and Playback(rematch).verify().verified
@@ -557,21 +558,21 @@ async def test_what_players_do_is_written_as_it_was_done(tmp_path):
             assert [m.number for m in client.heard(protocol.Received)] == [number]
             await until(lambda client=client: client.heard(protocol.InForceMessage))
             assert [(m.seat, m.number) for m in client.heard(protocol.InForceMessage)] == [(side, number)]
-        room.painted(red, protocol.Painted(7, 1234.0 - room.session.log.since_began(0.0)))
+        room.painted(red, protocol.Painted(7, 1234.0))
         room.visibility(blue, True)
         room.visibility(blue, False)
         targets, recording = [seat.target for seat in room.seats], read(room)
-    header, (drawn, given) = recording.header, recording.of(CommandLine)
+    header, (drawn, given) = recording.header, recording.of(SeatCommand)
     assert [(seat.kind, seat.label) for seat in (header.red, header.blue)] == [("person", "P1"), ("program", "bot")]
     assert recording.config == table_config(protocol.Settings(**settings), table)
     assert (drawn.team, drawn.number, drawn.strokes, drawn.timing) == (0, 7, drawing, timing)
     assert (given.team, given.number, given.strokes, given.timing) == (1, 3, None, None)
     np.testing.assert_array_equal(drawn.density, as_followed(density_of(strokes, 10, "paper")))
     np.testing.assert_array_equal(given.density, np.eye(10))
-    assert 0.0 <= drawn.received_ms <= given.received_ms
-    assert all(line.ms >= drawn.received_ms for line in recording.of(InForceLine)), "since the game began"
-    assert recording.of(PaintedLine)[0] == PaintedLine(team=0, number=7, ms=pytest.approx(1234.0))
-    seats = [(line.team, line.event, line.client) for line in recording.of(SeatLine)]
+    assert header.began_ms <= drawn.server_ms <= given.server_ms
+    assert all(line.server_ms >= drawn.server_ms for line in recording.of(InForceMessage)), "since the game began"
+    assert recording.of(SeatPainted)[0] == SeatPainted(7, 1234.0, "red")
+    seats = [(line.team, line.event, line.client) for line in recording.of(SeatMessage)]
     assert seats == [(0, "connected", screen), (1, "connected", None), (1, "hidden", None), (1, "shown", None)]
     assert next(iter(recording.frames())).tick == 0
     assert [(data[1], int.from_bytes(data[4:8], "little")) for data in targets] == [(0, 7), (1, 3)]

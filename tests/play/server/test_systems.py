@@ -9,7 +9,7 @@ import pytest
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.format import CommandLine, SeatLine
+from swarm_pz.play.protocol import SeatCommand, SeatMessage
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.server import live_session, rendered_command
@@ -89,7 +89,7 @@ async def test_a_seat_says_what_it_takes_and_its_commands_are_recorded_and_playe
         await ticks(room, room.session.game.tick + 8)
         room.stop()
         recording = read(room)
-    red, blue = sorted(recording.of(CommandLine), key=lambda line: line.team)
+    red, blue = sorted(recording.of(SeatCommand), key=lambda line: line.team)
     assert blue.density is None and blue.command == [0.25, 0.75] and red.command is None
     assert Playback(recording).verify().verified and threads >= {"control"}
     assert [row.system for row in seat_rows(recording)] == ["ergodic", "magnet"]
@@ -152,7 +152,7 @@ async def test_a_system_that_fails_forfeits_its_game_and_others_go_on(system, to
     assert (state.outcome, state.ended_by) == (recording.end.outcome, recording.end.ended_by) == ("blue", "forfeit")
     assert told in state.forfeit and f"{system.name}, which flies red" in state.forfeit
     assert any(told in text for text in red.notices)
-    assert told in recording.forfeit and recording.of(SeatLine)[-1].event == "forfeit"
+    assert told in recording.forfeit and recording.of(SeatMessage)[-1].event == "forfeit"
     assert Playback(recording).verify().verified
     assert {row.left_out for row in seat_rows(recording)} == {"forfeit"}
 

@@ -12,7 +12,7 @@ from swarm_pz.play.commands import as_followed
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.format import CommandLine, InForceLine, SeatLine
+from swarm_pz.play.protocol import InForceMessage, SeatCommand, SeatMessage
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.server.replays import LoadedRecording
@@ -107,7 +107,7 @@ async def test_a_game_goes_by_its_speed_and_is_taken_over_without_the_other_fact
         room.stop()
         recording = read(room)
         path = room.session.recorder.path
-    assert recording.end.ms >= 1000.0 * recording.end.tick / 30 / 0.25 - 1.0
+    assert 1000.0 * recording.since_began_s(recording.end.server_ms) >= 1000.0 * recording.end.tick / 30 / 0.25 - 1.0
     with opened(tmp_path, moment=LoadedRecording.read(path).moment(0)) as room:
         assert not room.config.varies and room.config.speed == 0.25
 
@@ -145,7 +145,7 @@ async def test_a_shared_command_is_mixed_recorded_and_shown_as_such(tmp_path):
     parts = [(np.ones((10, 10)), RIM), (CORNER, RIM), (CORNER, np.ones((10, 10)))]
     for one, (own, helpers) in zip(flown, parts, strict=True):
         np.testing.assert_array_equal(one.values, mixture(own, as_followed(helpers), 0.25))
-    assert [line.number for line in recording.of(CommandLine) if not line.sender] == [1], "the player's own, too"
+    assert [line.number for line in recording.of(SeatCommand) if not line.sender] == [1], "the player's own, too"
     shown = [data for data in red.bytes if data[0] == 2]
     assert shown[-1] != shown[0] and shown[-1][4] == 1, "of what both make, by the number of the player's"
     row = seat_rows(recording)[0]
@@ -192,7 +192,7 @@ async def test_a_helper_that_fails_keeps_its_share_and_the_room_says_so(tmp_path
         room.stop()
         recording = read(room)
     assert red.notices[0] == "two keeps its last share of the command: lost"
-    assert {line.team for line in recording.of(SeatLine) if line.event == "failed"} == {0}
+    assert {line.team for line in recording.of(SeatMessage) if line.event == "failed"} == {0}
     np.testing.assert_array_equal(recording.in_force()[-1][1].values, mixture(CORNER, CORNER, 0.25))
     assert Playback(recording).verify().verified
 
@@ -220,19 +220,19 @@ async def test_delayed_commands_count_later_in_order_and_the_recording_verifies(
         for number, density in ((1, CORNER), (2, RIM), (3, CORNER)):
             give(room, red, command(number, density))
         assert len(red.heard(protocol.Received)) == 3, "that they arrived is told at once"
-        assert [line.team for line in read(room).of(CommandLine)] == [1], "nothing of red counts yet"
+        assert [line.team for line in read(room).of(SeatCommand)] == [1], "nothing of red counts yet"
         await until(lambda: 3 in [message.number for message in red.heard(protocol.InForceMessage)])
         delays = room.session.delays()
         give(room, red, command(4, RIM))
         await until(lambda: red.heard(protocol.InForceMessage)[-1].number == 4)
         room.stop()
         recording = read(room)
-    lines = [line for line in recording.of(CommandLine) if line.team == 0]
+    lines = [line for line in recording.of(SeatCommand) if line.team == 0]
     assert [line.number for line in lines] == [1, 2, 3, 4]
-    forced = {(line.team, line.number): line for line in recording.of(InForceLine)}
+    forced = {(line.team, line.number): line for line in recording.of(InForceMessage)}
     numbers = [number for team, number in forced if team == 0]
     assert numbers == sorted(numbers) and numbers[-2:] == [3, 4] and (1, 1) in forced
-    assert all(forced[0, number].ms - lines[number - 1].received_ms >= 199.0 for number in numbers)
+    assert all(forced[0, number].server_ms - lines[number - 1].server_ms >= 199.0 for number in numbers)
     red_delay, blue_delay = (delay.command for delay in delays)
     assert (red_delay.asked_ms, red_delay.count) == (200.0, 3) and red_delay.got_ms >= 199.0
     assert (blue_delay.asked_ms, blue_delay.got_ms, blue_delay.count) == (0.0, 0.0, 1)
@@ -247,7 +247,7 @@ async def test_a_command_that_the_end_comes_before_is_written_down_all_the_same(
         give(room, red, command(2))
         room.stop()
         recording = read(room)
-    assert [line.number for line in recording.of(CommandLine)] == [1, 2] and not recording.of(InForceLine)
+    assert [line.number for line in recording.of(SeatCommand)] == [1, 2] and not recording.of(InForceMessage)
     told = recording.end.delays[0].command
     assert told.count == 0 and told.got_ms is None and Playback(recording).verify().verified
 
@@ -262,9 +262,9 @@ async def test_a_policy_is_delayed_as_players_are(tmp_path):
         await ticks(room, 12)
         room.stop()
         recording = read(room)
-    commands = [(line.team, line.number) for line in recording.of(CommandLine)]
+    commands = [(line.team, line.number) for line in recording.of(SeatCommand)]
     assert len(set(commands)) == len(commands) and (1, 1) in commands
-    first = [next(line.tick for line in recording.of(InForceLine) if line.team == team) for team in (0, 1)]
+    first = [next(line.tick for line in recording.of(InForceMessage) if line.team == team) for team in (0, 1)]
     assert first[0] == 0 and first[1] >= 3 and Playback(recording).verify().verified
 
 
@@ -280,5 +280,5 @@ async def test_a_policy_that_answers_the_same_again_holds_its_command(tmp_path):
         weights = room.session.game.simulator.games.memory_weight[0, [0, -1]]
         solves, recording = -(-room.session.game.tick // 3), read(room)
     assert weights.tolist() == [solves, solves], "nothing was forgotten"
-    assert [(line.team, line.number) for line in recording.of(CommandLine)] == [(BLUE, 1)]
+    assert [(line.team, line.number) for line in recording.of(SeatCommand)] == [(BLUE, 1)]
     assert Playback(recording).verify().verified

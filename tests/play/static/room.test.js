@@ -206,7 +206,7 @@ test("an opponent commands once a second, by what its own side sees and by its g
     const visitor = new Visitor();
     await visitor.begin({ opponent, seed });
     await visitor.pass(4500);
-    const given = (await visitor.keep(visitor.last("room").recording)).filter(({ type, team }) => type === "command" && team === 1);
+    const given = (await visitor.keep(visitor.last("room").recording)).filter(({ type, seat }) => type === "command" && seat === "blue");
     assert.deepEqual(given.map(({ tick }) => tick), [0, 30, 60, 90]);
     first.push(given[0].density.flat());
   }

@@ -4,10 +4,10 @@ import contextlib
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.format import Delay, SeatDelays
+from swarm_pz.play.protocol import Delay, SeatDelays
 from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
-from tests.play.recordings.test_format import record
+from tests.play.recordings.games import record
 
 PLAIN = """
 title = "Two interfaces"

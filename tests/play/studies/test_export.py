@@ -16,14 +16,15 @@ import pytest
 from markdown_it import MarkdownIt
 
 from swarm_pz.errors import ConfigError, MissingExtraError, OutputError, RecordingError
-from swarm_pz.play.recordings.format import CapturedLine, CommandLine, Recording
+from swarm_pz.play.protocol import CapturedMessage, SeatCommand
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.studies import export as module
 from swarm_pz.play.studies.analysis import compare, conditions
 from swarm_pz.play.studies.export import export
 from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games, markdown, write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
-from tests.play.recordings.test_format import plain_lines, record, write_lines
+from tests.play.recordings.games import plain_lines, record, write_lines
 from tests.play.studies.playing import ANSWERS, PLAIN, begun, walk
 
 
@@ -95,12 +96,12 @@ def test_tables_hold_a_row_for_each_thing_that_happened(ran, out):
         sizes = int(game["drones"]), int(game["opponent_drones"])
         assert sizes == ((3, 4) if is_late else (3, 3)), "the late ones are blue, against four"
         own = [row for row in commands if (row["participant"], row["step"]) == key]
-        told = [(line.number, line.tick, line.density) for line in recording.of(CommandLine)]
+        told = [(line.number, line.tick, line.density) for line in recording.of(SeatCommand)]
         assert [(int(row["number"]), int(row["tick"]), json.loads(row["values"])) for row in own] == told
         assert sum(row["by"] == "participant" for row in own) == int(game["commands"])
         assert {row["side"] for row in own if row["by"] == "participant"} == {game["side"]}
         taken = [row for row in captures if (row["participant"], row["step"]) == key]
-        lines = recording.of(CapturedLine)
+        lines = recording.of(CapturedMessage)
         assert [(int(row["tick"]), int(row["drone"])) for row in taken] == [(line.tick, line.drone) for line in lines]
         assert [row["by_participant"] for row in taken] == [str(row["side"] == game["side"]).lower() for row in taken]
         share = int(taken[-1]["drones"]) / sum(sizes) if taken else sizes[0] / sum(sizes)

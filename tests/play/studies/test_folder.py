@@ -7,7 +7,7 @@ import pytest
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Progress
-from tests.play.recordings.test_format import record
+from tests.play.recordings.games import record
 from tests.play.studies.playing import PLAIN, begun, walk, written
 
 PAIR = """

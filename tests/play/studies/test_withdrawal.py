@@ -12,7 +12,7 @@ from swarm_pz.errors import ConfigError, OutputError
 from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games
 from swarm_pz.play.studies.withdrawal import withdraw
-from tests.play.recordings.test_format import record
+from tests.play.recordings.games import record
 from tests.play.studies.playing import begun, walk
 
 PLAN = """

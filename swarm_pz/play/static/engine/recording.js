@@ -10,12 +10,14 @@ const UNTIMED = 1e6; // seconds that stand for no limit
 const MARK = 90; // ticks between moments that are kept
 const LISTED = 200, ENDS = 8192; // games; bytes of a file's beginning and end that are read for its summary
 
+export function teamOf({ seat }) { return SIDES.indexOf(seat); }
+
 // The first line of a recording, of a table with a room's settings.
 export function headerOf(table, { red, blue, time_limit: limit, mapping, speed, majority = false }, has) {
   const capture = { ...table.game.capture, enabled: red > 0 && blue > 0 };
   const game = { ...table.game, drones_per_team: red === blue ? red : [red, blue], time_limit: limit ?? UNTIMED, capture };
   const own = { ...table, game, mapping, speed, ...(majority ? { majority } : {}) };
-  return { type: "game", version: 2, started: new Date().toISOString(), table: own, ...has };
+  return { type: "game", protocol: "swarm-pz.play.v2", started: new Date().toISOString(), table: own, ...has };
 }
 
 // The files of this browser; without a folder, they last as long as the page.
@@ -128,7 +130,7 @@ export class Playback {
     const given = new Map();
     this.followed = []; // commands, by when they came into force
     for (const line of lines) {
-      const called = `${line.team} ${line.number}`;
+      const called = `${line.seat} ${line.number}`;
       if (line.type === "command") given.set(called, line);
       else if (line.type === "in_force") this.followed.push({ ...given.get(called), tick: line.tick });
     }
@@ -142,7 +144,7 @@ export class Playback {
     let { red } = this.settings, place = 0;
     const count = red + this.settings.blue, sizes = [];
     for (let second = 0; TICKS * second <= tick; second++) {
-      for (; this.captures[place]?.tick <= TICKS * second; place++) red += this.captures[place].team === 0 ? 1 : -1;
+      for (; this.captures[place]?.tick <= TICKS * second; place++) red += this.captures[place].seat === "red" ? 1 : -1;
       sizes.push([red, count - red]);
     }
     return sizes;
@@ -162,7 +164,7 @@ export class Playback {
         game.positions.set(positions);
         game.velocities.set(velocities);
       }
-      for (const { team, density } of begun) game.command(team, density.flat());
+      for (const line of begun) game.command(teamOf(line), line.density.flat());
       came.push(...begun);
       game.advance();
     }
@@ -176,14 +178,14 @@ export class Playback {
   }
 
   // The command that a team follows at the present moment; none is everything.
-  latest(team) { return this.followed.findLast((command) => command.team === team && command.tick < this.game.tick) ?? null; }
+  latest(team) { return this.followed.findLast((command) => teamOf(command) === team && command.tick < this.game.tick) ?? null; }
 
   // The game as rows of an experiment, one for each seat; the tables of `swarm-pz study` have more, from its lines.
   rows() {
     const { name, header, lines, captures, end, lastTick } = this, result = end?.outcome ?? "stopped";
     return SIDES.map((side, team) => {
-      const other = header[SIDES[1 - team]], captured = captures.filter((capture) => capture.team === team).length;
-      const commands = lines.filter((line) => line.type === "command" && line.team === team).length;
+      const other = header[SIDES[1 - team]], captured = captures.filter((capture) => capture.seat === side).length;
+      const commands = lines.filter((line) => line.type === "command" && line.seat === side).length;
       return {
         recording: name, started: header.started, side, seed: header.seed, kind: header[side].kind, opponent: other.policy, seconds: lastTick / TICKS,
         outcome: !SIDES.includes(result) ? result : result === side ? "win" : "loss", ended_by: end?.ended_by ?? "", commands,

@@ -80,9 +80,6 @@ export class Room {
 
   get isOn() { return this.phase === "starting" || this.phase === "playing"; }
 
-  // Milliseconds since the game began.
-  get ms() { return now() - this.beganMs; }
-
   // --- the visitor ------------------------------------------------------------------------------------
 
   load(policy) {
@@ -106,7 +103,7 @@ export class Room {
   }
 
   note(event) {
-    if (this.isOn) this.write({ type: "seat", team: this.team, event, ms: this.ms, ...(event === "connected" ? { client: this.table.client } : {}) });
+    if (this.isOn) this.write({ type: "seat", seat: SIDES[this.team], event, server_ms: now(), ...(event === "connected" ? { client: this.table.client } : {}) });
   }
 
   // Send something, as much later as the visitor is shown things.
@@ -189,7 +186,7 @@ export class Room {
     const name = `${new Date().toISOString().replace(/[-:]|\.\d+/g, "")}-${this.code}-${++this.games}.jsonl`;
     const text = "This browser keeps no more: the recording of this game breaks off here.";
     this.recorder = new Recorder(table.shelf, name, () => this.say({ type: "notice", text }));
-    this.recorder.write(headerOf({ ...table.rules, min_command_interval: table.interval, factors: table.factors }, settings, { software: table.software, seed, red, blue, lesson }));
+    this.recorder.write(headerOf({ ...table.rules, min_command_interval: table.interval, factors: table.factors }, settings, { software: table.software, began_ms: now(), seed, red, blue, lesson }));
     for (const line of this.early) this.recorder.write(line);
     Object.assign(this, { players, seed: null, phase: "playing" });
     this.seats[this.team].ready = false;
@@ -213,7 +210,7 @@ export class Room {
       this.players.forEach((player, team) => { if (player) this.submit(team, { number: ++this.asked, density: player.act(game, team) }); });
     }
     if (game.tick % PERIOD === 0) [0, 1].forEach((team) => this.putInForce(team));
-    for (const { drone, team } of game.advance()) this.write({ type: "captured", tick: game.tick, drone, team });
+    for (const { drone, team } of game.advance()) this.write({ type: "captured", seat: SIDES[team], tick: game.tick, drone });
     if (game.tick % TICKS === 0) this.sizes.push([...game.sizes]);
     this.show();
     if (game.tick % PERIOD === 0 || game.isOver) this.write(this.frameLine());
@@ -222,7 +219,7 @@ export class Room {
 
   stop(outcome, endedBy) {
     const { tick, sizes } = this.game;
-    this.write({ type: "end", outcome, tick, sizes, ms: this.ms, ended_by: endedBy });
+    this.write({ type: "end", outcome, tick, sizes, server_ms: now(), ended_by: endedBy });
     this.recorder.close();
     Object.assign(this, { phase: "over", outcome, endedBy });
     this.tell();
@@ -249,12 +246,12 @@ export class Room {
 
   // Hand a command in, when the delay of its team is over.
   submit(team, { density, ...has }) {
-    const command = { ...has, density: followed(density) }, received = this.ms, { game } = this;
+    const command = { ...has, density: followed(density) }, received = now(), { game } = this;
     later(() => {
       if (!this.isOn || this.game !== game) return;
       const rows = Array.from({ length: CELLS }, (_, row) => command.density.slice(row * CELLS, (row + 1) * CELLS));
       this.waiting[team] = command;
-      this.write({ type: "command", team, ...has, density: rows, received_ms: received, tick: game.tick });
+      this.write({ type: "command", ...has, density: rows, seat: SIDES[team], tick: game.tick, server_ms: received });
     }, this.table.factors[team].command_delay_ms);
   }
 
@@ -265,11 +262,12 @@ export class Room {
     this.waiting[team] = null;
     this.inForce[team] = tick;
     this.game.command(team, density);
-    this.write({ type: "in_force", team, number, tick, ms: this.ms });
-    if (team === this.team) this.say({ type: "in_force", seat: SIDES[team], number, tick, server_ms: now(), sender: "" });
+    const message = { type: "in_force", seat: SIDES[team], number, tick, server_ms: now(), sender: "" };
+    this.write(message);
+    if (team === this.team) this.say(message);
   }
 
   painted({ number, painted_ms: painted }) {
-    if (this.phase === "playing") this.write({ type: "painted", team: this.team, number, ms: painted - this.beganMs });
+    if (this.phase === "playing") this.write({ type: "painted", number, painted_ms: painted, seat: SIDES[this.team] });
   }
 }

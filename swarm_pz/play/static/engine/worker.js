@@ -2,7 +2,7 @@
 
 import { ADDRESS, check, FACTORS, Refused } from "./checks.js";
 import { PLAYERS } from "./players.js";
-import { Playback, Shelf } from "./recording.js";
+import { Playback, Shelf, teamOf } from "./recording.js";
 import { EVERYTHING, now, Room, seatOf, stateOf, UNVARIED } from "./room.js";
 import { targetOf } from "./strokes.js";
 import { frameOf, targetMessage } from "./wire.js";
@@ -103,9 +103,9 @@ export class Table {
     this.owed = Math.min(this.owed - ticks, MOST_OWED);
     this.sought = null;
     if (sought === null && (ticks === 0 || tick >= replay.lastTick)) return;
-    const came = replay.seek(sought ?? tick + ticks), both = [0, 1].map((team) => replay.latest(team) ?? { team, density: [...EVERYTHING] });
+    const came = replay.seek(sought ?? tick + ticks), both = [0, 1].map((team) => replay.latest(team) ?? { seat: SIDES[team], density: [...EVERYTHING] });
     if (sought !== null) for (const moment of replay.past()) this.send(frameOf(moment));
-    for (const { team, density } of sought === null ? came : both) this.send(targetMessage(team, 0, targetOf(density.flat())));
+    for (const line of sought === null ? came : both) this.send(targetMessage(teamOf(line), 0, targetOf(line.density.flat())));
     this.send(frameOf(replay.game, { sequence: ++this.shown, altitudes: true, fields: replay.game.fields() }));
   }
 

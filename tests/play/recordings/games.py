@@ -1,0 +1,106 @@
+"""Recorded games for tests: written without a server."""
+
+import json
+
+import numpy as np
+
+from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.play.frames import Frame, encode_frame
+from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
+from swarm_pz.play.protocol import (
+    SIDES,
+    SUBPROTOCOL,
+    CapturedMessage,
+    EndMessage,
+    FrameMessage,
+    Header,
+    InForceMessage,
+    RecordedSeat,
+    SeatCommand,
+    SeatMessage,
+    SeatPainted,
+    Timing,
+)
+from swarm_pz.play.recordings.recorder import Recorder
+from swarm_pz.play.recordings.recording import reason_of_end
+from swarm_pz.play.strokes import Stroke, density_of
+
+BEGAN_MS = 5000.0
+CONFIG = TableConfig(game=GameConfig(drones_per_team=4, capture=CaptureConfig(threshold=0.5), time_limit=20.0))
+
+
+def header(config, seed, player, own=0, origin=None):
+    seats = [RecordedSeat(kind="person", label="P1"), RecordedSeat(kind="policy", policy=player)]
+    return Header(
+        protocol=SUBPROTOCOL,
+        software="test",
+        started="2026-01-01T00:00:00.000+00:00",
+        began_ms=BEGAN_MS,
+        table=config.to_dict(),
+        seed=seed,
+        red=seats[own],
+        blue=seats[1 - own],
+        origin=origin,
+    )
+
+
+def record(
+    path, ticks=300, seed=1, outcome=None, player="ring", config=CONFIG, own=0, both=False, delays=None, every=60,
+    strokes=None, moment=None,
+):  # fmt: skip
+    """Write a game in which a person commands corners, or draws, and the policy does nothing, or commands, too."""
+    game = LiveGame(config, seed) if moment is None else moment.game
+    recorder = Recorder(path, header(config, seed, player, own, moment.origin if moment is not None else None))
+    for line in [FrameMessage(0, shown(game))] if moment is None else moment.past:
+        recorder.write(line)
+    recorder.write(SeatMessage(SIDES[own], "connected", BEGAN_MS))
+    for tick in range(game.tick, ticks):
+        for team in (own, 1 - own)[: 1 + both] if tick % every == 0 else ():
+            density = np.zeros((10, 10))
+            density[(tick // every) % 10, 3] = 1.0
+            drawn = strokes if team == own else None
+            if drawn is not None:
+                lines = [Stroke(brush=one.brush, width=one.width, points=tuple(one.points)) for one in drawn]
+                density = density_of(lines, 10, config.mapping)
+            number, ms = tick // every + both, BEGAN_MS + 1000 * tick / 30 / config.speed
+            plain = game.submit(team, number, density).values.tolist()
+            timing = Timing(input_ms=5.0, sent_ms=6.0, round_trip_ms=2.0, drawing_ms=500.0) if team == own else None
+            recorder.write(SeatCommand(number, drawn, plain, None, timing, seat=SIDES[team], tick=tick, server_ms=ms))
+        for event in game.advance():
+            if isinstance(event, InForce):
+                side, number = SIDES[event.command.team], event.command.number
+                recorder.write(InForceMessage(side, number, event.tick, ms + 28.0))
+                if side == SIDES[own]:
+                    recorder.write(SeatPainted(number, ms + 48.0, side))
+            elif isinstance(event, Captured):
+                recorder.write(CapturedMessage(SIDES[event.team], event.tick, event.drone))
+        if game.tick % 3 == 0 or game.over:
+            recorder.write(FrameMessage(game.tick, shown(game)))
+        if game.over:
+            break
+    recorder.write(SeatMessage(SIDES[own], "hidden", BEGAN_MS + 1000.0))
+    recorder.write(SeatMessage(SIDES[own], "shown", BEGAN_MS + 3000.0))
+    told = outcome or game.outcome or "stopped"
+    reason = reason_of_end(told, game.sizes, away=False)
+    recorder.write(EndMessage(told, game.tick, game.sizes, BEGAN_MS + 1e4, reason, delays))
+    recorder.close()
+    recorder.join()
+    return game
+
+
+def shown(game):
+    """Return a game's present frame."""
+    simulator = game.simulator
+    places, speeds, teams = simulator.positions[0], simulator.speeds[0], simulator.teams[0]
+    return encode_frame(
+        Frame(sequence=0, tick=game.tick, server_ms=0.0, positions=places, velocities=speeds, teams=teams)
+    )
+
+
+def plain_lines(path):
+    """Return a file's lines as objects."""
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def write_lines(path, lines):
+    path.write_text("".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines))
