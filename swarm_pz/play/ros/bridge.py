@@ -59,7 +59,7 @@ class Bridge(Rosbridge):
         self._address, self._opponent, self._say, self._alone_s = address, opponent, say, alone_s
         self._origins, self._settings = origins, settings_of(table)
         self._is_weak = table.mapping != "paper"
-        """Whether these rules need more contrast than the tablet's images have."""
+        """True if these rules need more contrast than the tablet's images have."""
         self._shown = Shown(self)
         self._seats: dict[Side, Seat] = {}
         self._owners: dict[Side, Client] = {}

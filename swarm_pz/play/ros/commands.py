@@ -1,4 +1,4 @@
-"""What ROS programs publish to command a swarm, as the commands that its seat takes."""
+"""Messages of ROS programs that command a swarm, turned into commands of its seat."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def any_kind(message: Message) -> Maker:
 
 
 def _maker(given: str, kind: str, make: Maker) -> Maker:
-    """Return what makes a command for seats that take its kind, and refuses it for others."""
+    """Return a reader that makes a command for seats of its kind, and refuses others."""
 
     def checked(takes: Commands, cells: int) -> CommandMessage:
         if takes.serves_densities if kind == "density" else takes.takes == kind:
@@ -158,4 +158,4 @@ INPUTS: dict[str, str] = {
     CLEAR: "std_msgs/Empty",
     **{f"/swarm/{team}/{name}": kind for name, (kind, _) in READERS.items() for team in TEAM_NAMES},
 }
-"""What a table listens to, and the types; and `ATTRACTOR`, of any type with x, y and a weight."""
+"""Topics that a server listens to, with their types; `ATTRACTOR` takes any type with x, y and a weight."""

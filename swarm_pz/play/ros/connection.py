@@ -33,7 +33,7 @@ _BURST_S = 1.0
 
 @dataclass
 class Subscription:
-    """What a client wants of a topic."""
+    """A client's subscription to a topic."""
 
     compression: str
     throttle_s: float

@@ -42,11 +42,11 @@ TOPICS: dict[str, str] = {
     **{f"/{team}_ck_plot": "std_msgs/Float32MultiArray" for team in TEAM_NAMES},
     LOG: "rcl_interfaces/Log",
 }
-"""What a table publishes, and its types."""
+"""Topics that a server publishes, with their types."""
 
 
 def makers_of(frame: Frame) -> dict[str, Callable[[], Message]]:
-    """Return what makes each message about a frame, by topic: those of capture fields if it has them."""
+    """Return a maker of each message about a frame, by topic; capture fields only if the frame has them."""
     makers: dict[str, Callable[[], Message]] = {
         "/clock": partial(clock, frame.tick),
         "/tf": partial(transforms, frame),
@@ -81,7 +81,7 @@ def clock(tick: int) -> Message:
 
 
 def team_status(drone: int, team: int) -> Message:
-    """Return whose a drone is now: std_msgs/String."""
+    """Return the team that a drone belongs to now: std_msgs/String."""
     return {"data": f"agent{drone} {TEAM_NAMES[team]}"}
 
 
@@ -156,7 +156,7 @@ def markers(frame: Frame) -> Message:
 
 
 def sizes(frame: Frame) -> Message:
-    """Return how many drones red and blue have: std_msgs/Int32MultiArray."""
+    """Return the numbers of red and blue drones: std_msgs/Int32MultiArray."""
     blue = int(frame.teams.sum(dtype=np.int64))
     return _array([len(frame.teams) - blue, blue], "team")
 

@@ -33,19 +33,19 @@ _MOST_TOPICS = 256
 _MOST_OTHERS = 2048
 """Topics without a meaning here that all clients together may advertise: `topics` lists them all."""
 _BUFFER_BYTES = 2**16
-"""What the system keeps for a client that does not read: what stands there grows old."""
+"""The system's buffer for a client that does not read; messages in it grow old."""
 _LARGE_NUMBERS = {2, 3}
 _KNOWN_TAGS = 2**16
 """Of CBOR, that a decoder may know: some are texts to be compiled, or numbers of a million digits, in few bytes."""
 _COMPRESSIONS = ("none", "cbor", "cbor-raw")
 
 Origins = Sequence[Origin | re.Pattern[str] | None]
-"""What a WebSocket server takes as origins; None is programs, which send none."""
+"""Origins of pages that may connect; None stands for programs, which send no origin."""
 log = logging.getLogger("swarm_pz.play")
 
 
 def origins_of(host: str, others: Sequence[str] = ()) -> Origins:
-    """Return who may connect to a host: programs, pages of this machine at any port, and pages of other addresses.
+    """Return the origins that may connect to a host: programs, pages of this machine at any port, and `others`.
 
     Browsers let every page open a WebSocket to this machine, so others are refused. An address is such as
     https://lab.example, or file:// for programs that are pages themselves; CommandError if it is none.
@@ -104,7 +104,7 @@ class Rosbridge:
     # --- to clients -----------------------------------------------------------------------------
 
     def wanted(self, topic: str) -> bool:
-        """Whether anybody has subscribed to a topic: else its messages need not be made."""
+        """Return True if a client has subscribed to a topic; else its messages need not be made."""
         return any(topic in client.subscriptions for client in self._clients)
 
     def publish(self, topic: str, message: Message, but: Client | None = None, to: Client | None = None) -> None:
@@ -181,7 +181,7 @@ class Rosbridge:
         return told
 
     def _of_cbor(self, frame: str | bytes) -> Any:
-        """Return what JSON could say, too: no other tags, and no keys but texts, whose hashes nobody chooses."""
+        """Return a CBOR message that JSON could express: without tags, and with texts as keys."""
         rules = {"semantic_decoders": self._no_tags, "tag_hook": _refuse_tag, "strict_hashable_types": True}
         return self._cbor.loads(frame, **rules)
 

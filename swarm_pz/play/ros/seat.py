@@ -31,7 +31,7 @@ _ENDS = {"red": "red has won", "blue": "blue has won", "draw": "a draw", "stoppe
 
 
 class Seat:
-    """A seat, from the first connection to the table to its end; its bridge is told what it sees and hears."""
+    """A seat, from its first connection to the server to its end; it reports what it receives to its bridge."""
 
     def __init__(self, address: str, side: Side, bridge: Bridge) -> None:
         self.side: Side = side

@@ -1,4 +1,4 @@
-"""What a study found: conditions compared within participants.
+"""Comparison of a study's conditions within participants.
 
 Games of one person are not independent, so a person's games are averaged first, and persons are compared with
 themselves. The test flips the signs of these differences, which are as likely + as - where conditions do not differ
@@ -117,7 +117,7 @@ def compare(games: Sequence[GameRow]) -> list[Comparison]:
     found = []
     for first, second in itertools.combinations(values["win_rate"], 2):
         for measure, of in values.items():
-            means = [{who: float(np.mean(own)) for who, own in of[name].items()} for name in (first, second)]
+            means = [{one: float(np.mean(own)) for one, own in of[name].items()} for name in (first, second)]
             found.append(compare_values(measure, (first, second), (means[0], means[1])))
     return [one for one in found if one is not None]
 

@@ -1,4 +1,4 @@
-"""What a study is: its conditions, who meets them in which order, its games, its forms.
+"""Design of a study: its conditions and their order for each participant, its games, its forms.
 
 A study is one TOML file, beside the texts that it names; see `docs/studies.md`.
 """
@@ -41,7 +41,7 @@ _SIGNS_OF_CODE = 10
 
 @dataclass(frozen=True, kw_only=True)
 class Condition(Factors):
-    """What is varied: the rules of a block of games, and what the seat can do and see.
+    """A condition: the rules of a block of games, and what the seat can do and see.
 
     Its seat's factors are fields of its own; see `Factors`.
 
@@ -75,7 +75,7 @@ class Condition(Factors):
 
     @property
     def is_of_two(self) -> bool:
-        """Whether two participants play each other."""
+        """True if two participants play each other."""
         return self.opponent == PERSON
 
     def game(self, rules: dict[str, Any]) -> GameConfig:
@@ -195,12 +195,12 @@ class Study(Config):
 
     @property
     def has_guessable_codes(self) -> bool:
-        """Whether codes of its own are short, or count up, so that one of them is enough to guess others."""
+        """True if the study's own codes are short or count up, so that one is enough to guess others."""
         stems = {re.sub(r"[0-9]{1,4}(?![0-9])", "", code.upper()) for code in self.codes}
         return len(stems) < len(self.codes) or any(len(code) < _SIGNS_OF_CODE - 2 for code in self.codes)
 
     def name_of(self, number: int) -> str:
-        """Return what files and tables call a participant, counted from 0: P01, P02, ...; no name opens anything."""
+        """Return the name of a participant, counted from 0, in files and tables: P01, P02, ...; it opens nothing."""
         return f"P{number + 1:0{max(2, len(str(self.participants)))}d}"
 
     @property
@@ -210,13 +210,13 @@ class Study(Config):
         return tuple(dict.fromkeys(filter(None, names)))
 
     def consented(self) -> dict[str, str]:
-        """Return what is kept of the text that somebody agrees to: its version, and the SHA-256 of its file."""
+        """Return the record of the text of consent: its version, and the SHA-256 of its file."""
         digest = hashlib.sha256((self.folder / self.consent).read_bytes()).hexdigest()
         return {"consent_version": self.consent_version, "consent_sha256": digest}
 
     @property
     def is_of_pairs(self) -> bool:
-        """Whether participants 2k and 2k + 1 meet: they go through the study in the same order, then."""
+        """True if participants 2k and 2k + 1 play each other, and so have the same order."""
         return any(condition.is_of_two for condition in self.conditions)
 
     def _check_order(self, titles: list[str]) -> None:

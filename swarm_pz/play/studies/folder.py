@@ -130,7 +130,7 @@ class StudyFolder:
         return self.path / "participants" / f"{self.study.name_of(number)}.jsonl"
 
     def progress(self, number: int) -> Progress:
-        """Return what a participant has done; it is made when they come first.
+        """Return a participant's progress, which is made when they first come.
 
         Raises
         ------
@@ -149,7 +149,7 @@ class StudyFolder:
             return self._progress[number]
 
     def has_come(self, number: int) -> bool:
-        """Whether a participant has ever come."""
+        """Return True if a participant has ever come."""
         return self.file_of(number).exists()
 
     def _has_withdrawn(self, number: int) -> bool:
@@ -160,11 +160,11 @@ class StudyFolder:
         return isinstance(first, dict) and "withdrawn" in first
 
     def is_alone(self, number: int) -> bool:
-        """Whether a participant's partner has withdrawn."""
+        """Return True if a participant's partner has withdrawn."""
         return self.study.is_of_pairs and number ^ 1 in self.withdrawn
 
     def summary(self, number: int) -> dict[str, Any]:
-        """Return how far a participant is, for the monitor."""
+        """Return a participant's progress, for the monitor."""
         order = [one.title for one in self.study.order_of(number)]
         told = {"name": self.study.name_of(number), "order": order, "block": "", "played": 0, "won": 0}
         told |= {"done": 0, "of": 0}
@@ -205,11 +205,11 @@ class StudyFolder:
         return self.study.seed_of(step.game, practice=step.kind == "practice")
 
     def opponent_of(self, step: Step) -> str:
-        """Return whom a participant meets in a game."""
+        """Return the opponent of a participant in a game."""
         return self.study.practice.opponent if step.kind == "practice" else step.played.opponent
 
     def line_of(self, number: int, step: Step) -> dict[str, Any] | None:
-        """Return what is kept of a game that is over, from its recording; None if it was not played to its end."""
+        """Return the record of a finished game from its recording, or None if it was not played to its end."""
         path, own = self.recording(number, step), self.side_of(number, step)
         try:
             end = Recording.read(path).end
@@ -254,7 +254,7 @@ class StudyFolder:
             progress.finish(step, **line)
 
     def was_broken_off(self, number: int, step: Step) -> bool:
-        """Whether a participant's game was begun before, and interrupted."""
+        """Return True if a participant's game was begun before and interrupted."""
         return (self.path / "interrupted" / f"{self.recording(number, step).stem}.1.jsonl").exists()
 
     def _set_aside(self, path: Path) -> None:

@@ -174,7 +174,7 @@ class Form(Config):
         return {item.id: item.read(answers.get(item.id)) for item in self.items}
 
     def scores(self, answers: Mapping[str, Any]) -> dict[str, float]:
-        """Return what the answers come to; nothing for forms without a score."""
+        """Return the scores of the answers; empty for forms without a score."""
         if self.score == "sus":
             return {"sus": sus_score([int(answers[item.id]) for item in self.items])}
         if self.score == "nasa-tlx":

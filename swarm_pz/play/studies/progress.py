@@ -1,4 +1,4 @@
-"""What a participant has done and what comes next: a file of lines, written before the next thing is asked.
+"""Progress of a participant: a file of lines, each written before the next step is shown.
 
 All that is to be done follows from the study and the participant's number; a line says that one step is done. So a
 reload, a crash or a power cut goes on at the step that has no line, and no step is asked twice.
@@ -29,7 +29,7 @@ _Moment = Annotated[float, msgspec.Meta(ge=0.0, le=1e12)]
 
 
 class _Line(msgspec.Struct):
-    """What a line may say of a step that is done: lines are checked once, when they are read."""
+    """A line about a finished step. Lines are checked once, when they are read."""
 
     step: str
     at: _Moment = 0.0
@@ -80,7 +80,7 @@ class Step:
 
     @property
     def is_game(self) -> bool:
-        """Whether it is a game, of practice or one that counts."""
+        """True if it is a game, of practice or one that counts."""
         return self.kind in ("practice", "game")
 
     @property
@@ -129,7 +129,7 @@ def steps_of(
 
 
 def _practice_of(study: Study, block: str, done: Mapping[str, Mapping[str, Any]]) -> int:
-    """Return how many games of practice a block has: those that are done, and another one if it is due."""
+    """Return the number of games of practice in a block: those done, and one more if it is due."""
     practice, games = study.practice, [line for name, line in done.items() if name.startswith(f"{block}.practice")]
     won = sum(game.get("won") is True for game in games)
     return len(games) + (won < practice.wins and len(games) < practice.most)
@@ -183,7 +183,7 @@ class Progress:
     ) -> None:
         self.study, self.participant, self._path, self._is_alone = study, participant, path, is_alone
         self.done: dict[str, dict[str, Any]] = {}
-        """What is known of each step that is done, by its id; never changed, but replaced: other threads read it."""
+        """Finished steps by id. It is replaced and never changed, since other threads read it."""
         first = first_line(study, participant)
         lines, whole = read_lines(path) if path.exists() else ([], 0)
         if lines and {key: lines[0].get(key) for key in first} != first:
@@ -216,7 +216,7 @@ class Progress:
 
     @property
     def next(self) -> Step | None:
-        """What comes next; None when all is done."""
+        """The next step; None when all are done."""
         done = self.done
         return next((step for step in self.steps if step.id not in done), None)
 

@@ -55,7 +55,7 @@ class StudyData:
 def read_study(folder: Path, progress: Callable[[float, float], None] | None = None) -> StudyData:
     """Return all that a study's folder holds; what of it is corrupt is left out, and told.
 
-    `progress` is told how many participants have been read, and how many there are. ConfigError if no study ran there,
+    `progress` is called with the numbers of participants that were read, and of all. ConfigError if no study ran there,
     RecordingError if nobody has taken part.
     """
     opened = StudyFolder(folder)
@@ -311,7 +311,7 @@ def _told_by(seat: SeatRow | None, kind: type[GameRow | InterruptedRow]) -> dict
 
 
 def _fates(recording: Recording) -> list[dict[str, float]]:
-    """Return what became of each command, in order: a client that comes back counts its own from the start again."""
+    """Return the fate of each command, in order. A client that comes back numbers its commands anew."""
     fates: list[dict[str, float]] = []
     latest: dict[tuple[int, str, int], dict[str, float]] = {}
     for line in recording.log:

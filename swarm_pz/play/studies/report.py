@@ -1,4 +1,4 @@
-"""What a study found, as a page and a picture: conditions, and how they differ within participants."""
+"""Report of a study: a page and a picture of the conditions and their differences within participants."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from swarm_pz.play.studies.rows import NOTES, GameRow, codebook
 
 PICTURE = "comparison.png"
 _FAULTS = ("server", "forfeit")
-"""What ends games that are nobody's."""
+"""Causes of an end that are no player's."""
 _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 """Okabe and Ito's, which most people tell apart."""
 _MEASURES = {"win_rate": ("share won", 100.0, " %"), "restricted_mean_s": ("mean length", 1.0, " s")}
-"""What a measure is called, by how much it is multiplied, and its unit."""
+"""Name, factor and unit of each measure."""
 
 
 def markdown(text: str) -> str:

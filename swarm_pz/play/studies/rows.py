@@ -1,4 +1,4 @@
-"""What is published of a study, as tables: what a row and each of its columns is, for programs and for people.
+"""Published tables of a study: rows and columns, described for programs and for people.
 
 A key of `games` is participant and step; commands, captures and forms lead there by the same two. Columns with a
 default are those of a game that its recording tells: what they are is said in `SeatRow`.
@@ -172,7 +172,7 @@ TABLES: dict[str, type[Row]] = {
     "forms": FormRow,
     "participants": ParticipantRow,
 }
-"""What there is a table of, by its name."""
+"""Kinds of rows, by the name of their table."""
 NOTES = {
     "empty": "An empty cell of a CSV file, or null in Parquet: it is not known, or there is none.",
     "text": "In CSV, text that begins with = + - @ TAB or CR has an apostrophe before it, so that no spreadsheet "
@@ -180,11 +180,11 @@ NOTES = {
     "time": "A tick is 1/30 s of game. ms is the server's clock since the game began; that of game and of the clock "
     "differ where a game runs faster or slower (speed).",
 }
-"""What holds for all tables."""
+"""Notes for all tables."""
 
 
 def codebook() -> dict[str, Any]:
-    """Return what every table and column is, as plain values."""
+    """Return a description of every table and column, as plain values."""
     return {
         name: {"row": (kind.__doc__ or "").rstrip("."), "columns": columns_of(kind)} for name, kind in TABLES.items()
     }

@@ -23,7 +23,7 @@ from swarm_pz.play.studies.progress import first_line
 
 @dataclass(frozen=True, kw_only=True)
 class Withdrawal:
-    """Who withdrew, how many recordings were deleted, and a sentence for each thing that is out of balance now."""
+    """A withdrawal: the participant, the number of deleted recordings, and a sentence for each imbalance it leaves."""
 
     name: str
     recordings: int

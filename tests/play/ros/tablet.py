@@ -1,4 +1,4 @@
-"""What the published tablet app sends, by roslibpy of any version; prints JSON lines. Needs nothing but roslibpy.
+"""The messages of the published tablet app, sent by roslibpy of any version; prints JSON lines. Needs roslibpy alone.
 
 python tests/play/ros/tablet.py PORT TEAM DEPLOYS PAUSE_S SUBSCRIBER_PORT
 

@@ -86,7 +86,7 @@ class Meeting:
         self._port, self._stack, self.lines = port, stack, lines
 
     async def join(self, **how):
-        """Return another program, which is told what is refused."""
+        """Return another program, which receives refusals."""
         there = await self._stack.enter_async_context(connect(f"ws://127.0.0.1:{self._port}", max_size=None, **how))
         program = Program(there)
         await program.say(op="set_level", level="info")
@@ -124,7 +124,7 @@ def meet(table, conversation, opponent="uniform", game=ERGODIC, **how):
 
 
 def met(**how):
-    """Return what makes a test of a conversation, a coroutine function of a meeting and its table."""
+    """Return a decorator that makes a test of a conversation, a coroutine function of a meeting and its server."""
 
     def test_of(conversation):
         def test(table):
@@ -153,7 +153,7 @@ def spot(seed):
 
 
 def is_of(line, image):
-    """Whether a recorded command asks for an image (50, 50)."""
+    """True if a recorded command asks for an image (50, 50)."""
     wanted = image.reshape(10, 5, 10, 5).mean(axis=(1, 3), dtype=np.float64)
     wanted -= wanted.min()
     return np.allclose(np.array(line.density), (wanted / wanted.max()) ** 4, rtol=0, atol=1e-7)

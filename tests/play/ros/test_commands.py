@@ -1,4 +1,4 @@
-"""What ROS programs publish, as the commands of a seat."""
+"""Messages of ROS programs become commands of a seat."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ IMAGE = np.random.default_rng(1).random((50, 50))
 
 
 def takes(name):
-    """Return what a seat takes that a control system flies."""
+    """Return the reader of commands of a seat that a control system flies."""
     return commands_of(system_of(name), GameConfig())
 
 

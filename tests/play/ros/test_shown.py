@@ -1,4 +1,4 @@
-"""What subscribers are shown of a game: each moment once, teams as they change, and where each captures."""
+"""Messages to subscribers: each moment once, teams as they change, capture fields, altitudes."""
 
 from __future__ import annotations
 

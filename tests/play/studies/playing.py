@@ -65,7 +65,7 @@ def begun(folder, text=PLAIN):
 
 
 def told(step):
-    """Return what a participant tells in a step that is no game."""
+    """Return a participant's answers in a step that is no game."""
     return {"answers": ANSWERS[step.form.name]} if step.form is not None else {}
 
 

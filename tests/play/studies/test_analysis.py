@@ -1,4 +1,4 @@
-"""What an analysis finds: the difference that was planted, and none where none was."""
+"""The analysis finds a planted difference, and none where none was planted."""
 
 from dataclasses import fields
 

@@ -1,4 +1,4 @@
-"""What is published of a study: tables, data sets of two standards, a report; whole or not at all."""
+"""The export of a study: tables, a Psych-DS data set, a report; whole or not at all."""
 
 import csv
 import hashlib

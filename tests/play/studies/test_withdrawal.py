@@ -1,4 +1,4 @@
-"""Who withdraws leaves nothing behind, and nobody else loses what is theirs."""
+"""A withdrawal deletes all data of the participant, and nothing of anybody else."""
 
 import contextlib
 import itertools
