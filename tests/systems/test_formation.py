@@ -50,7 +50,7 @@ def circle(radius, count):
         ("disc", [(0, 0), *circle(0.5, 3), *circle(1, 6)]),
         ("line", [(-1, 0), (-1 / 3, 0), (1 / 3, 0), (1, 0)]),
         ("wedge", [(-0.5, -math.sqrt(0.75)), (1, 0), (-0.5, math.sqrt(0.75))]),
-        ("grid", [(0.5, -1), (0.5, 0), (0.5, 1), (-0.5, -0.5), (-0.5, 0.5)]),
+        ("grid", [(0.5, 1), (0.5, 0), (0.5, -1), (-0.5, 0.5), (-0.5, -0.5)]),
     ],
 )
 def test_shapes_are_those_of_the_equations(shape, slots):
