@@ -1,4 +1,4 @@
-"""Who sees what happens in a room: the clients in its seats, through their views, and those who watch."""
+"""Everybody in a room: the clients in its seats, through their views, and the watchers."""
 
 from __future__ import annotations
 
@@ -35,19 +35,14 @@ class Audience:
     def _views(self) -> list[SeatView | Connection]:
         return [*(seat.view for seat in self._seats if seat.view is not None), *self.watchers]
 
-    def tell(self, message: protocol.ServerMessage) -> None:
-        """Send a message to everybody."""
+    def send(self, message: protocol.ServerMessage | bytes) -> None:
+        """Send everybody a message, or bytes that must arrive."""
         for view in self._views:
-            view.send(message)
+            view.send_bytes(message) if isinstance(message, bytes) else view.send(message)
 
     def notice(self, text: str) -> None:
-        """Tell everybody something in words."""
-        self.tell(protocol.Notice(text=text))
-
-    def send_bytes(self, data: bytes) -> None:
-        """Send everybody something binary that must arrive."""
-        for view in self._views:
-            view.send_bytes(data)
+        """Send everybody a notice."""
+        self.send(protocol.Notice(text=text))
 
     def show(self, frame: bytes, sequence: int) -> None:
         """Show everybody a frame."""
@@ -55,18 +50,18 @@ class Audience:
             view.show(frame, sequence)
 
     def welcome(self, view: SeatView | Connection) -> None:
-        """Tell everybody the room's state, now that one more is here, and that one at once."""
-        self.tell_state()
+        """Send the room's state to everybody, and to a newcomer at once."""
+        self.send_state()
         if self._later is not None:
             view.send(self._state())
 
-    def tell_state(self) -> None:
-        """Tell everybody the room's state; a little later if it changes too often."""
+    def send_state(self) -> None:
+        """Send everybody the room's state; a little later if it changes too often."""
         if self._limit.take():
-            self.tell(self._state())
+            self.send(self._state())
         elif self._later is None:
-            self._later = asyncio.get_running_loop().call_later(SEND_S, self._tell_later)
+            self._later = asyncio.get_running_loop().call_later(SEND_S, self._send_later)
 
-    def _tell_later(self) -> None:
+    def _send_later(self) -> None:
         self._later = None
-        self.tell(self._state())
+        self.send(self._state())

@@ -20,7 +20,7 @@ from swarm_pz.play.server.rendered_command import is_rendered_at_once, render
 from swarm_pz.play.server.replays import ReplaySession
 from swarm_pz.play.server.responses import SAVED, ReadyRule, check_rules
 from swarm_pz.play.server.room import Room
-from swarm_pz.play.server.room_settings import settings_of
+from swarm_pz.play.server.room_settings import RoomPlan, resumed, table_config
 from swarm_pz.play.strokes import mapping_of
 
 HELLO_S = 10.0
@@ -202,10 +202,11 @@ class ClientHandler:
             raise RefusedError("not_valid", "a player besides oneself has a seat only if one watches")
         policies = {"red": message.player, _facing(message.seat): message.opponent}
         named = [self._lobby.check_policy(name) for name in policies.values() if name is not None]
-        room = self._lobby.open_room(message.settings, address=self._connection.address, policies=len(named))
-        room.once, room.lesson, room.seed = message.once, message.lesson, message.seed
+        config = table_config(message.settings, self._lobby.context.table)
+        plan = RoomPlan(config=config, once=message.once, lesson=message.lesson, seed=message.seed)
+        room = self._lobby.open_room(plan, self._connection.address, len(named))
         self._enter(room, message.seat, message.label, policies)
-        given, fitting = room.config.mapping, mapping_of(room.config.game)
+        given, fitting = config.mapping, mapping_of(config.game)
         if given != fitting:
             text = f"under these rules drones hardly follow drawings of the mapping {given}: open a room with {fitting}"
             self._connection.send(protocol.Notice(text))
@@ -313,8 +314,8 @@ class ClientHandler:
             moment = await replay.moment()
             if moment.game.over:
                 raise RefusedError("not_valid", "the game is over at this moment; go back to an earlier one")
-            address, policies = self._connection.address, int(opponent is not None)
-            room = self._lobby.open_room(settings_of(moment.game.config), moment, address, policies)
+            policies = int(opponent is not None)
+            room = self._lobby.open_room(resumed(moment), self._connection.address, policies)
             self._enter(room, message.seat, "", {_facing(message.seat): opponent})
 
         self._navigate("take_over", go_on)
@@ -329,7 +330,7 @@ class ClientHandler:
             raise RefusedError("not_valid", reason)
         team = room.commanding(self._connection).team
         if self._rendering is None and is_rendered_at_once(message, room.reader, team):
-            rendered = render(message, room.reader, room.config.mapping, team, message.number)
+            rendered = render(message, room.reader, room.plan.config.mapping, team, message.number)
             room.command(self._connection, message, rendered)
         else:
             self._command = room, message
@@ -344,7 +345,7 @@ class ClientHandler:
         self._rendering = None
 
     async def _render_one(self, room: Room, message: protocol.CommandMessage) -> None:
-        team, reader, mapping = room.commanding(self._connection).team, room.reader, room.config.mapping
+        team, reader, mapping = room.commanding(self._connection).team, room.reader, room.plan.config.mapping
         rendered = await self._lobby.commands.render(message, reader, mapping, team, message.number)
         if room is self._room:
             room.command(self._connection, message, rendered)
@@ -366,7 +367,7 @@ class ClientHandler:
             for rule in message.rules:
                 command = None
                 if rule.do.policy is None:
-                    given = room.reader, room.config.mapping, seat.team, 0, SAVED
+                    given = room.reader, room.plan.config.mapping, seat.team, 0, SAVED
                     command = (await self._lobby.commands.render(rule.do, *given)).command
                 rules.append(ReadyRule(rule, command))
             if room is self._room:

@@ -18,18 +18,18 @@ import numpy as np
 from swarm_pz.config import RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
 from swarm_pz.errors import FlightError
 from swarm_pz.play import protocol
-from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
+from swarm_pz.play.game import Captured, InForce, LiveGame
 from swarm_pz.play.protocol import EndedBy, Header, Outcome, SeatDelays, SeatEvent, SeatMessage
 from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.recorder import Recorder
-from swarm_pz.play.recordings.recording import FRAME_TICKS, Moment, reason_of_end
+from swarm_pz.play.recordings.recording import FRAME_TICKS, reason_of_end
 from swarm_pz.play.server.audience import Audience
 from swarm_pz.play.server.delays import Measured
 from swarm_pz.play.server.game_log import GameLog
 from swarm_pz.play.server.incoming_commands import IncomingCommands
 from swarm_pz.play.server.policy_workers import Answer, SeatPolicy
 from swarm_pz.play.server.rendered_command import target_of
-from swarm_pz.play.server.room_settings import Hosted
+from swarm_pz.play.server.room_settings import RoomPlan
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.server_context import GameClock, ServerContext
 from swarm_pz.play.server.views import frame_of
@@ -95,37 +95,32 @@ class LiveSession:
     Commands count from the countdown on, and policies are asked for their first ones in it. Those come into force at
     the first tick, which is played when the countdown is over and every policy has answered or failed to.
 
-    - `name`: what no other session has; its recording is called so.
-    - `seed`: of the start; each policy's random stream is a child of it.
+    - `name`: unique; the recording has it.
     - `began`: called when the clock runs, and the recording with it.
-    - `refused`: told why the game cannot begin after all; it is to be called off.
-    - `over`: told the outcome, and what ended the game; nothing comes after it.
-    - `moment`: of a recorded game, to go on from; its start and rules are this game's, then.
-    - `lesson`: it is a lesson, not a match.
-    - `hosted`: it goes on though nobody sees it, and has a recording of another name.
+    - `refused`: called with the reason why the game cannot begin after all; it is to be called off.
+    - `over`: called with the outcome and what ended the game; nothing comes after it.
     - `sizes`: drones of red and blue, once a second since the start.
-    - `starts_ms`: when the countdown is over, on the server's clock.
-    - `forfeit`: how a control system failed, so that its side lost; empty if none did.
+    - `starts_ms`: end of the countdown, on the server's clock.
+    - `forfeit`: failure of a control system, by which its side lost; empty if none failed.
     - `ended`: nothing comes after this.
     """
 
     def __init__(
         self,
         name: str,
-        config: TableConfig,
-        seed: int,
+        plan: RoomPlan,
         seats: Sequence[Seat],
         audience: Audience,
         context: ServerContext,
+        *,
         began: Callable[[], None],
         refused: Callable[[str], None],
         over: Callable[[Outcome, EndedBy], None],
-        moment: Moment | None = None,
-        lesson: bool = False,
-        hosted: Hosted | None = None,
     ) -> None:
-        self.config, self._seats, self._audience, self._context = config, seats, audience, context
-        self._began, self._refused, self._over, self._hosted = began, refused, over, hosted
+        config, seed, moment = plan.config, plan.seed or 0, plan.moment
+        self.config, self._hosted = config, plan.hosted
+        self._seats, self._audience, self._context = seats, audience, context
+        self._began, self._refused, self._over = began, refused, over
         self.game = moment.game if moment is not None else LiveGame(config, seed)
         self.sizes = moment.sizes if moment is not None else [self.game.sizes]
         self.starts_ms = context.now_ms() + 1000.0 * context.countdown_s
@@ -141,9 +136,10 @@ class LiveSession:
             red=red,
             blue=blue,
             origin=moment.origin if moment is not None else None,
-            lesson=lesson,
+            lesson=plan.lesson,
         )
-        path = context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}" if hosted is None else hosted.path
+        path = context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}"
+        path = plan.hosted.path if plan.hosted is not None else path
         self.recorder = Recorder(path, header)
         self.log = GameLog(self.recorder, header, self.game, context.now_ms)
         self.commands = IncomingCommands(self.game, config.factors, self.log)

@@ -11,12 +11,12 @@ from collections.abc import Coroutine, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from swarm_pz.errors import ConfigError, OutputError, RecordingError
+from swarm_pz.errors import OutputError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import installed_systems
 from swarm_pz.play.opponents import opponents_among
 from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
-from swarm_pz.play.recordings.recording import Moment, Recording
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import trial_rows
 from swarm_pz.play.recordings.summary import Summaries, Summary
 from swarm_pz.play.server.connection import RefusedError
@@ -24,7 +24,7 @@ from swarm_pz.play.server.limits import AddressLimits
 from swarm_pz.play.server.rendered_command import CommandWorker
 from swarm_pz.play.server.replays import OpenedRecording, Replays, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, Room
-from swarm_pz.play.server.room_settings import POLICY_COST, Hosted, settings_of
+from swarm_pz.play.server.room_settings import POLICY_COST, RoomPlan
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.server_context import ServerContext, check_folder
 from swarm_pz.play.server.worker import Worker
@@ -128,13 +128,10 @@ class Lobby:
             raise RefusedError("unknown", f"there is no room {code}")
         return room
 
-    def open_room(
-        self, settings: protocol.Settings, moment: Moment | None = None, address: str = "", policies: int = 0
-    ) -> Room:
-        """Return a new room for so many policies, perhaps one in which a recorded game goes on.
+    def open_room(self, plan: RoomPlan, address: str = "", policies: int = 0) -> Room:
+        """Return a new room for so many policies.
 
-        Raises RefusedError if there are too many, in all or of its address, there is no such game, or games cannot be
-        recorded.
+        Raises RefusedError if there are too many, in all or of its address, or games cannot be recorded.
         """
         if not self._openings.of(address).take():
             raise RefusedError("full", "your network opens rooms too fast; wait for some seconds, or join one")
@@ -143,10 +140,7 @@ class Lobby:
         except OutputError as error:
             log.warning("%s", error)
             raise RefusedError("not_valid", "games cannot be recorded on this server now; tell who runs it") from error
-        try:
-            room = Room(self._new_code(), settings, self.context, moment, address)
-        except ConfigError as error:
-            raise RefusedError("not_valid", str(error)) from error
+        room = Room(self._new_code(), plan, self.context, address)
         self.make_way(room, policies)
         self.rooms[room.code] = room
         return room
@@ -178,12 +172,11 @@ class Lobby:
         for other in set(self.rooms.values()) - {room, *kept}:
             self.close_room(other)
 
-    def open_hosted(self, hosted: Hosted) -> Room:
-        """Return a new room of a host."""
+    def open_hosted(self, plan: RoomPlan) -> Room:
+        """Return a new room of a study."""
         code = self._new_code()
-        room = self.rooms[code] = Room(code, settings_of(hosted.config), self.context, hosted=hosted)
-        room.once = True
-        return room
+        self.rooms[code] = Room(code, plan, self.context)
+        return self.rooms[code]
 
     def _new_code(self) -> str:
         code = ""

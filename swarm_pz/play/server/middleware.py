@@ -74,7 +74,7 @@ class AccessMiddleware:
 
     def _fault(self, scope: Scope, address: str) -> tuple[int, str]:
         """Return the status and the reason by which a request is refused; 0 lets it in."""
-        if len(scope["path"]) + len(scope["query_string"]) > MOST_PATH_BYTES:
+        if len(scope["path"]) + len(scope.get("query_string", b"")) > MOST_PATH_BYTES:
             return 414, f"a path may have {MOST_PATH_BYTES} bytes here\n"
         headers = Headers(scope=scope)
         host, origin = headers.get("host", "").lower(), headers.get("origin")

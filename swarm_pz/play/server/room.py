@@ -1,4 +1,4 @@
-"""A room: two seats, who watches, and the games between them, one after the other."""
+"""A room: two seats, its watchers, and the games between the seats, one after the other."""
 
 from __future__ import annotations
 
@@ -6,21 +6,20 @@ import logging
 import secrets
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.commands import CommandReader
-from swarm_pz.play.factors import Factors
 from swarm_pz.play.protocol import EndedBy, Outcome, SeatEvent
-from swarm_pz.play.recordings.recording import Moment
 from swarm_pz.play.server.audience import Audience
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.live_session import LiveSession
 from swarm_pz.play.server.rendered_command import RenderedCommand
 from swarm_pz.play.server.responses import ReadyRule
-from swarm_pz.play.server.room_settings import POLICY_COST, Hosted, cost_of, settings_of, table_config
+from swarm_pz.play.server.room_settings import POLICY_COST, RoomPlan, cost_of, settings_of
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 from swarm_pz.play.server.server_context import ServerContext
@@ -29,44 +28,25 @@ from swarm_pz.play.server.views import frame_of, target_message
 AWAY_S = 60.0
 """Seconds that a seat waits between games for a client whose connection was lost."""
 PAUSE_S = 1.0
-"""Seconds after a countdown was called off in which none begins: to begin one is work."""
+"""Seconds between a countdown that was called off and the next one: to begin one is work."""
 MOST_WATCHERS = 50
 log = logging.getLogger("swarm_pz.play")
 
 
 class Room:
-    """A room; see the module.
+    """Two seats, and the games between them.
 
-    - `moment`: of a recorded game, that the first game here goes on from.
     - `address`: of the client that opened it.
-    - `hosted`: what a host has decided, in place of the settings and of who is in it.
     - `session`: the game that counts down, is played, or was played last.
     - `outcome`, `ended_by`: of that game, once it is over.
-    - `seed`: of the next game's start; None takes any. After a countdown that was called off it is the same.
-    - `once`: one game is played here, between those who sat down for it, and no more.
-    - `lesson`: its games are lessons, and their recordings say so.
-    - `last_used`: when anything was last done here.
+    - `last_used`: time of the latest change.
     """
 
-    def __init__(
-        self,
-        code: str,
-        settings: protocol.Settings,
-        context: ServerContext,
-        moment: Moment | None = None,
-        address: str = "",
-        hosted: Hosted | None = None,
-    ) -> None:
-        self.code, self.address, self.moment, self.hosted, self._context = code, address, moment, hosted, context
-        if hosted is not None:
-            self.config = hosted.config
-        elif moment is None:
-            self.config = table_config(settings, context.table)
-        else:  # by its rules; what was varied then is not varied now
-            self.config = moment.game.config.replace(factors=(Factors(), Factors()))
-        self.settings, self._game_cost = settings_of(self.config), cost_of(self.config)
-        self.reader = CommandReader(self.config.game)
-        red, blue = (Seat(team, self.config, code, context.workers) for team in range(2))
+    def __init__(self, code: str, plan: RoomPlan, context: ServerContext, address: str = "") -> None:
+        self.code, self.plan, self.address, self._context = code, plan, address, context
+        self.settings, self._game_cost = settings_of(plan.config), cost_of(plan.config)
+        self.reader = CommandReader(plan.config.game)
+        red, blue = (Seat(team, plan.config, code, context.workers) for team in range(2))
         self.seats = red, blue
         self.audience = Audience(self.seats, self._state)
         self.session: LiveSession | None = None
@@ -74,19 +54,17 @@ class Room:
         self.ended_by: EndedBy | None = None
         self._before: tuple[LiveSession | None, Outcome | None] = None, None
         """The session before the one that counts down, and its outcome."""
-        self.seed = hosted.seed if hosted is not None else None
-        self.once = self.lesson = False
         self.last_used = time.monotonic()
         self._games = 0
         self._called_off_at = -PAUSE_S
         self._is_called_for = False
-        """Somebody who watches wants two policies to begin."""
+        """A watcher wants two policies to begin."""
 
-    # --- its state --------------------------------------------------------------------------------
+    # --- state ------------------------------------------------------------------------------------
 
     @property
     def phase(self) -> Literal["waiting", "starting", "playing", "over"]:
-        """How far its latest game is."""
+        """The phase of the latest game."""
         if self.session is None:
             return "waiting"
         if self.outcome is not None:
@@ -95,7 +73,7 @@ class Room:
 
     @property
     def cost(self) -> float:
-        """What its games and policies take of the server, as `cost_of` says."""
+        """Cost of its games and policies for the server, as `cost_of` says."""
         return self._game_cost + POLICY_COST * sum(seat.policies for seat in self.seats)
 
     @property
@@ -115,7 +93,7 @@ class Room:
 
     def _changed(self) -> None:
         self.last_used = time.monotonic()
-        self.audience.tell_state()
+        self.audience.send_state()
 
     def _state(self) -> protocol.RoomState:
         session, outcome, phase = self.session, self.outcome, self.phase
@@ -129,10 +107,10 @@ class Room:
             sizes=session.sizes if session is not None else [],
             outcome=outcome,
             recording=session.recorder.path.name if session is not None and outcome else None,
-            min_command_interval=self.config.min_command_interval,
+            min_command_interval=self.plan.config.min_command_interval,
             starts_ms=session.starts_ms if session is not None and phase == "starting" else None,
             ended_by=self.ended_by if outcome is not None else None,
-            once=self.once,
+            once=self.plan.once,
             forfeit=session.forfeit if session is not None and outcome is not None else "",
         )
 
@@ -140,13 +118,13 @@ class Room:
         if self.session is not None and self.is_on:
             self.session.note(seat, event)
 
-    # --- who is here ------------------------------------------------------------------------------
+    # --- clients ----------------------------------------------------------------------------------
 
     def _held_by(self, connection: Connection) -> Seat | None:
         return next((seat for seat in self.seats if seat.connection is connection), None)
 
     def seat_of(self, connection: Connection) -> Seat:
-        """Return a connection's seat, or refuse one that has none."""
+        """Return a connection's seat, or refuse one without a seat."""
         if (seat := self._held_by(connection)) is None:
             raise RefusedError("out_of_turn", "only players in this room may do that; take a seat first")
         return seat
@@ -161,17 +139,17 @@ class Room:
         seat.check_side()
         self.audience.watchers.discard(connection)
         seat.take(connection.kind, label)
-        seat.help(self._go_on)
+        seat.help(self._policy_changed)
         self._enter(seat, connection)
         return seat
 
     def reserve(self, team: int) -> None:
         """Keep a seat for a person, who comes with its token."""
         self.seats[team].take("person")
-        self.seats[team].help(self._go_on)
+        self.seats[team].help(self._policy_changed)
 
     def resume(self, connection: Connection, seat: Seat) -> None:
-        """Give a seat back to a client that has its token; another connection that has it is told and left."""
+        """Give a seat back to a client with its token; another connection in it is displaced."""
         displaced = seat.connection
         if displaced is not None and displaced is not connection:
             self._note(seat, "displaced")
@@ -185,13 +163,13 @@ class Room:
         self._note(seat, "connected")
         self._welcome(view)
         seat.show_target()
-        seat.tell_acting()
-        if self.hosted is not None and self.session is None:
+        seat.send_acting()
+        if self.plan.hosted is not None and self.session is None:
             seat.ready = True
             self._begin_if_ready()
 
     def watch(self, connection: Connection) -> None:
-        """Let somebody watch who has no seat here."""
+        """Let a client without a seat watch."""
         if self._held_by(connection) is not None:
             raise RefusedError("out_of_turn", "you have a seat in this room and see its games; leave it first to watch")
         if len(self.audience.watchers - {connection}) >= MOST_WATCHERS:
@@ -201,19 +179,19 @@ class Room:
 
     def _welcome(self, view: SeatView | Connection) -> None:
         self.audience.welcome(view)
-        if self.moment is not None and self.config.speed != 1.0:
-            text = f"this game goes on as it was played: at {self.config.speed:g} times the speed"
-            view.send(protocol.Notice(text=text))
+        moment, speed = self.plan.moment, self.plan.config.speed
+        if moment is not None and speed != 1.0:
+            view.send(protocol.Notice(text=f"this game goes on as it was played: at {speed:g} times the speed"))
         if self.session is not None:
             view.send_bytes(self.session.frame(keyframe=True))
-        elif self.moment is not None:  # one decides whether one is ready with the board in view
-            simulator, now = self.moment.game.simulator, self._context.now_ms()
-            view.send_bytes(frame_of(simulator, 0, now, altitudes=True, fields=True))
+        elif moment is not None:  # players see the board before they are ready
+            now = self._context.now_ms()
+            view.send_bytes(frame_of(moment.game.simulator, 0, now, altitudes=True, fields=True))
 
     def invite(self, connection: Connection, side: protocol.Side, policy: str | None) -> None:
         """Let a player give a seat to a policy, or free it."""
         self.seat_of(connection)
-        if self.once:
+        if self.plan.once:
             raise RefusedError("out_of_turn", "one game is played here, against the opponent it was opened with")
         self.place_policy(side, policy)
 
@@ -230,7 +208,7 @@ class Room:
             raise RefusedError("not_valid", reason)
         seat.free()
         if policy is not None:
-            seat.give(policy, self._go_on)
+            seat.give(policy, self._policy_changed)
         self._changed()
 
     def leave(self, connection: Connection) -> None:
@@ -251,14 +229,14 @@ class Room:
         self._changed()
 
     def free_absent(self) -> None:
-        """Between games, free the seats of players who have been away for long; a host decides that itself."""
-        for seat in self.seats if self.hosted is None else ():
+        """Between games, free the seats of players who have been away for long, unless a study hosts them."""
+        for seat in self.seats if self.plan.hosted is None else ():
             is_away = seat.kind in ("person", "program") and seat.connection is None
             if is_away and self.phase != "playing" and time.monotonic() - seat.away_since > AWAY_S:
                 seat.free()
                 self._changed()
 
-    # --- what players do --------------------------------------------------------------------------
+    # --- commands ---------------------------------------------------------------------------------
 
     def commanding(self, connection: Connection) -> Seat:
         """Return the seat of a client that may command now, or refuse."""
@@ -274,26 +252,26 @@ class Room:
         self.session.game.check_size(rendered.command)
         self.session.commands.submit(rendered.command, message.strokes, message.timing)
         connection.send(protocol.Received(number=message.number, server_ms=self._context.now_ms()))
-        if not seat.helper:  # else it is shown what is made of it, once that is in force
+        if not seat.helper:  # else the mixture is shown once it is in force
             seat.show_target(rendered.target)
 
     def respond(self, connection: Connection, rules: list[ReadyRule]) -> None:
-        """Set the automatic responses of a seat, in place of those that it had."""
+        """Replace the automatic responses of a seat."""
         self.seat_of(connection).respond(rules)
 
     def painted(self, connection: Connection, message: protocol.Painted) -> None:
-        """Note when a command's effect was first seen."""
+        """Record when a command's effect was first seen."""
         seat = self.seat_of(connection)
         if self.session is not None and self.phase == "playing":
             number, ms = message.number, message.painted_ms
             self.session.recorder.write(protocol.SeatPainted(seat=seat.side, number=number, painted_ms=ms))
 
     def visibility(self, connection: Connection, hidden: bool) -> None:
-        """Note that a player's page was hidden or shown."""
+        """Record that a player's page was hidden or shown."""
         if (seat := self._held_by(connection)) is not None:
             self._note(seat, "hidden" if hidden else "shown")
 
-    # --- how its games begin ----------------------------------------------------------------------
+    # --- beginning --------------------------------------------------------------------------------
 
     @property
     def _taking_part(self) -> list[Seat]:
@@ -304,8 +282,8 @@ class Room:
         return all(seat.kind == "policy" for seat in self._taking_part)
 
     def ready(self, connection: Connection, ready: bool) -> None:
-        """Mark a seat as ready; the game begins when both can play. Whoever is here begins one of two policies."""
-        if self.once and self.outcome is not None:
+        """Mark a seat as ready; the game begins when both can play. Anybody here may begin one of two policies."""
+        if self.plan.once and self.outcome is not None:
             raise RefusedError("out_of_turn", "one game is played here, and it is over")
         own = None if self._is_of_policies else self.seat_of(connection)
         if self.phase == "playing":
@@ -325,24 +303,38 @@ class Room:
         self._begin_if_ready()
 
     def _begin_if_ready(self) -> None:
-        """Begin to count down if everybody can play; tell the room's state."""
+        """Begin to count down if everybody can play; send the room's state."""
         is_wanted = self._is_called_for or not self._is_of_policies
         if is_wanted and not self.is_on and all(seat.can_play for seat in self._taking_part):
             self._begin()
         else:
             self._changed()
 
-    def _go_on(self) -> None:
-        """Begin what waited for a policy, if that can play now."""
+    def _policy_changed(self) -> None:
+        """Begin a game that waited for a policy, if that can play now."""
         try:
             self._begin_if_ready()
         except RefusedError as error:
             self.audience.notice(str(error))
 
     def _begin(self) -> None:
-        if self.seed is None:
-            self.seed = self.moment.seed if self.moment is not None else secrets.randbelow(2**32)
-        session = self._new_session(self.seed)
+        if self.plan.seed is None:  # it stays when the countdown is called off
+            self.plan = replace(self.plan, seed=secrets.randbelow(2**32))
+        try:
+            session = LiveSession(
+                f"{self.code}-{self._games + 1}",
+                self.plan,
+                self.seats,
+                self.audience,
+                self._context,
+                began=self._began,
+                refused=self._refused,
+                over=self._over,
+            )
+        except Exception as error:  # of a control system of another package, perhaps
+            log.exception("a game did not begin")
+            reason = str(error) if isinstance(error, SwarmError) else "the server could not do that"
+            raise RefusedError("not_valid", f"the game cannot begin: {reason}") from error
         self._before = self.session, self.outcome
         self.session, self.outcome = session, None
         for seat in self.seats:
@@ -351,21 +343,9 @@ class Room:
             if seat.connection is not None:
                 session.note(seat, "connected")  # before all that is done in the countdown
         self._changed()
-        self.audience.send_bytes(session.frame(keyframe=True))
+        self.audience.send(session.frame(keyframe=True))
         for seat in self.seats:
             seat.show_target()
-
-    def _new_session(self, seed: int) -> LiveSession:
-        """Return a game that counts down, or refuse."""
-        name = f"{self.code}-{self._games + 1}"
-        told = self._began, self._refused, self._over
-        more = self.moment, self.lesson, self.hosted
-        try:
-            return LiveSession(name, self.config, seed, self.seats, self.audience, self._context, *told, *more)
-        except Exception as error:  # of a control system of another package, perhaps
-            log.exception("a game did not begin")
-            reason = str(error) if isinstance(error, SwarmError) else "the server could not do that"
-            raise RefusedError("not_valid", f"the game cannot begin: {reason}") from error
 
     def _refused(self, reason: str) -> None:
         self._call_off()
@@ -379,16 +359,16 @@ class Room:
 
     def _began(self) -> None:
         self._games += 1
-        self.seed = self.moment = None
+        self.plan = replace(self.plan, seed=None, moment=None)
         self._before = None, None
         self._is_called_for = False
         self._only_policies_are_ready()
         for seat in self.seats:
-            if seat.token and self.session is not None and self.hosted is None:  # a host's games lead nobody back
+            if seat.token and self.session is not None and self.plan.hosted is None:  # a study's games lead nobody back
                 self._context.seat_index.note(seat.token, self.session.recorder.path.name)
         self._changed()
 
-    # --- how they end -----------------------------------------------------------------------------
+    # --- end --------------------------------------------------------------------------------------
 
     def _call_off(self) -> None:
         """Take back a game that counts down, if there is one."""
@@ -406,8 +386,8 @@ class Room:
             if seat.gone:
                 seat.free()
         self._changed()
-        if self.hosted is not None:
-            self.hosted.over()
+        if self.plan.hosted is not None:
+            self.plan.hosted.over()
 
     def stop(self) -> None:
         """End the game, if one is running, and finish its file."""

@@ -1,4 +1,4 @@
-"""A room's settings, as clients know them, and the table that they ask for."""
+"""A room's settings, as clients know them, and the plan of its games."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.config.registry import system_of
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.play import protocol
+from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import TableConfig
+from swarm_pz.play.recordings.recording import Moment
 
 _PLAIN_COST = 0.8
-"""What every game takes of the server, in games of 10 against 10 by `ergodic` at normal speed."""
+"""Cost of any game for the server, in games of 10 against 10 by `ergodic` at normal speed."""
 _COSTS = {
     "ergodic": (0.0, 0.01),
     "direct": (1.2, 0.01),
@@ -24,7 +26,7 @@ _COSTS = {
     "kernel_ergodic": (1.0, 0.08),
     "leader_follower": (2.9, 0.08),
 }
-"""What a team that a control system flies takes besides, and each of its drones, as measured on one game by itself."""
+"""Cost of a team besides, by its control system, and of each of its drones, as measured on single games."""
 _UNKNOWN_COST = 3.0, 0.1
 """The same, of another package's system."""
 POLICY_COST = 0.25
@@ -35,17 +37,38 @@ _UNTIMED = 1e6
 
 @dataclass(frozen=True, kw_only=True)
 class Hosted:
-    """What a host has decided of a room: one game, which begins when all who have a seat are there.
+    """A room whose game a study decides: it begins when its participants are there, and goes on unseen.
 
-    - `seed`: of the game's start.
-    - `path`: of its recording.
-    - `over`: told when the game has ended.
+    - `path`: of the recording.
+    - `over`: called when the game has ended.
+    """
+
+    path: Path
+    over: Callable[[], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoomPlan:
+    """The games of a room.
+
+    - `seed`: of the next game's start; None draws one.
+    - `moment`: of a recorded game, from which the next game goes on.
+    - `once`: the room has one game, between those who sat down for it.
+    - `lesson`: the games are lessons, and their recordings say so.
     """
 
     config: TableConfig
-    seed: int
-    path: Path
-    over: Callable[[], None]
+    seed: int | None = None
+    moment: Moment | None = None
+    once: bool = False
+    lesson: bool = False
+    hosted: Hosted | None = None
+
+
+def resumed(moment: Moment) -> RoomPlan:
+    """Return the plan of a room that goes on from a moment: by its rules, without what was varied then."""
+    config = moment.game.config.replace(factors=(Factors(), Factors()))
+    return RoomPlan(config=config, seed=moment.seed, moment=moment)
 
 
 def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig:
@@ -66,7 +89,7 @@ def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig
 
 
 def cost_of(config: TableConfig) -> float:
-    """Return what a game takes of the server, in games of 10 against 10 by `ergodic` at normal speed."""
+    """Return the cost of a game for the server, in games of 10 against 10 by `ergodic` at normal speed."""
     cost = _PLAIN_COST
     for size, system in zip(config.game.team_sizes, config.game.team_systems, strict=True):
         team, drone = _COSTS.get(system.name, _UNKNOWN_COST)
@@ -75,7 +98,7 @@ def cost_of(config: TableConfig) -> float:
 
 
 def _system(name: str | None, team: int, rules: GameConfig) -> ControlSystem:
-    """Return what a room wants to fly a team: of the table's own systems the one of that name, with its numbers."""
+    """Return a team's control system; one of the table keeps its numbers."""
     own = rules.team_systems
     if name is None:
         return own[team]

@@ -136,7 +136,7 @@ class Seat:
             reason = f"{self.helper} shares this seat's commands: it takes no automatic responses"
             raise RefusedError("not_valid", reason)
         if self.responses is None:
-            self.responses = Responses(self.team, self._load, self.tell_acting, self._rule_failed)
+            self.responses = Responses(self.team, self._load, self.send_acting, self._rule_failed)
         self.responses.replace(rules)
 
     def drop_responses(self) -> None:
@@ -176,7 +176,7 @@ class Seat:
         if self.view is not None and self.target:
             self.view.send_bytes(self.target)
 
-    def tell_acting(self) -> None:
+    def send_acting(self) -> None:
         """Tell its client which automatic response commands now."""
         if self.responses is not None:
             rule, sender = self.responses.acting

@@ -12,7 +12,7 @@ from swarm_pz.errors import SwarmError
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.room import Room
-from swarm_pz.play.server.room_settings import Hosted
+from swarm_pz.play.server.room_settings import Hosted, RoomPlan
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step
@@ -98,8 +98,9 @@ class StudyGames:
         red, blue = (condition.bare if team in seats else Factors(speed=condition.speed) for team in range(2))
         table = self._lobby.context.table.replace(game=condition.game(study.rules), mapping=None, factors=(red, blue))
         path, seed = self._folder.recording(players[0], step), self._folder.seed_of(step)
-        hosted = Hosted(config=table, seed=seed, path=path, over=lambda: self._over(game))
-        game = StudyGame(players, self._lobby.open_hosted(hosted), seats)
+        hosted = Hosted(path=path, over=lambda: self._over(game))
+        plan = RoomPlan(config=table, seed=seed, once=True, hosted=hosted)
+        game = StudyGame(players, self._lobby.open_hosted(plan), seats)
         for team in seats:
             game.room.reserve(team)
         if len(players) == 1:

@@ -9,6 +9,7 @@ import pytest
 
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play import protocol
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.server import lobby as lobby_module
 from swarm_pz.play.server import rendered_command
 from swarm_pz.play.server.app import Server
@@ -19,6 +20,7 @@ from swarm_pz.play.server.lobby import MOST_GUESSES, MOST_READING
 from swarm_pz.play.server.middleware import MOST_CONNECTIONS, MOST_PATH_BYTES
 from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.room import MOST_WATCHERS
+from swarm_pz.play.server.room_settings import RoomPlan
 from tests.play.recordings.games import record
 from tests.play.recordings.test_playback import CALM
 from tests.play.server.test_client_handler import Guest, Hall
@@ -184,7 +186,7 @@ async def test_an_address_that_opens_room_after_room_leaves_most_of_them_to_othe
 
 
 async def test_a_room_has_so_many_watchers(hall):
-    room = hall.open_room(protocol.Settings())
+    room = hall.open_room(RoomPlan(config=TableConfig()))
     watchers = [Client() for _ in range(MOST_WATCHERS)]
     for watcher in watchers:
         room.watch(watcher)
@@ -195,7 +197,7 @@ async def test_a_room_has_so_many_watchers(hall):
 
 
 async def test_an_address_that_guesses_codes_is_told_of_no_room_any_more(hall, clock):
-    room = hall.open_room(protocol.Settings())
+    room = hall.open_room(RoomPlan(config=TableConfig()))
     for _ in range(MOST_GUESSES):
         assert code_of(hall.find_room, "0000", ATTACKER) == "unknown"
     assert code_of(hall.find_room, room.code, ATTACKER) == "too_many"

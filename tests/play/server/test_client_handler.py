@@ -158,7 +158,7 @@ async def test_what_a_client_says_reaches_its_room_and_its_connection(hall):
     assert red.say(protocol.Visibility(hidden=True)) is None, "wherever one is"
     red.say(protocol.Create(lesson=True))
     room = hall.room()
-    assert room.lesson
+    assert room.plan.lesson
     assert blue.say(protocol.Join(room.code.lower(), "blue", "P2")) is None and room.seats[1].label == "P2"
     assert red.say(protocol.Invite("blue", "nobody")) == "unknown"
     red.say(protocol.Ready())
@@ -247,7 +247,7 @@ async def test_a_take_over_is_against_whoever_sat_there(message, policies, hall)
     assert guest.say(message) is None
     await until(lambda: hall.rooms)
     room = hall.room()
-    assert room.moment.origin.tick == 45 and room.config == CALM
+    assert room.plan.moment.origin.tick == 45 and room.plan.config == CALM
     assert [seat.policy for seat in room.seats] == policies
     assert room.seats[("red", "blue").index(message.seat)].connection is guest
     assert guest.say(protocol.Seek(3)) == "out_of_turn", "what was watched is over"

@@ -52,7 +52,7 @@ async def test_policies_are_asked_once_a_command_period_and_only_when_they_have_
         answered.set()
         await until(lambda: len(read(room).of(SeatCommand)) >= 8)
         assert periods(RED) == [0, 1, 4] and periods(BLUE) == [0, 1, 2, 3, 4]
-        config, seed, lines = room.config, read(room).header.seed, read(room).of(SeatCommand)
+        config, seed, lines = room.plan.config, read(room).header.seed, read(room).of(SeatCommand)
     assert {(line.team, line.number) for line in lines} == {(0, 1), (0, 2), (0, 3), *((1, n) for n in range(1, 6))}
     assert all(line.density[0][1] == (1.0 if line.team == RED else 0.75) for line in lines)
     assert all((seat.policy, seat.game) == (("one", "two")[seat.team], config.game) for seat, _ in workers.asked)
@@ -136,8 +136,7 @@ async def test_what_players_say_more_than_a_flush_writes_does_not_heap_up(tmp_pa
 
 @pytest.mark.parametrize(("majority", "outcome"), [(False, "draw"), (True, "blue")])
 async def test_a_game_runs_to_its_last_tick_and_its_end_is_the_end(majority, outcome, tmp_path):
-    with opened(tmp_path, red=3, blue=4, time_limit=1.0, speed=2.0, majority=majority) as room:
-        room.seed = 0
+    with opened(tmp_path, red=3, blue=4, time_limit=1.0, speed=2.0, majority=majority, seed=0) as room:
         red, _ = await running(room)
         await until(lambda: room.phase == "over")
         room.stop()
@@ -201,8 +200,7 @@ async def test_a_fault_of_the_server_stops_the_game_and_is_told(tmp_path):
     ],
 )
 async def test_a_game_that_somebody_left_says_so_and_shows_no_more_once_it_is_stopped(happens, ended_by, tmp_path):
-    with opened(tmp_path, time_limit=None) as room:
-        room.lesson = ended_by == "left"
+    with opened(tmp_path, time_limit=None, lesson=ended_by == "left") as room:
         red, blue = await running(room)
         happens(room, red, blue)
         room.stop()

@@ -17,7 +17,7 @@ from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.limits import AddressLimits
 from swarm_pz.play.server.lobby import EMPTY_S, MOST_ROOMS, MOST_ROOMS_OF_ADDRESS, OPENING_S
 from swarm_pz.play.server.room import AWAY_S
-from swarm_pz.play.server.room_settings import cost_of, table_config
+from swarm_pz.play.server.room_settings import RoomPlan, cost_of, table_config
 from tests.play.recordings.games import record
 from tests.play.server.test_client_handler import Hall
 from tests.play.server.test_room import Client
@@ -41,10 +41,14 @@ def few(lobby, monkeypatch):
     lobby._openings = AddressLimits(FEW, OPENING_S)
 
 
+def planned(**settings):
+    return RoomPlan(config=table_config(protocol.Settings(**settings), TableConfig()))
+
+
 def fill(lobby, address, count, *, watched=False, **settings):
     rooms = []
     for _ in range(count):
-        rooms.append(lobby.open_room(protocol.Settings(**settings), address=address))
+        rooms.append(lobby.open_room(planned(**settings), address))
         if watched:
             rooms[-1].watch(Client())
     return rooms

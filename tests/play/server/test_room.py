@@ -24,7 +24,7 @@ from swarm_pz.play.server.limits import RateLimit
 from swarm_pz.play.server.rendered_command import render
 from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.room import AWAY_S, Room
-from swarm_pz.play.server.room_settings import table_config
+from swarm_pz.play.server.room_settings import RoomPlan, resumed, table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.strokes import Stroke, density_of
@@ -92,7 +92,10 @@ def opened(tmp_path, workers=None, table=None, moment=None, countdown_s=0.0, **s
     """Give a room that no process thinks for, and in which nobody is captured; what runs in it ends with it."""
     workers, table = workers or Workers(), table or CALM
     shared = ServerContext(folder=tmp_path, workers=workers, table=table, countdown_s=countdown_s)
-    room = Room("ABCD", protocol.Settings(**settings), shared, moment)
+    how = {key: settings.pop(key) for key in ("seed", "lesson") if key in settings}
+    config = table_config(protocol.Settings(**settings), table) if moment is None else None
+    plan = RoomPlan(config=config, **how) if moment is None else resumed(moment)
+    room = Room("ABCD", plan, shared)
     try:
         yield room
     finally:
@@ -154,7 +157,7 @@ def watched(room):
 def give(room, client, message):
     """Let a client give a command."""
     team = room.commanding(client).team
-    room.command(client, message, render(message, room.reader, room.config.mapping, team, message.number))
+    room.command(client, message, render(message, room.reader, room.plan.config.mapping, team, message.number))
 
 
 def code_of(act, *what):
@@ -187,7 +190,7 @@ async def test_a_seat_that_is_given_up_keeps_nothing_of_who_had_it(tmp_path):
         assert seat.label == "label of red" and len(seat.token) == 32
         room.ready(red, True)
         room.leave(red)
-        free = Seat(0, room.config, "ABCD", seat.workers, away_since=seat.away_since)
+        free = Seat(0, room.plan.config, "ABCD", seat.workers, away_since=seat.away_since)
         assert seat == free and room.abandoned
         room.place_policy("red", "ring")
         state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading")
@@ -490,7 +493,7 @@ async def test_a_game_goes_on_from_a_moment_by_its_rules_and_its_rematch_does_no
     old = Recording.read(tmp_path / "old.jsonl")
     moment = LoadedRecording.read(tmp_path / "old.jsonl").moment(46)
     with opened(tmp_path, moment=moment, countdown_s=0.1) as room:
-        assert room.config == old.config
+        assert room.plan.config == old.config
         watcher = Client()
         room.watch(watcher)
         shown = decode_frame(watcher.bytes[0])
@@ -597,7 +600,7 @@ async def test_a_rooms_state_is_told_to_so_many_at_once_and_then_to_all_together
         assert told() == [4, 3, 2, 1], "four states"
         for more in (1, 2):
             for _ in range(20):
-                room.audience.tell_state()
+                room.audience.send_state()
             assert told()[0] == 3 + more, "later, and once for all that was to be told"
             await until(lambda more=more: told() == [4 + more, 3 + more, 2 + more, 1 + more])
         clients.append(Client())

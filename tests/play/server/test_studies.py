@@ -82,9 +82,9 @@ def lines_of(study, code):
 class Room:
     """A room whose game somebody else plays."""
 
-    def __init__(self, hosted):
-        self.code, self.hosted, self.phase, self.connections = "ABCD", hosted, "waiting", []
-        self.seats = tuple(Seat(team, hosted.config, self.code, None) for team in range(2))
+    def __init__(self, plan):
+        self.code, self.plan, self.phase, self.connections = "ABCD", plan, "waiting", []
+        self.seats = tuple(Seat(team, plan.config, self.code, None) for team in range(2))
         self.policies, self.session = [], SimpleNamespace(recorder=self)
 
     def reserve(self, team):
@@ -103,15 +103,15 @@ class Rooms:
     def __init__(self):
         self.context, self.rooms = SimpleNamespace(table=TableConfig()), {}
 
-    def open_hosted(self, hosted):
-        self.rooms["ABCD"] = Room(hosted)
+    def open_hosted(self, plan):
+        self.rooms["ABCD"] = Room(plan)
         return self.rooms["ABCD"]
 
     def close_room(self, room):
         was_running, room.phase = room.phase == "playing", "over"
         del self.rooms[room.code]
         if was_running:
-            room.hosted.over()
+            room.plan.hosted.over()
 
 
 @contextlib.contextmanager
@@ -320,11 +320,11 @@ def test_a_condition_is_of_its_participants_seats_and_its_speed_of_the_table(tmp
             games.open(players, step)
             opened.append(games.of(players[-1]).room)
     assert [room.policies for room in opened] == [[("red", "corners")], [("red", "uniform")], []]
-    assert {room.hosted.config.mapping for room in opened} == {"paper"}, "as these rules need it"
+    assert {room.plan.config.mapping for room in opened} == {"paper"}, "as these rules need it"
     for room in opened[:2]:
-        assert room.hosted.config.factors == (Factors(speed=0.5), Factors(command_delay_ms=300, speed=0.5))
+        assert room.plan.config.factors == (Factors(speed=0.5), Factors(command_delay_ms=300, speed=0.5))
         assert [bool(seat.token) for seat in room.seats] == [False, True]
-    assert opened[2].hosted.config.factors == (Factors(speed=2.0, hide=("opponents",)),) * 2
+    assert opened[2].plan.config.factors == (Factors(speed=2.0, hide=("opponents",)),) * 2
     assert [games.of(number).seat_of(number)["seat"] for number in (0, 2, 3)] == ["blue", "red", "blue"]
     now = time.monotonic()
     opened[2].seats[0].away_since, opened[2].seats[1].away_since = now - 20.0, now - 1.0
@@ -338,17 +338,17 @@ async def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again
         step, games = walk(walked, "practice"), StudyGames(folder, lobby)
         games.open((0,), step)
         room = lobby.rooms["ABCD"]
-        assert (room.hosted.seed, room.hosted.path) == (folder.seed_of(step), folder.recording(0, step))
+        assert (room.plan.seed, room.plan.hosted.path) == (folder.seed_of(step), folder.recording(0, step))
         room.phase = phase
         room.seats[0].away_since = time.monotonic() - away_s + 5.0
         games.look()
         assert lobby.rooms and games.of(0) is not None, "they may come back"
-        room.hosted.path.write_text("{")
+        room.plan.hosted.path.write_text("{")
         room.seats[0].away_since -= 10.0
         games.look()
         await games.close()
         assert not lobby.rooms and games.of(0) is None and walked.next == step
-        assert room.hosted.path.exists() == (phase == "waiting")
+        assert room.plan.hosted.path.exists() == (phase == "waiting")
     aside = tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl"
     assert aside.exists() == (phase == "playing")
 

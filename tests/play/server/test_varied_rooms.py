@@ -109,7 +109,7 @@ async def test_a_game_goes_by_its_speed_and_is_taken_over_without_the_other_fact
         path = room.session.recorder.path
     assert 1000.0 * recording.since_began_s(recording.end.server_ms) >= 1000.0 * recording.end.tick / 30 / 0.25 - 1.0
     with opened(tmp_path, moment=LoadedRecording.read(path).moment(0)) as room:
-        assert not room.config.varies and room.config.speed == 0.25
+        assert not room.plan.config.varies and room.plan.config.speed == 0.25
 
 
 # --- shared control -------------------------------------------------------------------------------
