@@ -10,9 +10,10 @@ from jax import numpy as jnp
 
 from swarm_pz.config import AGENTS, CHANNELS, GameConfig, ObservationConfig
 from swarm_pz.config.base import check
-from swarm_pz.jax.game import State, reset, see, step_once
+from swarm_pz.jax.game import reset, see, step_once
 from swarm_pz.jax.params import Array, Params, make_params
 from swarm_pz.jax.players import Player
+from swarm_pz.jax.state import State
 
 _CELLS = GameConfig().command_cells
 _RED, _BLUE = AGENTS

@@ -9,7 +9,7 @@ squares, since a dense image is quicker there than scattered updates.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import numpy as np
@@ -29,6 +29,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.jax.fields import cells_of, fields_of, limits_of
 from swarm_pz.jax.observations import observe
 from swarm_pz.jax.params import Array, Params
+from swarm_pz.jax.state import State
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.simulator.commands import coefficient_matrix
 
@@ -46,37 +47,6 @@ _COSINE, _SINE = (
 """Taylor's factors of cos(pi x) and sin(pi x) / x, in powers of x squared."""
 _ABSENT = -1
 _NEVER = -(10**6)
-
-
-class State(NamedTuple):
-    """All that changes in a game of N places for drones."""
-
-    tick: Array
-    """int32: since the start."""
-    positions: Array
-    """float32 (N, 2), map widths."""
-    velocities: Array
-    """float32 (N, 2), map widths a second."""
-    accelerations: Array
-    """float32 (N, 2), map widths per second squared, held between solves."""
-    teams: Array
-    """int8 (N,): 0 red, 1 blue, -1 nobody."""
-    trails: Array
-    """int16 (T, N): cells, row * 50 + column, by the tick modulo T; -1 where there is no past."""
-    occupancy: Array
-    """int16 (2, 50, 50): ticks that each team's trails count in each cell."""
-    memory: Array
-    """float32 (K, K, N): each drone's decayed sums of F_k."""
-    memory_weight: Array
-    """float32 (N,): their weight."""
-    targets: Array
-    """float32 (2, A, A): the commands in force; each sums to 1."""
-    capture_ticks: Array
-    """int32 (N,): of each drone's last capture."""
-    captures: Array
-    """int32 (2,): drones that each team has taken."""
-    recaptures: Array
-    """int32 (2,): of these, drones that it had lost within the last second."""
 
 
 def reset(key: Array, params: Params) -> tuple[dict[str, Any], State]:

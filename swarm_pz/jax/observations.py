@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 from jax import numpy as jnp
@@ -10,11 +10,9 @@ from jax import numpy as jnp
 from swarm_pz.config import GRID_CELLS, GameConfig
 from swarm_pz.jax.fields import cells_of
 from swarm_pz.jax.params import Array, Params
+from swarm_pz.jax.state import State
 from swarm_pz.kernels.observation import CAPTURES_FROM, POSITION_STEP
 from swarm_pz.spaces.observation import brightness_of_ages, coarse_interpolation
-
-if TYPE_CHECKING:
-    from swarm_pz.jax.game import State
 
 _BRIGHTNESS = brightness_of_ages(GameConfig().trail_ticks)
 

@@ -11,8 +11,9 @@ import numpy as np
 
 from swarm_pz.config import AGENTS, GameConfig
 from swarm_pz.errors import ConfigError
-from swarm_pz.jax.game import State, reset, step
+from swarm_pz.jax.game import reset, step
 from swarm_pz.jax.params import make_params
+from swarm_pz.jax.state import State
 
 _COMMANDS = 8
 
