@@ -1,4 +1,4 @@
-// Recorded games in a page: written as docs/protocol.md#recordings has them, kept in the browser, and played again.
+// Recorded games in a page: logs of its messages (docs/protocol.md#recordings), kept in the browser and played again.
 
 import { Controller } from "./controller.js";
 import { Game, PERIOD } from "./game.js";
@@ -20,14 +20,11 @@ export function headerOf(table, { red, blue, time_limit: limit, mapping, speed, 
   return { type: "game", protocol: "swarm-pz.play.v2", started: new Date().toISOString(), table: own, ...has };
 }
 
-// The files of this browser; without a folder, they last as long as the page.
+// The recordings of this browser; without a folder, they last as long as the page.
 export class Shelf {
-  constructor(folder = null) {
-    this.folder = folder;
-    this.texts = new Map();
-    this.open = new Map(); // handles of files that are written
-    this.writing = null; // until all is written that was given
-  }
+  folder; texts = new Map(); saving = null; // the last save
+
+  constructor(folder = null) { this.folder = folder; }
 
   static async find() {
     try {
@@ -35,75 +32,51 @@ export class Shelf {
     } catch { return new Shelf(); }
   }
 
-  // Add to a file, which is open until it is closed.
-  async append(name, text) {
-    if (!this.folder) this.texts.set(name, (this.texts.get(name) ?? "") + text);
-    else {
-      if (!this.open.has(name)) this.open.set(name, await (await this.folder.getFileHandle(name, { create: true })).createSyncAccessHandle());
-      const handle = this.open.get(name);
-      handle.write(new TextEncoder().encode(text), { at: handle.getSize() });
-    }
+  // Keep the messages of a game, and forget the oldest of too many games; rejected where the browser keeps no more.
+  save(name, messages) {
+    this.saving = this.write(name, messages.map((message) => `${JSON.stringify(message)}\n`).join(""));
+    return this.saving;
   }
 
-  close(name) {
-    this.open.get(name)?.close();
-    this.open.delete(name);
+  async write(name, text) {
+    if (!this.folder) this.texts.set(name, text);
+    else {
+      const file = await (await this.folder.getFileHandle(name, { create: true })).createSyncAccessHandle();
+      try {
+        file.write(new TextEncoder().encode(text), { at: 0 });
+      } catch (error) {
+        file.truncate(0);
+        throw error;
+      } finally { file.close(); }
+    }
+    for (const old of (await this.names()).slice(LISTED)) await (this.folder ? this.folder.removeEntry(old).catch(() => {}) : this.texts.delete(old));
   }
 
   async blob(name) {
-    await this.writing;
+    await this.saving?.catch(() => {});
     if (!this.folder) return this.texts.has(name) ? new Blob([this.texts.get(name)]) : null;
     return this.folder.getFileHandle(name).then((file) => file.getFile(), () => null);
   }
 
   async read(name) { return (await this.blob(name))?.text() ?? null; }
 
-  async remove(name) { return this.folder ? this.folder.removeEntry(name).catch(() => {}) : this.texts.delete(name); }
-
-  // Names of recordings, the latest first.
+  // The latest first.
   async names() {
     const names = [];
-    await this.writing;
     for await (const name of this.folder ? this.folder.keys() : this.texts.keys()) if (name.endsWith(".jsonl")) names.push(name);
     return names.sort().reverse();
   }
 
-  // What recorded games were, as the server lists them; those that are too many are forgotten.
+  // Summaries of recorded games, as the server lists them.
   async list() {
-    const names = await this.names();
-    for (const name of names.splice(LISTED)) await this.remove(name);
-    const told = await Promise.allSettled(names.map(async (name) => {
+    const told = await Promise.allSettled((await this.names()).map(async (name) => {
       const blob = await this.blob(name), [first] = (await blob.slice(0, ENDS).text()).split("\n");
       const last = (await blob.slice(-ENDS).text()).trimEnd().split("\n").at(-1), { started, lesson, red, blue } = JSON.parse(first);
-      const end = last.startsWith('{"type":"end"') ? JSON.parse(last) : { outcome: null, ended_by: null, sizes: null, tick: null };
-      const { outcome, ended_by: by, sizes, tick } = end;
-      return { name, started, lesson: Boolean(lesson), red, blue, outcome, ended_by: by, sizes, seconds: tick === null ? null : tick / TICKS };
+      const { outcome, ended_by, sizes, tick } = JSON.parse(last);
+      return { name, started, lesson, red, blue, outcome, ended_by, sizes, seconds: tick / TICKS };
     }));
     return told.flatMap((one) => (one.status === "fulfilled" ? [one.value] : []));
   }
-}
-
-// Writes a game down, line by line. Where the browser keeps no more, the file breaks off.
-export class Recorder {
-  shelf; name; failed; isBroken = false;
-
-  // failed: called once if it does.
-  constructor(shelf, name, failed) { Object.assign(this, { shelf, name, failed }); }
-
-  queue(act) {
-    this.shelf.writing = Promise.resolve(this.shelf.writing).then(act).catch(() => {
-      if (!this.isBroken) this.failed();
-      this.isBroken = true;
-    });
-  }
-
-  write(line) {
-    this.queue(async () => {
-      if (!this.isBroken) await this.shelf.append(this.name, `${JSON.stringify(line)}\n`);
-    });
-  }
-
-  close() { this.queue(() => this.shelf.close(this.name)); }
 }
 
 // A copy of a game, with all that it holds.
@@ -121,33 +94,24 @@ export class Playback {
     const [header, ...lines] = text.split("\n").slice(0, -1).map((line) => JSON.parse(line));
     const of = (type) => lines.filter((line) => line.type === type), { drones_per_team: sizes, time_limit: limit } = header.table.game;
     const [red, blue] = [sizes].flat().length === 2 ? sizes : [sizes, sizes], { mapping, speed, majority } = header.table;
-    Object.assign(this, { name, header, lines, captures: of("captured"), commands: of("command"), end: of("end")[0] ?? null });
+    Object.assign(this, { name, header, lines, captures: of("captured"), end: of("end")[0] });
     this.settings = {
       red, blue, mapping, speed, time_limit: limit === UNTIMED ? null : limit, red_system: "ergodic", blue_system: "ergodic", ...(majority ? { majority } : {}),
     };
     this.frames = new Map(of("frame").map(({ tick, data }) => [tick, data]));
-    this.lastTick = this.end?.tick ?? Math.max(0, ...this.frames.keys());
-    const given = new Map();
-    this.followed = []; // commands, by when they came into force
-    for (const line of lines) {
-      const called = `${line.seat} ${line.number}`;
-      if (line.type === "command") given.set(called, line);
-      else if (line.type === "in_force") this.followed.push({ ...given.get(called), tick: line.tick });
-    }
+    this.lastTick = this.end.tick;
+    const latestOf = (begun) => lines.findLast((line) => line.type === "command" && line.seat === begun.seat && line.number === begun.number);
+    this.followed = of("in_force").map((begun) => ({ ...latestOf(begun), tick: begun.tick }));
     this.game = new Game({ red, blue, timeLimit: limit }, header.seed);
     this.marks = new Map();
-    this.sizes = this.sizesUntil(this.lastTick);
   }
 
   // Drones of red and blue, once a second.
-  sizesUntil(tick) {
-    let { red } = this.settings, place = 0;
-    const count = red + this.settings.blue, sizes = [];
-    for (let second = 0; TICKS * second <= tick; second++) {
-      for (; this.captures[place]?.tick <= TICKS * second; place++) red += this.captures[place].seat === "red" ? 1 : -1;
-      sizes.push([red, count - red]);
-    }
-    return sizes;
+  get sizes() {
+    return Array.from({ length: Math.floor(this.lastTick / TICKS) + 1 }, (_, second) => {
+      const { teams } = momentOf(this.frames.get(TICKS * second)), blue = teams.reduce((sum, team) => sum + team, 0);
+      return [teams.length - blue, blue];
+    });
   }
 
   // Go to a tick, and return the commands that came into force on the way.
@@ -182,15 +146,13 @@ export class Playback {
 
   // The game as rows of an experiment, one for each seat; the tables of `swarm-pz study` have more, from its lines.
   rows() {
-    const { name, header, lines, captures, end, lastTick } = this, result = end?.outcome ?? "stopped";
+    const { name, header, lines, captures, end, lastTick } = this, { outcome: result, ended_by: endedBy } = end;
+    const { started, seed } = header, all = { recording: name, started, seed, seconds: lastTick / TICKS, ended_by: endedBy };
     return SIDES.map((side, team) => {
-      const other = header[SIDES[1 - team]], captured = captures.filter((capture) => capture.seat === side).length;
-      const commands = lines.filter((line) => line.type === "command" && line.seat === side).length;
-      return {
-        recording: name, started: header.started, side, seed: header.seed, kind: header[side].kind, opponent: other.policy, seconds: lastTick / TICKS,
-        outcome: !SIDES.includes(result) ? result : result === side ? "win" : "loss", ended_by: end?.ended_by ?? "", commands,
-        captured, lost: captures.length - captured,
-      };
+      const captured = captures.filter(({ seat }) => seat === side).length, { kind } = header[side], { policy: opponent } = header[SIDES[1 - team]];
+      const outcome = !SIDES.includes(result) ? result : result === side ? "win" : "loss";
+      const commands = lines.filter(({ type, seat }) => type === "command" && seat === side).length;
+      return { ...all, side, kind, opponent, outcome, commands, captured, lost: captures.length - captured };
     }).filter(({ kind }) => kind !== "free");
   }
 }

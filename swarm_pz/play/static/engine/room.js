@@ -4,7 +4,7 @@ import { check, GAME, Refused, SETTINGS } from "./checks.js";
 import { CELLS } from "./controller.js";
 import { Game, PERIOD } from "./game.js";
 import { loadPlayer, PLAYERS } from "./players.js";
-import { headerOf, Recorder } from "./recording.js";
+import { headerOf } from "./recording.js";
 import { densityOf, targetOf } from "./strokes.js";
 import { base64Of, frameOf, targetMessage } from "./wire.js";
 import { SIDES, TICKS } from "../words.js";
@@ -42,7 +42,7 @@ export function stateOf(has) {
 }
 
 export class Room {
-  game; early; before; players; recorder; outcome; endedBy; target;
+  game; log; before; players; recording; outcome; endedBy; target;
 
   // table is the worker's, asked the message that opens the room.
   constructor(table, code, asked) {
@@ -103,7 +103,7 @@ export class Room {
   }
 
   note(event) {
-    if (this.isOn) this.write({ type: "seat", seat: SIDES[this.team], event, server_ms: now(), ...(event === "connected" ? { client: this.table.client } : {}) });
+    if (this.isOn) this.log.push({ type: "seat", seat: SIDES[this.team], event, server_ms: now(), ...(event === "connected" ? { client: this.table.client } : {}) });
   }
 
   // Send something, as much later as the visitor is shown things.
@@ -113,7 +113,7 @@ export class Room {
 
   tell() {
     const { code, phase, settings, once, view } = this, [red, blue] = this.seats.map(seatOf);
-    const ended = phase === "over" ? { outcome: this.outcome, recording: this.recorder.name, ended_by: this.endedBy } : {};
+    const ended = phase === "over" ? { outcome: this.outcome, recording: this.recording, ended_by: this.endedBy } : {};
     this.say(stateOf({
       code, phase, settings, red, blue, once, ...ended, sizes: [...this.sizes], min_command_interval: this.table.interval,
       starts_ms: phase === "starting" ? this.beganMs + view.display_delay_ms : null,
@@ -165,7 +165,7 @@ export class Room {
     this.asked = 0; // commands of the policy
     this.phase = "starting";
     this.beganMs = now() + ms;
-    this.early = [this.frameLine()];
+    this.log = [this.frameMessage()];
     this.note("connected");
     this.tell();
     this.show(true);
@@ -183,11 +183,9 @@ export class Room {
 
   start(players) {
     const { table, settings, lesson, seed } = this, [red, blue] = this.seats.map(({ kind = "free", policy = "" }) => ({ kind, policy }));
-    const name = `${new Date().toISOString().replace(/[-:]|\.\d+/g, "")}-${this.code}-${++this.games}.jsonl`;
-    const text = "This browser keeps no more: the recording of this game breaks off here.";
-    this.recorder = new Recorder(table.shelf, name, () => this.say({ type: "notice", text }));
-    this.recorder.write(headerOf({ ...table.rules, min_command_interval: table.interval, factors: table.factors }, settings, { software: table.software, began_ms: now(), seed, red, blue, lesson }));
-    for (const line of this.early) this.recorder.write(line);
+    const header = headerOf({ ...table.rules, min_command_interval: table.interval, factors: table.factors }, settings, { software: table.software, began_ms: now(), seed, red, blue, lesson });
+    this.log.unshift(header);
+    this.recording = `${new Date().toISOString().replace(/[-:]|\.\d+/g, "")}-${this.code}-${++this.games}.jsonl`;
     Object.assign(this, { players, seed: null, phase: "playing" });
     this.seats[this.team].ready = false;
     this.tell();
@@ -210,28 +208,22 @@ export class Room {
       this.players.forEach((player, team) => { if (player) this.submit(team, { number: ++this.asked, density: player.act(game, team) }); });
     }
     if (game.tick % PERIOD === 0) [0, 1].forEach((team) => this.putInForce(team));
-    for (const { drone, team } of game.advance()) this.write({ type: "captured", seat: SIDES[team], tick: game.tick, drone });
+    for (const { drone, team } of game.advance()) this.log.push({ type: "captured", seat: SIDES[team], tick: game.tick, drone });
     if (game.tick % TICKS === 0) this.sizes.push([...game.sizes]);
     this.show();
-    if (game.tick % PERIOD === 0 || game.isOver) this.write(this.frameLine());
+    if (game.tick % PERIOD === 0 || game.isOver) this.log.push(this.frameMessage());
     if (game.isOver) this.stop(game.outcome === "draw" && this.settings.majority ? majorityOf(game.sizes) : game.outcome, game.isDecided ? "capture" : "time");
   }
 
   stop(outcome, endedBy) {
     const { tick, sizes } = this.game;
-    this.write({ type: "end", outcome, tick, sizes, server_ms: now(), ended_by: endedBy });
-    this.recorder.close();
+    this.log.push({ type: "end", outcome, tick, sizes, server_ms: now(), ended_by: endedBy });
+    this.table.shelf.save(this.recording, this.log).catch(() => this.say({ type: "notice", text: "This browser keeps no more: this game is not recorded." }));
     Object.assign(this, { phase: "over", outcome, endedBy });
     this.tell();
   }
 
-  // Record a line; the lines of a countdown wait until there is a file.
-  write(line) {
-    if (this.phase === "starting") this.early.push(line);
-    else this.recorder.write(line);
-  }
-
-  frameLine() { return { type: "frame", tick: this.game.tick, data: base64Of(frameOf(this.game, { exact: true })) }; }
+  frameMessage() { return { type: "frame", tick: this.game.tick, data: base64Of(frameOf(this.game, { exact: true })) }; }
 
   // --- commands ---------------------------------------------------------------------------------------
 
@@ -251,7 +243,7 @@ export class Room {
       if (!this.isOn || this.game !== game) return;
       const rows = Array.from({ length: CELLS }, (_, row) => command.density.slice(row * CELLS, (row + 1) * CELLS));
       this.waiting[team] = command;
-      this.write({ type: "command", ...has, density: rows, seat: SIDES[team], tick: game.tick, server_ms: received });
+      this.log.push({ type: "command", ...has, density: rows, seat: SIDES[team], tick: game.tick, server_ms: received });
     }, this.table.factors[team].command_delay_ms);
   }
 
@@ -263,11 +255,11 @@ export class Room {
     this.inForce[team] = tick;
     this.game.command(team, density);
     const message = { type: "in_force", seat: SIDES[team], number, tick, server_ms: now(), sender: "" };
-    this.write(message);
+    this.log.push(message);
     if (team === this.team) this.say(message);
   }
 
   painted({ number, painted_ms: painted }) {
-    if (this.phase === "playing") this.write({ type: "painted", number, painted_ms: painted, seat: SIDES[this.team] });
+    if (this.phase === "playing") this.log.push({ type: "painted", number, painted_ms: painted, seat: SIDES[this.team] });
   }
 }

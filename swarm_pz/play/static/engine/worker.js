@@ -75,21 +75,19 @@ export class Table {
 
   // --- recorded games ---------------------------------------------------------------------------------
 
-  isRunning(name) { return this.room?.phase === "playing" && this.room.recorder.name === name; }
-
   async recorded(name) {
-    const text = this.isRunning(name) ? null : await this.shelf.read(name);
+    const text = await this.shelf.read(name);
     if (text === null) throw new Refused("unknown", `there is no recording ${name} here`);
     return text;
   }
 
   async watch(recording) {
     const replay = new Playback(recording, await this.recorded(recording)), { header, settings, sizes, end, lastTick } = replay;
-    const [red, blue] = SIDES.map((side) => seatOf(header[side])), ended = end ? { outcome: end.outcome, ended_by: end.ended_by } : {};
+    const [red, blue] = SIDES.map((side) => seatOf(header[side])), { outcome, ended_by } = end;
     const how = { code: "", phase: "replay", settings, min_command_interval: header.table.min_command_interval, watchers: 1, verified: true };
     this.leave();
     Object.assign(this, { replay, pace: 1, sought: 0, shown: 0, owed: 0 });
-    this.say(stateOf({ ...how, red, blue, sizes, recording, last_tick: lastTick, ...ended }));
+    this.say(stateOf({ ...how, red, blue, sizes, recording, last_tick: lastTick, outcome, ended_by }));
     this.clock = setInterval(() => this.showReplay(), 1000 / TICKS);
   }
 
@@ -112,7 +110,7 @@ export class Table {
   // Answer as a server does to a request: the list of recorded games, one of them, or its rows in an experiment.
   async answer(path) {
     const [, name, part] = path.split("/");
-    if (!name) return JSON.stringify((await this.shelf.list()).filter((game) => !this.isRunning(game.name)));
+    if (!name) return JSON.stringify(await this.shelf.list());
     const text = await this.recorded(name);
     return part === "trial" ? JSON.stringify(new Playback(name, text).rows().map((row) => ({ ...row, lines: text }))) : text;
   }
