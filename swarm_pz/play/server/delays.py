@@ -1,4 +1,4 @@
-"""Delays that an experimenter asked for: what waits, in order, and how long it did wait."""
+"""Delays that an experimenter asked for: requested and measured."""
 
 from __future__ import annotations
 
@@ -15,21 +15,20 @@ from swarm_pz.play.protocol import Delay
 
 
 class Measured:
-    """How long things waited that were to wait for so many milliseconds."""
+    """A requested delay in milliseconds, and the measured ones."""
 
     def __init__(self, asked_ms: float) -> None:
         self.asked_ms, self._count = asked_ms, 0
-        self._got_ms = array("d")
-        """Of what waited at all: a long game without a delay keeps nothing."""
+        self._got_ms = array("d")  # without a delay, a long game keeps nothing
 
     def note(self, ms: float) -> None:
-        """Note how long something waited; 0.0 if it was done at once."""
+        """Count a delay; 0.0 if there was none."""
         self._count += 1
         if ms > 0.0:
             self._got_ms.append(ms)
 
-    def told(self) -> Delay:
-        """Return what was asked for, the median of what was got, and of how many."""
+    def summary(self) -> Delay:
+        """Return the requested delay, the median of the measured ones, and their number."""
         got = float(np.median(self._got_ms)) if self._got_ms else 0.0
         return Delay(asked_ms=self.asked_ms, got_ms=got if self._count else None, count=self._count)
 
@@ -41,7 +40,7 @@ class _Waiting(NamedTuple):
 
 
 class DelayLine:
-    """Does things so many milliseconds later, in the order in which they came; with 0 at once."""
+    """Calls functions some milliseconds later, in the order in which they came; with 0 at once."""
 
     def __init__(self, delay_ms: float) -> None:
         self.delay_ms = delay_ms
@@ -49,7 +48,7 @@ class DelayLine:
         self._timer: asyncio.TimerHandle | None = None
 
     def put(self, act: Callable[[], None], measured: Measured | None = None) -> None:
-        """Do something when its time has come, and note how long it waited."""
+        """Call a function when its time has come, and measure its delay."""
         if self.delay_ms > 0.0:
             self._waiting.append(_Waiting(time.monotonic(), act, measured))
             self._wait()
@@ -65,17 +64,17 @@ class DelayLine:
 
     def _release(self) -> None:
         self._timer = None
-        # The first is due, whatever a timer's rounding says.
+        # The first is due, though timers round.
         limit = max(time.monotonic() - self.delay_ms / 1000.0, self._waiting[0].came)
         while self._waiting and self._waiting[0].came <= limit:
-            one = self._waiting.popleft()
-            if one.measured is not None:
-                one.measured.note(1000.0 * (time.monotonic() - one.came))
-            one.act()
+            came, act, measured = self._waiting.popleft()
+            if measured is not None:
+                measured.note(1000.0 * (time.monotonic() - came))
+            act()
         self._wait()
 
     def close(self) -> list[Callable[[], None]]:
-        """Do nothing more, and return what still waited."""
+        """Call nothing more, and return the functions that still waited."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

@@ -1,4 +1,4 @@
-"""Commands on their way into a game: with a helper's share, and later, where that was asked for."""
+"""Commands on their way into a game: mixed with a helper's, and delayed, where the factors ask for it."""
 
 from __future__ import annotations
 
@@ -17,24 +17,21 @@ from swarm_pz.play.server.game_log import GameLog
 from swarm_pz.play.shared import SharedCommand
 
 
-class _Given(NamedTuple):
-    """A command on its way, and when it arrived, on the server's clock."""
+class _Arrived(NamedTuple):
+    """A command, and its arrival on the server's clock; `unless_held` leaves it out if it holds already."""
 
     command: Command
     received_ms: float
     strokes: list[StrokeMessage] | None = None
     timing: Timing | None = None
     unless_held: bool = False
-    """It is not handed in if it holds already."""
 
 
 class IncomingCommands:
     """The commands of both teams of a game.
 
-    - `factors`: red's and blue's.
-    - `log`: where they are written down.
-    - `sent`: ticks at which red's and blue's players last sent one; of the start, if they have not.
-    - `measured`: how much later red's and blue's were handed in than they came.
+    - `sent`: ticks at which red's and blue's players last sent one; before that, of the start.
+    - `measured`: delays of red's and blue's commands.
     """
 
     def __init__(self, game: LiveGame, factors: tuple[Factors, Factors], log: GameLog) -> None:
@@ -43,41 +40,38 @@ class IncomingCommands:
         self.sent = [game.tick, game.tick]
         self.measured = Measured(red.command_delay_ms), Measured(blue.command_delay_ms)
         self._lines = [DelayLine(own.command_delay_ms) for own in factors]
-        cells = game.reader.cells
         self._shared = [
-            SharedCommand(team, cells, own.share, own.helper) if own.share > 0.0 else None
+            SharedCommand(team, game.reader.cells, own.share, own.helper) if own.share > 0.0 else None
             for team, own in enumerate(factors)
         ]
 
     def submit(
         self, command: Command, strokes: list[StrokeMessage] | None = None, timing: Timing | None = None
     ) -> None:
-        """Hand in a command, followed at once by what a helper makes of it, and write both down."""
+        """Take a command, followed at once by its mixture with a helper's."""
         if not command.sender:
             self.sent[command.team] = self._game.tick
         now, shared = self._log.server_ms(), self._shared[command.team]
-        given = [_Given(command, now, strokes, timing)]
+        arrived = [_Arrived(command, now, strokes, timing)]
         if shared is not None and (mixed := shared.take(command)) is not None:
-            given.append(_Given(mixed, now))
-        self._give(command.team, given)
+            arrived.append(_Arrived(mixed, now))
+        self._delay(command.team, arrived)
 
     def take_answer(self, team: int, number: int, answer: NDArray[np.float64], sender: str = "") -> None:
-        """Hand in a policy's answer, unless it holds already; a helper's becomes its share of the command."""
+        """Take a policy's answer, unless it holds already; a helper's becomes its share of the command."""
         command = self._game.reader.answered(team, number, answer, sender)
         shared, now = self._shared[team], self._log.server_ms()
         if shared is None:
-            self._give(team, [_Given(command, now, unless_held=True)])
+            self._delay(team, [_Arrived(command, now, unless_held=True)])
         elif (mixed := shared.be_helped(command.values)) is not None:
-            self._give(team, [_Given(mixed, now)])
+            self._delay(team, [_Arrived(mixed, now)])
 
-    def _give(self, team: int, given: list[_Given]) -> None:
-        """Hand in commands of a team, together, when its delay is over."""
-        self._lines[team].put(functools.partial(self._hand_in, given), self.measured[team])
+    def _delay(self, team: int, arrived: list[_Arrived]) -> None:
+        self._lines[team].put(functools.partial(self._hand_in, arrived), self.measured[team])
 
-    def _hand_in(self, given: list[_Given]) -> None:
-        for one in given:
-            command = one.command
-            if one.unless_held and self._game.holds(command):
+    def _hand_in(self, arrived: list[_Arrived]) -> None:
+        for command, received_ms, strokes, timing, unless_held in arrived:
+            if unless_held and self._game.holds(command):
                 continue
             self._game.hand_in(command)
             plain, is_density = command.values.tolist(), command.kind == "density"
@@ -86,9 +80,9 @@ class IncomingCommands:
                     seat=SIDES[command.team],
                     number=command.number,
                     density=plain if is_density else None,
-                    server_ms=one.received_ms,
-                    strokes=one.strokes,
-                    timing=one.timing,
+                    server_ms=received_ms,
+                    strokes=strokes,
+                    timing=timing,
                     tick=self._game.tick,
                     command=None if is_density else plain,
                     sender=command.sender,
@@ -96,13 +90,13 @@ class IncomingCommands:
             )
 
     def end(self) -> None:
-        """Write down the commands that the end came before; within a solve they are of a tick that is not played."""
+        """Record the commands still delayed at the end of the game; within a solve they are of a later tick."""
         left = [act for line in self._lines for act in line.close()]
         if not self._game.has_begun_period:
             for hand_in in left:
                 hand_in()
 
     def drop(self) -> None:
-        """Forget what is on its way: the game has not been played."""
+        """Forget the delayed commands: the game has not been played."""
         for line in self._lines:
             line.close()

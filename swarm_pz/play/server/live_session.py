@@ -175,7 +175,7 @@ class LiveSession:
     def delays(self) -> tuple[SeatDelays, SeatDelays]:
         """Return the delays of red and of blue so far, of commands and display."""
         red, blue = (
-            SeatDelays(command=commands.told(), display=display.told())
+            SeatDelays(command=commands.summary(), display=display.summary())
             for commands, display in zip(self.commands.measured, self._displays, strict=True)
         )
         return red, blue

@@ -225,7 +225,7 @@ class Lobby:
 
     def recording_of(self, token: str) -> str | None:
         """Return the recorded game that a token's seat became, if it is over and still there."""
-        name = self.context.seat_index.recording_of(token)
+        name = self.context.recordings.get(token)
         try:
             return self.find_recording(name).name if name is not None else None
         except RecordingError:

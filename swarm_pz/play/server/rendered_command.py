@@ -1,8 +1,8 @@
-"""From what a client sends to a command that can be followed; a thread renders drawings, so that no game waits."""
+"""Commands rendered from what clients send; a thread renders drawings, so that no game waits."""
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from swarm_pz.config.registry import is_our_own
 from swarm_pz.errors import CommandError
@@ -15,26 +15,11 @@ from swarm_pz.simulator.commands import make_target
 
 RENDER_S = 5.0
 """Seconds that a command for another package's control system may take."""
-
-
-class CommandSource(Protocol):
-    """A message, or a part of one, that holds a command in exactly one of these forms."""
-
-    @property
-    def strokes(self) -> list[protocol.StrokeMessage] | None:
-        """A drawing."""
-
-    @property
-    def density(self) -> list[list[float]] | None:
-        """A density."""
-
-    @property
-    def command(self) -> protocol.Form | None:
-        """What the control system takes."""
+CommandSource = protocol.CommandMessage | protocol.Response
 
 
 class RenderedCommand(NamedTuple):
-    """A command, and the target that its side is shown."""
+    """A command, and its target as its side sees it."""
 
     command: Command
     target: bytes
@@ -66,7 +51,7 @@ def render(
 
 
 def target_of(command: Command, reader: CommandReader) -> bytes:
-    """Return a command as its side is shown it."""
+    """Return the message that shows a command to its side."""
     _, coefficients = make_target(reader.picture(command), reader.modes)
     return target_message(command.team, command.number, coefficients)
 
@@ -84,10 +69,7 @@ class CommandWorker:
     async def render(
         self, source: CommandSource, reader: CommandReader, mapping: Mapping, team: int, number: int, sender: str = ""
     ) -> RenderedCommand:
-        """Render a command as `render` does, after those that were asked for before.
-
-        Raises CommandError if it cannot be rendered, or takes too long.
-        """
+        """Return a rendered command; errors as of `render`, and CommandError if it takes too long."""
         system = reader.systems[team].name
         limit_s = None if is_our_own(system) else RENDER_S
         given = source, reader, mapping, team, number, sender

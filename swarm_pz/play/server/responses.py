@@ -1,4 +1,4 @@
-"""Automatic responses: what commands in a player's place while a condition holds, as in the paper's section IV-C."""
+"""Automatic responses: rules that command in a player's place while a condition holds (the paper's section IV-C)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from swarm_pz.play.server.policy_workers import SeatPolicy
 SAVED = "auto:saved"
 """The sender of a saved command."""
 MOST_POLICIES = 3
-"""Policies among the responses of a seat: each takes memory."""
+"""Policies that the responses of a seat may name: each takes memory."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class ReadyRule:
 
 
 class Acting(NamedTuple):
-    """The index of the rule that acts, and its sender."""
+    """Index of the rule that acts, and its sender."""
 
     rule: int | None = None
     sender: str = ""
@@ -62,7 +62,7 @@ def check_rules(rules: Sequence[protocol.Rule]) -> None:
 
 @dataclass(frozen=True)
 class TeamView:
-    """A team's side of a game at one moment, and the tick at which its player last sent something."""
+    """A team's side of a game at one moment; `sent` is the tick of its player's latest command."""
 
     game: LiveGame
     team: int
@@ -70,7 +70,7 @@ class TeamView:
 
     @functools.cached_property
     def nearest(self) -> float:
-        """Map widths between an own drone and the opponent nearest to it; infinite if there is none."""
+        """Least distance between own and opposing drones, in map widths; infinite without opponents."""
         positions, teams = self.game.simulator.positions[0], self.game.simulator.teams[0]
         own, others = (positions[teams == side].astype(np.float64) for side in (self.team, 1 - self.team))
         x, y = (np.subtract.outer(own[:, axis], others[:, axis]) for axis in range(2))
@@ -88,9 +88,9 @@ class TeamView:
 class Responses:
     """The automatic responses of a seat, from game to game.
 
-    - `load`: from a policy's name, and what is called when it is loaded or has failed, to the policy.
-    - `changed`: called when another rule acts, or none any more; see `acting`.
-    - `failed`: told why a rule does not act.
+    - `load`: loads a policy of this name, and calls its second argument when that is done or has failed.
+    - `changed`: called when `acting` has changed.
+    - `failed`: called with the reason why a rule does not act.
     """
 
     def __init__(
@@ -104,21 +104,18 @@ class Responses:
         self.acting = Acting()
         self._rules: list[ReadyRule] = []
         self._policies: dict[str, SeatPolicy] = {}
-        self._broken: set[str] = set()
-        """Policies that failed to load or to answer: they act no more until other rules come."""
+        self._broken: set[str] = set()  # policies that failed: they act no more until other rules come
         self._counts: dict[str, itertools.count[int]] = {}
-        self._asked: int | None = None
-        """The tick at which the policy that acts was asked."""
-        self._seed = np.random.SeedSequence()
-        """Of the policy that acts; recordings hold its answers."""
+        self._asked: int | None = None  # tick of the latest question to the policy that acts
+        self._seed = np.random.SeedSequence()  # of that policy
 
     @property
     def policies(self) -> int:
-        """Number of policies that it holds."""
+        """Number of its policies."""
         return len(self._policies)
 
     def replace(self, rules: list[ReadyRule]) -> None:
-        """Take other rules; the same ones change nothing."""
+        """Replace the rules; the same ones change nothing."""
         if [one.rule for one in rules] == [one.rule for one in self._rules]:
             return
         self.rest()
@@ -142,14 +139,14 @@ class Responses:
         self._policies.pop(policy).close()
 
     def close(self) -> None:
-        """Let all of it go."""
+        """End all responses."""
         self.rest()
         self._rules = []
         for policy in list(self._policies):
             self._forget(policy)
 
     def rest(self) -> None:
-        """Act no more, until a condition is looked at and holds."""
+        """Act no more until a condition is checked again and holds."""
         self._act(Acting())
 
     def _act(self, acting: Acting) -> None:
@@ -167,7 +164,7 @@ class Responses:
         return is_able and view.fits(rule.when)
 
     def look(self, game: LiveGame, commands: IncomingCommands) -> None:
-        """Let the first rule act whose condition holds."""
+        """Check all conditions; the first rule whose condition holds acts."""
         view = TeamView(game, self._team, commands.sent[self._team])
         able = (place for place, one in enumerate(self._rules) if self._can_act(one.rule, view))
         place, before = next(able, None), self.acting

@@ -1,4 +1,4 @@
-"""A seat: a side of a room, who has it, what that client is sent, and the token that leads back to it.
+"""A seat: a side of a room, its player or policy, its client's view, and the token that leads back to it.
 
 `Seat.take` makes the token, and `swarm_pz.play.server.lobby.Lobby.seat_of` finds the seat of one.
 """
@@ -26,11 +26,20 @@ from swarm_pz.play.server.seat_view import SeatView
 
 @dataclass
 class Seat:
-    """One side of a room."""
+    """One side of a room.
+
+    - `config`, `code`: of the room.
+    - `view`: shows the game to its connection.
+    - `gone`: its player gave it up in the middle of a game.
+    - `target`: of its latest command, as a message.
+    - `loaded`: its policy, or its player's helper.
+    - `takes_part`: it has drones in this room.
+    - `factors`: what an experimenter varies at it.
+    - `helper`: the policy that makes a share of its player's commands; empty without one.
+    """
 
     team: int
     config: TableConfig
-    """Of the room, as is the code."""
     code: str
     workers: PolicyWorkers
     kind: Literal["free", "person", "program", "policy"] = "free"
@@ -40,16 +49,11 @@ class Seat:
     ready: bool = False
     connection: Connection | None = None
     view: SeatView | None = None
-    """What its connection is shown, through which it is sent to."""
     away_since: float = 0.0
     gone: bool = False
-    """Its player gave it up in the middle of a game."""
     target: bytes = b""
-    """The target of its latest command, as its side is shown it."""
     loaded: SeatPolicy | None = None
-    """Its policy, or its player's helper."""
     responses: Responses | None = None
-    """What commands in its player's place."""
     _numbers: itertools.count[int] = field(default_factory=itertools.count, compare=False)
 
     def __post_init__(self) -> None:
@@ -57,21 +61,18 @@ class Seat:
         self.side: protocol.Side = TEAM_NAMES[self.team]  # type: ignore[assignment]
         self.commands = commands_of(game.team_systems[self.team], game)
         self.takes_part = game.team_sizes[self.team] > 0
-        """Whether it has drones in this room."""
         self.factors: Factors = self.config.factors[self.team]
-        """What an experimenter varies at it."""
         self.helper = self.factors.helper if self.factors.share > 0.0 else ""
-        """The policy that makes a share of its player's commands; empty if none does."""
 
-    # --- whose it is ------------------------------------------------------------------------------
+    # --- its player -------------------------------------------------------------------------------
 
     def check_side(self) -> None:
-        """Refuse to be given to anybody if it has no drones."""
+        """Refuse a side without drones."""
         if not self.takes_part:
             raise RefusedError("not_valid", f"{self.side} has no drones in this room")
 
     def take(self, kind: Literal["person", "program"], label: str = "") -> None:
-        """Give it to a client, who comes with its new token."""
+        """Give it to a client, and make its token."""
         self.kind, self.label, self.ready = kind, label, False
         self.token, self.away_since = secrets.token_hex(16), time.monotonic()
 
@@ -88,7 +89,7 @@ class Seat:
         self.ready = False
 
     def free(self) -> None:
-        """Make it anybody's; a policy that had it is let go."""
+        """Make it anybody's, and let its policy go."""
         if self.loaded is not None:
             self.loaded.close()
         self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
@@ -120,18 +121,18 @@ class Seat:
 
     @property
     def policy_state(self) -> Literal["loading", "loaded", "failed"] | None:
-        """State of its policy, or its player's helper; None if there is neither."""
+        """State of its policy, or its player's helper; None without either."""
         return self.loaded.state if self.loaded is not None else None
 
     @property
     def fault(self) -> str:
-        """Which of them cannot play, and why; empty if none has failed."""
+        """Name of the policy that failed to load, with the reason; empty if none has failed."""
         if self.loaded is None or self.loaded.state != "failed":
             return ""
         return f"{self.loaded.place.policy} cannot play: {self.loaded.reason}"
 
     def respond(self, rules: list[ReadyRule]) -> None:
-        """Set its automatic responses, in place of those that it had."""
+        """Replace its automatic responses."""
         if rules and self.helper:
             reason = f"{self.helper} shares this seat's commands: it takes no automatic responses"
             raise RefusedError("not_valid", reason)
@@ -140,23 +141,22 @@ class Seat:
         self.responses.replace(rules)
 
     def drop_responses(self) -> None:
-        """Let nothing command in its player's place any more."""
+        """End its automatic responses."""
         if self.responses is not None:
             self.responses.close()
         self.responses = None
 
-    # --- what its client is sent ------------------------------------------------------------------
+    # --- its client -------------------------------------------------------------------------------
 
     def meet(self, connection: Connection) -> SeatView:
-        """Send to a connection from now on, and return the view by which it sees the game."""
+        """Send to a connection from now on, and return its view of the game."""
         self.part()
         self.connection = connection
         self.view = SeatView(connection, self.team, self.factors, self.config.speed)
-        factors = protocol.SeatFactors(
-            hide=[*self.factors.hide], frame_rate=self.factors.frame_rate, helper=self.helper, share=self.factors.share
-        )
-        told = factors if factors != protocol.SeatFactors() else None
-        connection.send(protocol.Seated(self.code, self.side, self.token, commands=self.commands, factors=told))
+        own = self.factors
+        shown = protocol.SeatFactors(hide=[*own.hide], frame_rate=own.frame_rate, helper=self.helper, share=own.share)
+        factors = shown if shown != protocol.SeatFactors() else None
+        connection.send(protocol.Seated(self.code, self.side, self.token, commands=self.commands, factors=factors))
         return self.view
 
     def part(self) -> None:
@@ -166,7 +166,7 @@ class Seat:
         self.connection = self.view = None
 
     def send(self, message: protocol.ServerMessage) -> None:
-        """Tell its client, if there is one, something of the game."""
+        """Send its client, if there is one, a message."""
         if self.view is not None:
             self.view.send(message)
 
@@ -177,7 +177,7 @@ class Seat:
             self.view.send_bytes(self.target)
 
     def send_acting(self) -> None:
-        """Tell its client which automatic response commands now."""
+        """Send its client the automatic response that commands now."""
         if self.responses is not None:
             rule, sender = self.responses.acting
             self.send(protocol.Acting(seat=self.side, rule=rule, sender=sender))
@@ -186,7 +186,7 @@ class Seat:
         if self.connection is not None:
             self.connection.send(protocol.Refused(code="not_valid", reason=reason[:500], about="rules"))
 
-    # --- what others see of it --------------------------------------------------------------------
+    # --- its state --------------------------------------------------------------------------------
 
     @property
     def is_here(self) -> bool:
@@ -195,11 +195,11 @@ class Seat:
 
     @property
     def can_play(self) -> bool:
-        """Whether it is ready, and whoever has it is here, or loaded."""
+        """Whether it is ready, and its client is here, or its policy loaded."""
         return self.ready and self.is_here and self.policy_state in (None, "loaded")
 
     def state(self) -> protocol.SeatState:
-        """Return what everybody in the room sees of it, and of the control system that flies it."""
+        """Return its state, for everybody in the room."""
         return protocol.SeatState(
             kind=self.kind,
             name=self.policy,
@@ -214,5 +214,5 @@ class Seat:
         )
 
     def recorded(self, *, with_label: bool) -> RecordedSeat:
-        """Return what the recording of a game says of it."""
+        """Return its entry in the header of a recording."""
         return RecordedSeat(kind=self.kind, policy=self.policy, label=self.label if with_label else "")

@@ -1,7 +1,4 @@
-"""What a seat's client is shown, where an experimenter varies that: later, less often, or not all of it.
-
-What is hidden is not sent at all. Where nothing is varied, all goes to the connection as it is.
-"""
+"""The view of a seat's client, where an experimenter varies it: later, less often, or without what is hidden."""
 
 from __future__ import annotations
 
@@ -21,9 +18,9 @@ from swarm_pz.play.server.delays import DelayLine, Measured
 
 
 class SeatView:
-    """What the client of a seat is shown, at a speed in seconds of game a second; it is sent to as its connection is.
+    """The view of a seat's client, at a speed in seconds of game a second; it takes what a connection takes.
 
-    - `measured`: where it is noted how much later moments were handed to the connection.
+    - `measured`: delays of moments.
     """
 
     def __init__(self, connection: Connection, team: int, factors: Factors, speed: float) -> None:
@@ -33,10 +30,8 @@ class SeatView:
         self._ticks_a_second = TICKS_PER_SECOND * speed
         shows_less = factors.frame_rate < FULL_RATE or bool({"opponents", "ground"} & {*factors.hide})
         self._is_plain = not shows_less and not factors.display_delay_ms
-        self._fields: NDArray[np.uint8] | None = None
-        """Capture fields of moments that were left out."""
-        self._left_out: tuple[Frame, int] | None = None
-        """The latest moment, if it was left out."""
+        self._fields: NDArray[np.uint8] | None = None  # of moments that were left out
+        self._left_out: tuple[Frame, int] | None = None  # the latest moment
         self.measured: Measured | None = None
 
     def send(self, message: protocol.ServerMessage) -> None:
@@ -59,7 +54,7 @@ class SeatView:
         self._line.put(functools.partial(self._connection.send_bytes, data))
 
     def show(self, data: bytes, sequence: int) -> None:
-        """Show a moment, if it is one of the evenly many a second that are shown."""
+        """Show a moment, if it is due at the frame rate."""
         if self._is_plain:
             self._pass_on(data, sequence)
             return
@@ -91,5 +86,5 @@ class SeatView:
         )
 
     def close(self) -> None:
-        """Show nothing more of what waits: the client is elsewhere, or gone."""
+        """Drop all that waits."""
         self._line.close()

@@ -25,7 +25,7 @@ FIELDS = (np.arange(5000) % 251).astype(np.uint8).reshape(2, 50, 50)
 async def test_without_a_delay_it_is_done_at_once_and_what_still_waits_at_the_end_is_given_back():
     line, measured, done = DelayLine(0.0), Measured(0.0), []
     line.put(partial(done.append, "now"), measured)
-    assert done == ["now"] and (measured.told().got_ms, measured.told().count) == (0.0, 1)
+    assert done == ["now"] and (measured.summary().got_ms, measured.summary().count) == (0.0, 1)
     line = DelayLine(20.0)
     for name in "ab":
         line.put(partial(done.append, name))
@@ -39,10 +39,10 @@ async def test_without_a_delay_it_is_done_at_once_and_what_still_waits_at_the_en
 
 def test_what_was_got_is_the_median():
     measured = Measured(50.0)
-    assert (measured.told().got_ms, measured.told().count) == (None, 0)
+    assert (measured.summary().got_ms, measured.summary().count) == (None, 0)
     for ms in (50.0, 52.0, 900.0):
         measured.note(ms)
-    assert (measured.told().got_ms, measured.told().count) == (52.0, 3)
+    assert (measured.summary().got_ms, measured.summary().count) == (52.0, 3)
 
 
 # --- what is shown --------------------------------------------------------------------------------
@@ -132,7 +132,7 @@ async def test_all_that_is_shown_comes_later_in_its_order_and_is_of_when_it_is_s
     assert (starting.phase, starting.starts_ms) == ("starting", 1040.0)
     assert (playing.phase, playing.sizes) == ("playing", [(2, 2)]), "as it was, not as it is by now"
     assert target[0] == 2 and (frame.tick, frame.server_ms) == (3, 340.0) and over.phase == "over"
-    assert view.measured.told().count == 1 and view.measured.told().got_ms >= 39.0
+    assert view.measured.summary().count == 1 and view.measured.summary().got_ms >= 39.0
     view.show(moment(4), 4)
     view.close()
     await asyncio.sleep(0.08)
