@@ -1,11 +1,10 @@
-"""swarm-pz beside other multi-agent simulators: same run, same cores, each at its best batch size.
+"""swarm-pz beside other multi-agent simulators: same machine, same cores, each at its best number of games.
 
-What is counted differs, and the table says so: a drone-step of ours holds an optimal-control solve
-with a look-ahead, three ticks of physics and the rules of capture; an agent-step of theirs is one
-agent for one step of their world. Every contender runs in a process of its own, is compiled and
-warmed up, and takes random actions that were made beforehand; then the contenders take turns.
+A drone-step of swarm-pz holds an optimal-control solve with a look-ahead, three ticks of physics and the rules of
+capture; an agent-step of the others is one agent for one step of their world. Every simulator runs in a process of its
+own, is compiled first, and takes random actions that were drawn beforehand.
 
-    scripts/peers        # makes an environment of its own, since peers need other versions than we
+    scripts/peers        # in an environment of its own, since the others need other versions
 """
 
 from __future__ import annotations
@@ -24,14 +23,15 @@ from typing import Any
 
 import numpy as np
 
-SECONDS = 1.5
-"""Shortest time that one measurement takes."""
+from benchmarks.csv_table import write_csv
 
+SECONDS = 1.5
+"""Shortest time of one measurement."""
+REPEATS = 3
 SIZES = (1, 16, 64, 256, 1024, 4096)
 """Numbers of games at once, of which the fastest counts."""
-
-ANSWER = "swarm-pz peers: "
-"""Begins the lines that a contender's process answers with; libraries print what they like."""
+MARK = "swarm-pz peers: "
+"""Begins the line with the result of a simulator's process, which may print other lines."""
 
 Step = Callable[[], object]
 
@@ -82,7 +82,7 @@ def vmas(scenario: str, games: int, threads: int, **arguments: Any) -> tuple[Ste
 
 
 def magent_battle(_games: int, _threads: int) -> tuple[Step, int]:
-    """MAgent2 battle, 81 against 81, one game."""
+    """Return a function that takes 20 steps of one MAgent2 battle, 81 against 81, and the agent-steps in them."""
     from magent2.environments import battle_v4
 
     env = battle_v4.parallel_env()
@@ -121,7 +121,7 @@ def jaxmarl(name: str, games: int, _threads: int) -> tuple[Step, int]:
             keys, state = carry
             split = jax.vmap(jax.random.split)(keys)
             observations, state, rewards, _, _ = jax.vmap(env.step)(split[:, 0], state, action)
-            # What is not used is not computed, so a trace of every output is kept.
+            # XLA does not compute unused outputs, so a trace of each is kept.
             used = sum(leaf.sum() for leaf in jax.tree.leaves((observations, rewards)))
             return (split[:, 1], state), used
 
@@ -133,11 +133,11 @@ def jaxmarl(name: str, games: int, _threads: int) -> tuple[Step, int]:
     return step, games * len(env.agents) * steps
 
 
-ELEVEN = {"n_blue_agents": 10, "n_red_agents": 10, "ai_red_agents": False, "ai_blue_agents": False}
+FOOTBALL = {"n_blue_agents": 10, "n_red_agents": 10, "ai_red_agents": False, "ai_blue_agents": False}
 CONTENDERS: dict[str, tuple[Callable[..., tuple[Step, int]], str, str, tuple[int, ...]]] = {
-    "swarm-pz": (swarm_pz, "10 against 10", "drone-steps: a control solve, 3 ticks, captures", SIZES),
-    "swarm-pz in JAX": (swarm_pz_in_jax, "10 against 10", "drone-steps, and what both sides see", SIZES),
-    "VMAS football": (partial(vmas, "football", **ELEVEN), "10 against 10", "agent-steps", (64, 512, 2048)),
+    "swarm-pz": (swarm_pz, "10 against 10", "drone-steps", SIZES),
+    "swarm-pz in JAX": (swarm_pz_in_jax, "10 against 10", "drone-steps", SIZES),
+    "VMAS football": (partial(vmas, "football", **FOOTBALL), "10 against 10", "agent-steps", (64, 512, 2048)),
     "VMAS simple_tag": (partial(vmas, "simple_tag"), "3 against 1", "agent-steps", (512, 4096, 16384)),
     "MAgent2 battle": (magent_battle, "81 against 81", "agent-steps", (1,)),
     "JaxMARL MPE_simple_tag": (
@@ -145,11 +145,11 @@ CONTENDERS: dict[str, tuple[Callable[..., tuple[Step, int]], str, str, tuple[int
     ),
     "JaxMARL SMAX": (partial(jaxmarl, "SMAX"), "5 against 5", "agent-steps", SIZES),
 }  # fmt: skip
-"""Name: what makes it of a number of games and of threads, its teams, what is counted, batch sizes to choose from."""
+"""By name: its maker from numbers of games and threads, its teams, the unit, numbers of games to choose from."""
 
 
 def rate(step: Step, count: int) -> float:
-    """Return how many agent-steps a second are taken."""
+    """Return the agent-steps taken a second."""
     began, calls = time.perf_counter(), 0
     while time.perf_counter() - began < SECONDS:
         step()
@@ -157,8 +157,8 @@ def rate(step: Step, count: int) -> float:
     return count * calls / (time.perf_counter() - began)
 
 
-def contend(name: str, threads: int) -> None:
-    """Be one contender: find the best batch size, then measure once for every line of input."""
+def contend(name: str, threads: int) -> dict[str, Any]:
+    """Return the best number of games of a simulator, and its rates there."""
     make, _, _, sizes = CONTENDERS[name]
     found = []
     for games in sizes:
@@ -166,120 +166,35 @@ def contend(name: str, threads: int) -> None:
         step()  # compiles
         found.append((rate(step, count), games, step, count))
     _, best, step, count = max(found, key=lambda entry: entry[0])
-    rates = {games: at_size for at_size, games, _, _ in found}
-    print(ANSWER + json.dumps({"games": best, "rates": rates}), flush=True)
-    for _ in sys.stdin:
-        print(ANSWER + json.dumps({"rate": rate(step, count)}), flush=True)
-
-
-class Contender:
-    """A contender's process."""
-
-    def __init__(self, name: str, threads: int) -> None:
-        self.rates: list[float] = []
-        self._process = subprocess.Popen(  # noqa: S603  (ourselves)
-            [sys.executable, "-m", "benchmarks.peers", "--contend", name, "--threads", str(threads)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-            env=os.environ | {"OMP_NUM_THREADS": str(threads)},
-        )
-        if self._process.stdin is None or self._process.stdout is None:
-            raise RuntimeError("the process has no pipes")
-        self._input, self._output = self._process.stdin, self._process.stdout
-        told = self._answer()
-        self.games: int = told["games"]
-        self.rates_of_sizes: dict[str, float] = told["rates"]
-
-    def _answer(self) -> dict[str, Any]:
-        for line in self._output:  # libraries print what they like before
-            if line.startswith(ANSWER):
-                answer: dict[str, Any] = json.loads(line.removeprefix(ANSWER))
-                return answer
-        raise RuntimeError("it ended early; run it alone with --contend to see why")
-
-    def measure(self) -> None:
-        """Take one measurement."""
-        self._input.write("\n")
-        self._input.flush()
-        self.rates.append(float(self._answer()["rate"]))
-
-    def close(self) -> None:
-        """End the process."""
-        self._process.kill()
-        self._process.wait()
-
-
-def plot(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw the medians as bars, with their ranges, and the rates over the number of games."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7, 6), layout="constrained")
-    axes, over = figure.subplots(2)
-    rows = rows[::-1]
-    medians, lows, highs = (np.array([row[key] for row in rows]) / 1e6 for key in ("median", "low", "high"))
-    colours = ["#1d62d6" if row["name"].startswith("swarm-pz") else "#9aa3ad" for row in rows]
-    bars = axes.barh([row["name"] for row in rows], medians, xerr=[medians - lows, highs - medians], color=colours)
-    axes.bar_label(bars, [f" {median:.2f}" for median in medians])
-    axes.set_xlabel("million agent-steps a second\n(of swarm-pz: drone-steps, each with a solve)")
-    axes.margins(x=0.1)
-    for row in rows[::-1]:
-        sizes = [int(games) for games in row["rates"]]
-        over.loglog(sizes, [rate / 1e6 for rate in row["rates"].values()], marker="o", markersize=4, label=row["name"])
-    over.set(xlabel="games at once", ylabel="million a second")
-    over.legend(fontsize="small", frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
-    for part in (axes, over):
-        part.spines[["top", "right"]].set_visible(False)
-    figure.savefig(path, dpi=120)
+    return {"games": best, "rates": [rate(step, count) for _ in range(REPEATS)]}
 
 
 def main() -> None:
-    """Let the contenders take turns; print a table, write JSON and a bar chart."""
+    """Measure one simulator after the other, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--out", type=Path, default=Path("runs/peers"))
+    parser.add_argument("--table", type=Path, default=Path("docs/tables/peers.csv"))
     parser.add_argument("--contend", choices=CONTENDERS, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.contend:
-        contend(options.contend, options.threads)
+        print(MARK + json.dumps(contend(options.contend, options.threads)))
         return
-    contenders: dict[str, Contender] = {}
-    for name in CONTENDERS:
-        print(f"preparing {name}", flush=True)
-        try:
-            contenders[name] = Contender(name, options.threads)
-        except RuntimeError as error:
-            print(f"  left out: {error}", flush=True)
-    for _ in range(options.repeats):
-        for name in list(contenders):
-            try:
-                contenders[name].measure()
-            except (OSError, RuntimeError) as error:
-                print(f"{name} is left out: {error}", flush=True)
-                contenders.pop(name).close()
-    rows = []
-    print("| simulator | teams | games at once | million a second | range | counted |\n|---|---|---|---|---|---|")
-    for name, contender in contenders.items():
-        contender.close()
-        _, teams, counted, _ = CONTENDERS[name]
-        median, low, high = statistics.median(contender.rates), min(contender.rates), max(contender.rates)
-        rates = contender.rates_of_sizes
-        rows.append(
-            {"name": name, "games": contender.games, "median": median, "low": low, "high": high, "rates": rates}
-        )
-        print(
-            f"| {name} | {teams} | {contender.games} | {median / 1e6:.2f} "
-            f"| {low / 1e6:.2f} to {high / 1e6:.2f} | {counted} |"
-        )
-    print(f"\n| games at once | {' | '.join(map(str, SIZES))} |\n|---{'|---' * len(SIZES)}|")
-    for row in rows:
-        told = [f"{row['rates'][str(games)] / 1e6:.3f}" if str(games) in row["rates"] else "" for games in SIZES]
-        print(f"| {row['name']} | {' | '.join(told)} |")
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / "peers.json").write_text(json.dumps({"threads": options.threads, "rows": rows}, indent=2) + "\n")
-    plot(rows, options.out / "peers.png")
+    rows = [("simulator", "teams", "games at once", "million a second", "range", "counted")]
+    for name, (_, teams, counted, _) in CONTENDERS.items():
+        done = subprocess.run(  # noqa: S603  (this file)
+            [sys.executable, "-m", "benchmarks.peers", "--contend", name, "--threads", str(options.threads)],
+            stdout=subprocess.PIPE, text=True, check=False, env=os.environ | {"OMP_NUM_THREADS": str(options.threads)},
+        )  # fmt: skip
+        lines = [line.removeprefix(MARK) for line in done.stdout.splitlines() if line.startswith(MARK)]
+        if not lines:
+            print(f"{name} is left out: its process ended with {done.returncode}, see above")
+            continue
+        found = json.loads(lines[0])
+        rates = [one / 1e6 for one in found["rates"]]
+        middle, ends = f"{statistics.median(rates):.2f}", f"{min(rates):.2f} to {max(rates):.2f}"
+        rows.append((name, teams, f"{found['games']:,}", middle, ends, counted))
+        print(*rows[-1], sep="  ", flush=True)
+    write_csv(options.table, rows)
 
 
 if __name__ == "__main__":
