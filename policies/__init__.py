@@ -57,8 +57,7 @@ def read_folder(folder: Path, config: GameConfig) -> Player:
     if is_onnx or (not is_learned and is_card(folder / CARD)):
         if is_learned:
             raise CheckpointError(f"{folder} holds two policies, policy.onnx and policy.safetensors: keep one")
-        for module in ("onnx", "onnxruntime"):
-            require_extra(module, "onnx")
+        require_extra("onnxruntime", "onnx")
         return OnnxPolicy.read(folder, config)
     require_extra("torch", "train")
     from swarm_pz.policies.learned import LearnedPolicy

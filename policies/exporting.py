@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import CheckpointError, PolicyError
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.policies.onnx_checks import ROWS, parts_of
+from swarm_pz.policies.onnx_network import ROWS
 from swarm_pz.policies.onnx_policy import OnnxCard, write
 from swarm_pz.policy.model_policy import format_of
 from swarm_pz.spaces.formats import Format
@@ -193,8 +194,17 @@ def _traced(module: nn.Module, inputs: dict[str, spaces.Space[Any]], state: dict
             verbose=False,
         )
     model = program.model_proto  # type: ignore[union-attr]
-    for part in parts_of(model):  # which hold lines of source, and paths of the machine
+    for part in _parts_of(model):  # which hold lines of source, and paths of the machine
         for name in ("doc_string", "metadata_props"):
             if name in part.DESCRIPTOR.fields_by_name:
                 part.ClearField(name)
     return bytes(model.SerializeToString(deterministic=True))
+
+
+def _parts_of(message: Any) -> Iterator[Any]:
+    """Yield a message of protobuf and all that it holds."""
+    yield message
+    for field, value in message.ListFields():
+        if field.message_type is not None:
+            for part in [value] if hasattr(value, "ListFields") else value:
+                yield from _parts_of(part)

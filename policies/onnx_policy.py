@@ -1,7 +1,7 @@
 """Tactics from any framework: a neural network as an ONNX file, and a JSON card that says how to play it.
 
-Nothing in such a folder is run as code: the model is arithmetic, which is checked and tried before it plays
-(`swarm_pz.policies.onnx_checks`), and the card holds words and numbers.
+Nothing in such a folder is run as code: the model is arithmetic, which a process of its own does
+(`swarm_pz.policies.onnx_network`), and the card holds words and numbers.
 """
 
 from __future__ import annotations
@@ -24,9 +24,19 @@ from swarm_pz.config.base import Config, Range, check
 from swarm_pz.config.constants import GRID_CELLS
 from swarm_pz.config.registry import system_of
 from swarm_pz.config.system import ControlSystem, serves_densities
-from swarm_pz.errors import CheckpointError, ConfigError, KindError, OutputError, PolicyError, SwarmError, nearest
+from swarm_pz.errors import (
+    CheckpointError,
+    ConfigError,
+    ForfeitError,
+    KindError,
+    OutputError,
+    PolicyError,
+    SwarmError,
+    nearest,
+)
 from swarm_pz.files import check_folder, draft_of, read_bytes
-from swarm_pz.policies.onnx_checks import MOST_BYTES, ROWS, Arrays, ModelError, Network, TensorSpec
+from swarm_pz.policies.onnx_network import MOST_BYTES, ROWS, Arrays, Network, TensorSpec
+from swarm_pz.policy.program import TOO_SLOW, GameClock
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.formats import Dtype, Format
@@ -200,6 +210,7 @@ class OnnxPolicy:
         self._config, self._system = config, system
         self._format: Format | None = None
         self._states: dict[int, Arrays] = {}
+        self._clock = GameClock()
         signature, state = network.signature, card.state
         for what, named, there in (("input", state, signature.inputs), ("output", state.values(), signature.outputs)):
             if missing := set(named) - set(there):
@@ -283,7 +294,9 @@ class OnnxPolicy:
         return OnnxPolicy(self.card, self.network, self._config, system)
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
-        """Begin new games in some rows: what it remembers of those before is gone."""
+        """Begin new games in some rows, with no memory of those before."""
+        self.network.restart()
+        self._clock.begin(rows)
         for row in rows.tolist():
             self._states.pop(row, None)
 
@@ -309,6 +322,7 @@ class OnnxPolicy:
         given: Arrays = {name: shown[name] for name in seen} if isinstance(shown, dict) else {seen[0]: shown}
         size, count = self.network.signature.rows, len(rows)
         starts = range(0, count, size)
+        self._clock.start()
         parts = [self._answer_part({k: v[i : i + size] for k, v in given.items()}, rows[i : i + size]) for i in starts]
         return np.concatenate(parts)
 
@@ -333,8 +347,10 @@ class OnnxPolicy:
                 feeds[name][place] = values
         try:
             answers = self.network.run(feeds)
-        except ModelError as error:
-            raise PolicyError(f"the model of policy {self.name!r} {error}") from error
+            if self._clock.is_over(rows):
+                raise ForfeitError(f"it {TOO_SLOW}")
+        except PolicyError as error:
+            raise type(error)(f"the model of policy {self.name!r}: {error}") from error
         if self.card.state:
             for place, row in enumerate(rows.tolist()):
                 self._states[row] = {taken: answers[left][place].copy() for taken, left in self.card.state.items()}
@@ -351,7 +367,7 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
         An ONNX file.
     card : OnnxCard
     config : GameConfig, optional
-        A game that it plays; the default one if not given.
+        A game that it plays. If not given, the default one, with as many drones as the model's inputs have rows.
 
     Raises
     ------
@@ -367,8 +383,8 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
             f"model: expected bytes, those of an ONNX file, got {type(model).__name__}: give "
             "Path('model.onnx').read_bytes() of what torch.onnx.export saved, or .SerializeToString() of a model"
         )
-    config = GameConfig() if config is None else config
     network, faults_found = _network(folder / MODEL, model), []
+    config = _game_of(card, network) if config is None else config
     for system in _systems_for(card, config):
         try:
             policy = OnnxPolicy(card, network, config, system)
@@ -376,10 +392,24 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
         except CheckpointError as error:
             faults_found.append(error)
     else:
-        raise faults_found[0]
+        raise CheckpointError(
+            f"{faults_found[0]}; for another game, give its GameConfig: write(folder, model, card, config)"
+        )
     _warn_of_clipping(policy, config)
     check_folder(folder)
     write_files(folder, card, model)
+
+
+def _game_of(card: OnnxCard, network: Network) -> GameConfig:
+    """Return the default game, with as many drones as a model takes; images are the same for any number."""
+    rows = {spec.shape[1] for name, spec in network.signature.inputs.items() if name not in card.state}
+    if card.observation.kind == "grids" or len(rows) != 1:
+        return GameConfig()
+    drones = rows.pop()
+    try:
+        return GameConfig(drones_per_team=(drones - drones // 2, drones // 2))
+    except ConfigError:
+        return GameConfig()
 
 
 def _systems_for(card: OnnxCard, config: GameConfig) -> list[ControlSystem]:
@@ -437,8 +467,8 @@ def check_new(folder: Path) -> None:
 def _network(path: Path, model: bytes) -> Network:
     try:
         return Network(model)
-    except ModelError as error:
-        raise CheckpointError(f"the model {path} {error}") from error
+    except CheckpointError as error:
+        raise CheckpointError(f"the model {path}: {error}") from error
 
 
 def _listed(specs: Mapping[str, TensorSpec]) -> str:

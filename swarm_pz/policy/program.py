@@ -47,6 +47,7 @@ MEMORY_BYTES = 2**30
 """Data that a program may hold, where the system can limit it."""
 FILE_BYTES = 2**26
 """Largest file that it may write, likewise."""
+TOO_SLOW = f"must take at most {GAME_SECONDS:g} s in a game and {COMMAND_SECONDS:g} s more for each command"
 _KEPT_LINES = 20
 """Last lines of its standard error that are kept."""
 _ENVIRONMENT = ("PATH", "LANG", "SYSTEMROOT")
@@ -55,6 +56,35 @@ _MOST_FILES, _MOST_BYTES = 1000, 2**28
 """Of a folder that a digest covers."""
 _FAILED: dict[str, str] = {}
 """Errors of programs that did not answer the greeting, by digest: to start them again would take as long again."""
+
+
+class GameClock:
+    """The time that a player has left in each game, like a chess clock.
+
+    Parameters
+    ----------
+    now : callable, optional
+        Returns seconds.
+    """
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now, self._began, self._left = now, 0.0, dict[int, float]()
+
+    def begin(self, rows: NDArray[np.int64]) -> None:
+        """Begin new games."""
+        self._left.update(dict.fromkeys(rows.tolist(), GAME_SECONDS))
+
+    def start(self) -> None:
+        """Let time count from now on."""
+        self._began = self._now()
+
+    def is_over(self, rows: NDArray[np.int64]) -> bool:
+        """Count the time since the last call for games that were answered, a part each; return whether one is over."""
+        began, self._began = self._began, self._now()
+        for row in rows.tolist():
+            spent = (self._began - began) / len(rows)
+            self._left[row] = self._left.get(row, GAME_SECONDS) + COMMAND_SECONDS - spent
+        return any(self._left[row] < 0 for row in rows.tolist())
 
 
 class Program:
@@ -97,23 +127,25 @@ class Program:
     ) -> None:
         self.name = f"exec:{line}"
         place = Path.cwd() if folder is None else folder.resolve()
-        self._cells = config.command_cells
-        self._clock, self._left = clock, dict[int, float]()
-        words, environment = _read(self.name, line, place)
+        self._config, self._cells, self._clock = config, config.command_cells, GameClock(clock)
+        self._start = (*_read(self.name, line, place), place)
         self.digest = _digest(line, place, owns_place=folder is not None)
         self._key = f"{place} {self.digest}"
         self.observation = ObservationConfig(grid=1)
         self._turn = 0
-        if self._key in _FAILED:
-            return
-        self._pipe = _Pipe(self.name, words, environment, place)
+        if self._key not in _FAILED:
+            self._open()
+
+    def _open(self) -> None:
+        """Start the program, and greet it."""
+        self._pipe = Pipe(self.name, *self._start)
         try:
-            self.observation = self._greet(config)
+            self.observation = self._greet()
         except ForfeitError as error:
             _FAILED[self._key] = str(error)
 
-    def _greet(self, config: GameConfig) -> ObservationConfig:
-        self._pipe.send(_greeting(config))
+    def _greet(self) -> ObservationConfig:
+        self._pipe.send(_greeting(self._config))
         answer = self._pipe.receive("answer the greeting")
         if not _is_number(version := answer.get("swarm_pz")) or version != VERSION:
             raise self._pipe.fault(f'must answer the greeting with "swarm_pz": {VERSION}, got {_shown(answer)}')
@@ -126,17 +158,19 @@ class Program:
             raise self._pipe.fault(f"asked to see what there is not: {error}") from error
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
-        """Tell the program of new games.
+        """Begin new games, with the program started again if it has ended.
 
         Raises
         ------
         ForfeitError
             If it did not answer the greeting as the protocol says.
         """
+        if self._key not in _FAILED and self._pipe.is_over:
+            self._open()
         if (fault := _FAILED.get(self._key)) is not None:
             raise ForfeitError(fault)
+        self._clock.begin(rows)
         for seed, row in zip(seeds, rows.tolist(), strict=True):
-            self._left[row] = GAME_SECONDS
             self._pipe.send({"begin": row, "seed": int(np.random.default_rng(seed).integers(2**31))})
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -147,20 +181,15 @@ class Program:
         ForfeitError
             If an answer is late, wrong or missing; the program is ended.
         """
-        first, began, densities = self._turn, self._clock(), []
+        first, densities = self._turn, []
+        self._clock.start()
         for place, row in enumerate(rows.tolist()):
             self._pipe.send({"turn": self._turn, "game": row, "see": _plain(of_game(observations, place))})
             self._turn += 1
-        for turn, row in enumerate(rows.tolist(), first):
+        for place, turn in enumerate(range(first, self._turn)):
             densities.append(self._density(turn))
-            now = self._clock()
-            self._left[row] += COMMAND_SECONDS - (now - began)
-            began = now
-            if self._left[row] < 0:
-                raise self._pipe.fault(
-                    f"must take at most {GAME_SECONDS:g} s in a game and {COMMAND_SECONDS:g} s more for each command, "
-                    f"but its time was over at turn {turn}"
-                )
+            if self._clock.is_over(rows[place : place + 1]):
+                raise self._pipe.fault(f"{TOO_SLOW}, but its time was over at turn {turn}")
         return np.stack(densities)
 
     def _density(self, turn: int) -> NDArray[np.float64]:
@@ -278,7 +307,7 @@ def _shown(told: Any) -> str:
     return text if len(text) <= 80 else f"{text[:80]}..."
 
 
-class _Pipe:
+class Pipe:
     """A program that runs, and the lines to and from it; threads keep either side from waiting for ever."""
 
     def __init__(self, name: str, words: list[str], environment: dict[str, str], place: Path) -> None:
@@ -314,12 +343,21 @@ class _Pipe:
             raise ForfeitError(self._fault)
         self._outbox.put(json.dumps(message, separators=(",", ":")).encode() + b"\n")
 
-    def receive(self, what: str) -> dict[str, Any]:
-        """Return the next line that the program writes."""
+    @property
+    def is_over(self) -> bool:
+        """Whether the program was ended."""
+        return self._fault is not None
+
+    def receive(self, what: str, seconds: float | None = None) -> dict[str, Any]:
+        """Return the next object that the program writes; wait `SECONDS` if not given."""
+        seconds = SECONDS if seconds is None else seconds
         try:
-            line = self._inbox.get()
+            line = self._inbox.get(seconds)
         except queue.Empty:
-            raise self.fault(f"must {what} within {SECONDS:g} s") from None
+            raise self.fault(f"must {what} within {seconds:g} s") from None
+        except BaseException:  # an alarm: what comes later is no answer to what is asked next
+            self.fault(f"was interrupted when it had to {what}")
+            raise
         if len(line) > LINE_BYTES:
             raise self.fault(f"must {what} with a line of at most {LINE_BYTES:,} bytes")
         if not line:
@@ -363,9 +401,9 @@ class _Inbox:
         self._room.acquire()
         self._lines.put(line)
 
-    def get(self) -> bytes:
+    def get(self, seconds: float) -> bytes:
         """Return the next line; raise `queue.Empty` if none comes in time."""
-        line = self._lines.get(timeout=SECONDS)
+        line = self._lines.get(timeout=seconds)
         self._room.release()
         return line
 

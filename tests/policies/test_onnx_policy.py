@@ -12,7 +12,7 @@ import pytest
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError, KindError, OutputError, PolicyError
 from swarm_pz.evaluation.match import play_match
-from swarm_pz.policies import onnx_checks, onnx_policy
+from swarm_pz.policies import onnx_policy
 from swarm_pz.policies.onnx_policy import CARD, MODEL, OnnxCard, write
 from swarm_pz.policy import load, load_players
 from swarm_pz.spaces.densities import named_commands
@@ -21,20 +21,6 @@ from tests.policies.onnx_of_tests import follower, parsed
 GAME = GameConfig(drones_per_team=2, time_limit=4.0)
 SEEN = ObservationConfig(grid=5, channels=("opposing_positions",))
 FOLLOWER = OnnxCard(name="follower", origin="by hand", observation=SEEN, action="command", action_cells=5)
-
-
-@pytest.fixture(autouse=True)
-def _tried_here(monkeypatch):
-    """Try models in this process: that another does it, and dies in its place, is tested in test_onnx_checks."""
-
-    def tried(data):
-        try:
-            return onnx_checks.inspect(data)
-        except onnx_checks.ModelError as error:
-            return str(error)
-
-    monkeypatch.setattr(onnx_checks, "_tried", tried)
-    monkeypatch.setattr(onnx_checks, "_known", {})
 
 
 @pytest.fixture
@@ -138,7 +124,7 @@ def test_lists_of_drones_and_commands_of_other_systems_play(tmp_path):
     )
     seen, direct = ObservationConfig(kind="entities"), GAME.replace(controllers="direct")
     card = OnnxCard(name="lists", observation=seen, action="command", action_cells=2, flatten_actions=True)
-    write(tmp_path / "lists", lists, card, GAME)
+    write(tmp_path / "lists", lists, card)
     card = OnnxCard(name="rows", answers="accelerations", system="direct", observation=ObservationConfig(kind="drones"))
     write(tmp_path / "rows", rows, card, direct)
     for name, game in (("lists", GAME), ("rows", direct)):
@@ -246,7 +232,7 @@ def test_nan_in_a_game_is_the_policys_fault(tmp_path):
     )
     write(tmp_path / "m", model, FOLLOWER)
     policy = load(tmp_path / "m", GAME)
-    with pytest.raises(PolicyError, match="'follower' answered NaN or infinity"):
+    with pytest.raises(PolicyError, match="'follower': answered NaN or infinity"):
         policy.act(np.full((1, 1, 5, 5), 255, np.uint8), np.zeros(1, int))
 
 

@@ -234,7 +234,7 @@ def test_a_digest_covers_what_lies_beside_a_program(tmp_path, monkeypatch):
         lines = (("python3 bots/mine/main.py", None), ("python3 main.py", folder), ("python3 bot.py", None))
         return [Program(SHORT, line, place).digest for line, place in lines]
 
-    monkeypatch.setattr(program, "_Pipe", NoPipe)
+    monkeypatch.setattr(program, "Pipe", NoPipe)
     before = digests()
     for file, changed in (
         ("bots/mine/parts/helper.py", [True, True, False]),
