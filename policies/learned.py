@@ -183,7 +183,7 @@ class LearnedPolicy:
         """Identifies card and weights together."""
         self.noise = 0.0
         self._config, self._system = config, system
-        self._actions = None if system is None else make_actions(config, system, "normalised", None, flat=False)
+        self._actions = None if system is None else make_actions(config, system, "normalised", None)
         learned, taken = (
             getattr(self._actor, "shape", None),
             None if self._actions is None else self._actions.space.shape,

@@ -9,11 +9,12 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from gymnasium import spaces
@@ -39,7 +40,7 @@ from swarm_pz.policies.onnx_network import MOST_BYTES, ROWS, Arrays, Network, Te
 from swarm_pz.policy.program import TOO_SLOW, GameClock
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.actions import ActionKind
-from swarm_pz.spaces.formats import Dtype, Format
+from swarm_pz.spaces.formats import Format
 from swarm_pz.spaces.observation import Observations, observation_space
 from swarm_pz.systems import faults, registered
 from swarm_pz.systems.ergodic import Ergodic
@@ -52,7 +53,7 @@ _GET_AGAIN = "get it again from where it came from, or write it by swarm_pz.poli
 
 @dataclass(frozen=True, kw_only=True)
 class OnnxCard(Config):
-    """What a model's card says; see `swarm_pz.spaces.formats.Format` for how actions and images are written.
+    """A model's card: what the model sees, and how its answers are read.
 
     Attributes
     ----------
@@ -67,12 +68,15 @@ class OnnxCard(Config):
     observation : ObservationConfig
         What it sees.
     observation_dtype : {"uint8", "float32"}
+        Images from 0 to 255, or from 0 to 1.
     channels_last : bool
+        Images (G, G, C) in place of (C, G, G).
     action : {"normalised", "command", "discrete"}
         How its answers are read, as of `Format`; those outside of the format's limits are clipped. Of discrete ones,
         an answer is the number of a command, or else a value for each, of which the largest is taken.
     action_cells : int, optional
     flatten_actions : bool
+        Answers are flat vectors.
     state : dict of str to str
         Of a model with memory: the output whose values an input has at the next step; zeros at first.
     """
@@ -84,7 +88,7 @@ class OnnxCard(Config):
     answers: str = "density"
     system: str = ""
     observation: ObservationConfig = field(default_factory=ObservationConfig)
-    observation_dtype: Dtype = "uint8"
+    observation_dtype: Literal["uint8", "float32"] = "uint8"
     channels_last: bool = False
     action: ActionKind = "normalised"
     action_cells: Annotated[int, Range(2, GRID_CELLS)] | None = None
@@ -103,17 +107,16 @@ class OnnxCard(Config):
         check(is_map, "card.state", self.state, "inputs to outputs")
 
     def format(self, config: GameConfig, system: ControlSystem) -> Format:
-        """Return how a game's observations are shown, and answers are read."""
-        return Format(
-            config,
-            self.observation,
-            system,
-            action=self.action,
-            action_cells=self.action_cells,
-            flatten_actions=self.flatten_actions,
-            observation_dtype=self.observation_dtype,
-            channels_last=self.channels_last,
-        )
+        """Return the format of a game's observations and of the answers, but for flat vectors and images' form."""
+        return Format(config, self.observation, system, action=self.action, action_cells=self.action_cells)
+
+    def in_form(self, observations: Observations) -> Observations:
+        """Return observations as the model takes them."""
+        if self.observation.kind != "grids":
+            return observations
+        images = np.ascontiguousarray(np.moveaxis(observations, -3, -1)) if self.channels_last else observations
+        is_float = self.observation_dtype == "float32"
+        return np.divide(images, np.float32(255.0), dtype=np.float32) if is_float else images
 
 
 def digest_of(card: OnnxCard, model: bytes) -> str:
@@ -245,7 +248,8 @@ class OnnxPolicy:
             expected = {name: TensorSpec(str(part.dtype), (rows, *(part.shape or ()))) for name, part in space.items()}
             fits = bool(seen) and all(expected.get(name) == spec for name, spec in seen.items())
         else:
-            expected = {"observation": TensorSpec(str(space.dtype), (rows, *(space.shape or ())))}
+            shown = self.card.in_form(np.zeros((rows, *(space.shape or ())), space.dtype))
+            expected = {"observation": TensorSpec(str(shown.dtype), shown.shape)}
             fits = list(seen.values()) == list(expected.values())
         if not fits:
             raise self._lie(f"in this game it is to be shown {_listed(expected)}, the model takes {_listed(seen)}")
@@ -258,7 +262,8 @@ class OnnxPolicy:
             fits = is_number or (spec.shape == (rows, space.n) and np.issubdtype(spec.dtype, np.floating))
             expected = f"whole numbers ({rows},), or values ({rows}, {space.n})"
         else:
-            shape = (rows, *(space.shape or ()))
+            inner = space.shape or ()
+            shape = (rows, math.prod(inner)) if self.card.flatten_actions else (rows, *inner)
             fits = spec.shape == shape and np.issubdtype(spec.dtype, np.floating)
             expected = f"fractions {shape}"
         if not fits:
@@ -312,12 +317,14 @@ class OnnxPolicy:
         if isinstance(form.action_space, spaces.Discrete):
             answers = answers.argmax(axis=1) if answers.ndim == 2 else answers
         elif isinstance(form.action_space, spaces.Box):
-            answers = answers.astype(np.float64).clip(form.action_space.low, form.action_space.high)
+            low, high = form.action_space.low, form.action_space.high
+            answers = answers.reshape(len(rows), *low.shape).astype(np.float64).clip(low, high)
         return form.read(answers, len(rows), f"the answers of policy {self.name}")
 
     def answers_to(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[Any]:
         """Return what the model itself answers to n observations, of whatever size; raises as `act`."""
-        shown = self._told_format().show(observations)
+        self._told_format()
+        shown = self.card.in_form(observations)
         seen = [name for name in self.network.signature.inputs if name not in self.card.state]
         given: Arrays = {name: shown[name] for name in seen} if isinstance(shown, dict) else {seen[0]: shown}
         size, count = self.network.signature.rows, len(rows)

@@ -16,7 +16,7 @@ settings.load_profile("ci")
 
 HERE = Path(__file__).parent
 BITS = (
-    "datasets/test_matches.py", "envs/test_batch_env.py", "evaluation/test_match.py", "evaluation/test_rollout.py",
+    "envs/test_batch_env.py", "evaluation/test_match.py", "evaluation/test_rollout.py",
     "kernels/controllers/*.py", "kernels/test_capture.py", "kernels/test_game.py", "kernels/test_mirror.py",
     "kernels/test_released.py", "play/test_game.py", "play/recordings/test_playback.py",
     "play/recordings/test_verification.py", "policies/test_commanders.py", "policies/test_lookahead.py",

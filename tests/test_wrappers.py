@@ -34,10 +34,10 @@ WRAPPERS = {
 }
 FORMATS = {
     "default": {},
-    "flat": {"flatten_actions": True, "observation_dtype": "float32"},
-    "coarse": {"action": "normalised", "action_cells": 5, "channels_last": True},
+    "coarse": {"action": "normalised", "action_cells": 5},
+    "modes": {"action": "modes"},
     "density": {"action": "command"},
-    "discrete": {"action": "discrete", "observation_dtype": "float32", "channels_last": True},
+    "discrete": {"action": "discrete"},
 }
 
 
@@ -126,7 +126,7 @@ def test_numbers_of_numpy_are_numbers():
     assert game == GameConfig(drones_per_team=(3, 4), time_limit=3.0, observation=ObservationConfig(grid=10))
     made = [
         CaptureEnv(game, max_cycles=three),
-        DuelEnv(game, max_cycles=three, action_cells=three, flatten_actions=np.True_),
+        DuelEnv(game, max_cycles=three, action_cells=three),
         DuelVectorEnv(three, game, max_cycles=three, threads=whole(1)),
         SwarmVecEnv(game, three, max_cycles=three, threads=whole(1), seed=three),
         DronesVecEnv(game, three, action_period=real(0.5), neighbours=three, grid=ten, patch=three, seed=three),
@@ -190,11 +190,11 @@ def test_the_spec_says_after_how_many_steps_a_game_is_a_draw(keywords):
     assert gymnasium.make(made.spec.id, **keywords).unwrapped.duel.batch.max_cycles == expected
 
 
+@pytest.mark.filterwarnings("ignore:.*we recommend using a symmetric and normalized space:UserWarning")  # of modes
 def test_gymnasiums_checker_has_nothing_to_say(formats):
     check_env(gymnasium.make(ID, **formats).unwrapped)
 
 
-@pytest.mark.filterwarnings("ignore:.*The observation .* is not an image:UserWarning")
 def test_pettingzoos_tests_pass_in_all_formats(formats):
     parallel_api_test(CaptureEnv(max_cycles=20, **formats), num_cycles=50)
     parallel_seed_test(lambda: CaptureEnv(max_cycles=20, **formats))

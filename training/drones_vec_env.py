@@ -13,7 +13,7 @@ from stable_baselines3.common.type_aliases import RolloutBufferSamples
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from swarm_pz.config import GameConfig, resolve
-from swarm_pz.envs.drones_batch import DronesBatch, Reward, Side
+from swarm_pz.envs.drones_batch import DronesBatch, Side
 from swarm_pz.envs.opponents import Opponents
 from swarm_pz.kernels.sight import SITS_OUT
 from swarm_pz.rendering.painter import draw
@@ -34,7 +34,7 @@ class DronesVecEnv(BatchVecEnv):
     ----------
     config : GameConfig, optional
     num_games : int
-    side, reward, action, action_period, neighbours, grid, patch, max_cycles, **overrides
+    side, action, action_period, neighbours, grid, patch, max_cycles, **overrides
         As of `DronesEnv`.
     opponent : str, Policy or sequence of these, optional
         As of `DronesEnv`; several are dealt to the games in turn.
@@ -49,7 +49,6 @@ class DronesVecEnv(BatchVecEnv):
         *,
         side: Side = "random",
         opponent: Opponents | None = None,
-        reward: Reward = "team",
         action: DroneAction = "acceleration",
         action_period: float = 0.2,
         neighbours: int = 5,
@@ -66,7 +65,6 @@ class DronesVecEnv(BatchVecEnv):
             num_games,
             side=side,
             opponent=opponent,
-            reward=reward,
             action=action,
             action_period=action_period,
             neighbours=neighbours,
@@ -138,21 +136,20 @@ class DronesVecEnv(BatchVecEnv):
 
 
 class PlayingRolloutBuffer(RolloutBuffer):
-    """What drones lived through while they played: a `rollout_buffer_class` for PPO on `DronesVecEnv`.
+    """A `rollout_buffer_class` for PPO on `DronesVecEnv` that leaves out inactive drones.
 
-    Every minibatch leaves out rows of inactive drones, since their actions mean nothing. The critic sees nothing of an
-    inactive drone, so its value is set: with ``reward="own"`` to 0, with ``reward="team"``, which all drones of a game
-    share, to the mean value of the active drones of its game.
+    Every minibatch leaves out their rows, since their actions mean nothing. The critic sees nothing of an inactive
+    drone, so its value is set to the mean value of the active drones of its game, which share the reward.
 
     Parameters
     ----------
     *args, **kwargs
         As of the base class.
-    team : int, optional
-        Drones of a game, `DronesVecEnv.num_drones`: give it with ``reward="team"``, and not with ``reward="own"``.
+    team : int
+        Drones of a game: `DronesVecEnv.num_drones`.
     """
 
-    def __init__(self, *args: Any, team: int | None = None, **kwargs: Any) -> None:
+    def __init__(self, *args: Any, team: int, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._team = team
 
@@ -166,12 +163,10 @@ class PlayingRolloutBuffer(RolloutBuffer):
 
     def _worth(self, values: NDArray[np.float32], sits_out: NDArray[np.bool_]) -> NDArray[np.float32]:
         """Return values (n, E * N) with those of rows that sit out replaced."""
-        instead: NDArray[np.float32] | float = 0.0
-        if self._team is not None:
-            by_game = (len(values), -1, self._team)
-            plays = ~sits_out.reshape(by_game)
-            sums = (values.reshape(by_game) * plays).sum(axis=2)
-            instead = np.repeat(sums / np.maximum(plays.sum(axis=2), 1), self._team, axis=1)
+        by_game = (len(values), -1, self._team)
+        plays = ~sits_out.reshape(by_game)
+        sums = (values.reshape(by_game) * plays).sum(axis=2)
+        instead = np.repeat(sums / np.maximum(plays.sum(axis=2), 1), self._team, axis=1)
         return np.where(sits_out, instead, values).astype(np.float32)
 
     def get(self, batch_size: int | None = None) -> Iterator[RolloutBufferSamples]:  # type: ignore[override]

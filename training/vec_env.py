@@ -5,20 +5,20 @@ from __future__ import annotations
 import copy
 import itertools
 from collections.abc import Sequence
-from typing import Any, Literal, Unpack
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import GameConfig, resolve
 from swarm_pz.envs.batch_env import by_game
 from swarm_pz.envs.opponents import DuelBatch, Opponents
 from swarm_pz.policy import Player
 from swarm_pz.rendering.painter import draw
 from swarm_pz.simulator.spawn import check_seed
-from swarm_pz.spaces.formats import WrapperOptions, read_options
+from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.observation import of_game
 
 
@@ -52,8 +52,7 @@ class SwarmVecEnv(BatchVecEnv):
     Parameters
     ----------
     num_envs : int
-    config, opponent, side, max_cycles, **options
-    action, action_cells, flatten_actions, observation_dtype, channels_last
+    config, opponent, side, action, action_cells, max_cycles, **rules
         As of `swarm_pz.envs.gymnasium_env.DuelEnv`; `opponent` may be a sequence, dealt to the games in turn.
     threads : int
     seed : int, optional
@@ -66,21 +65,23 @@ class SwarmVecEnv(BatchVecEnv):
         *,
         opponent: Opponents = "uniform",
         side: Literal["random", "red", "blue"] = "random",
+        action: ActionKind = "normalised",
+        action_cells: int | None = None,
         threads: int = 1,
         seed: int | None = None,
         max_cycles: int | None = None,
-        **options: Unpack[WrapperOptions],
+        **rules: Any,
     ) -> None:
-        rules, written = read_options(config, options, type(self))
         # The base class asks for attributes while it initialises, so ours come first.
         self.duel = DuelBatch(
-            rules,
+            resolve(config, rules, type(self)),
             num_envs,
             opponent=opponent,
             side=side,
+            action=action,
+            action_cells=action_cells,
             threads=threads,
             max_cycles=max_cycles,
-            **written,
         )
         self.render_mode = "rgb_array"
         self.num_envs = num_envs

@@ -27,7 +27,7 @@ except MissingExtraError as missing:  # the entry point is installed even withou
 
 import tyro
 
-from swarm_pz.cli import compare, data, defaults, learn, machine, report, standard, studies, table
+from swarm_pz.cli import compare, defaults, learn, machine, report, standard, studies, table
 from swarm_pz.cli.player_options import REGISTRY
 from swarm_pz.cli.printing import printable
 
@@ -54,7 +54,6 @@ def commands_of(program: str) -> dict[str, Callable[..., None]]:
         "play": table.play,
         "replay": table.replay,
         "site": table.site,
-        "dataset": data.dataset,
         "policies": compare.list_policies,
         "render": machine.render,
         "bench": machine.bench,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -214,7 +214,6 @@ def resolve(
     config: GameConfig | Mapping[str, Any] | None,
     overrides: Mapping[str, Any],
     wrapper: type,
-    others: Iterable[str] = (),
 ) -> GameConfig:
     """Return the configuration that a wrapper's keywords ask for.
 
@@ -226,8 +225,6 @@ def resolve(
         Fields to replace, and `preset`, the name of one to begin with in place of `config`.
     wrapper : type
         Whose keywords they are; an error knows those that its constructor names.
-    others : iterable of str
-        Its other keywords, which an error knows, too.
 
     Raises
     ------
@@ -241,7 +238,7 @@ def resolve(
     for name in fields:
         if name not in GameConfig.__dataclass_fields__:
             named = inspect.signature(wrapper).parameters.values()
-            known = {"preset", *GameConfig.__dataclass_fields__, *others}
+            known = {"preset", *GameConfig.__dataclass_fields__}
             known |= {parameter.name for parameter in named if parameter.kind is not parameter.VAR_KEYWORD}
             # Python's own words: libraries look for them to find out what they may leave away.
             argument = f"{wrapper.__name__}() got an unexpected keyword argument {name!r}"

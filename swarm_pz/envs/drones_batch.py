@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,14 +12,12 @@ from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check, check_choice, check_number
 from swarm_pz.envs.batch_env import BatchEnv, by_game
 from swarm_pz.envs.opponents import DuelBatch, DuelResult, Opponents
-from swarm_pz.envs.reward import drone_rewards
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.sight import BOTH
 from swarm_pz.simulator import CheckedCommands
 from swarm_pz.spaces.drones import DroneAction, DroneActions, DroneView
 
 Side = Literal["random", "red", "blue", "both"]
-Reward = Literal["team", "own"]
 
 
 class DronesBatch:
@@ -31,7 +29,7 @@ class DronesBatch:
         Pairs are (learner, opponent), and (red, blue) where both sides learn. Of its `controllers` one flies for the
         opponent, or of a pair ("direct", other) the second; `command_period` is how long its commands hold.
     num_games : int
-    side, opponent, reward, action, action_period, neighbours, grid, patch, max_cycles
+    side, opponent, action, action_period, neighbours, grid, patch, max_cycles
         As of `swarm_pz.envs.drones_env.DronesEnv`; opponents may be several, dealt to the games in turn.
     threads : int
 
@@ -56,7 +54,6 @@ class DronesBatch:
         *,
         side: Side = "random",
         opponent: Opponents | None = None,
-        reward: Reward = "team",
         action: DroneAction = "acceleration",
         action_period: float = 0.2,
         neighbours: int = 5,
@@ -71,8 +68,6 @@ class DronesBatch:
             raise ConfigError(
                 f"drones that learn are flown by 'direct': give controllers=('direct', other), got {both!r}"
             )
-        check_choice(reward, "reward", get_args(Reward))
-        self._reward = reward
         own = config.replace(
             command_period=_check_period(config, action_period, is_free=side == "both"),
             controllers="direct" if side == "both" else ("direct", config.team_systems[1]),
@@ -142,22 +137,16 @@ class DronesBatch:
         GameOverError
             If no game is running.
         """
-        games = self.batch.simulator.games
-        flew, teams, sides = self.flies, games.teams.copy(), self.sides
+        sides = self.sides
         # A drone that comes over in this step flies on without a push until its agent has seen something.
-        commands = np.where(flew[:, :, None], accelerations, 0.0)
+        commands = np.where(self.flies[:, :, None], accelerations, 0.0)
         packed = self.batch.pack(commands)
         if self.duel is None:
             both = CheckedCommands(np.stack([packed, packed], axis=1))
             result = self.batch.step(both, after_control_period)
         else:
             result = self.duel.step(CheckedCommands(packed), after_control_period).result
-        if self._reward == "team":
-            rewards = result.rewards[np.arange(len(sides))[:, None], sides]
-        else:
-            rewards = drone_rewards(
-                self.config, result.rewards, flew, teams, games.teams, games.capture_ticks, result.terminated
-            )
+        rewards = result.rewards[np.arange(len(sides))[:, None], sides]
         return DuelResult(rewards, result.terminated, result.truncated, result)
 
     def infos(self, result: DuelResult | None, row: int) -> list[dict[str, Any]]:

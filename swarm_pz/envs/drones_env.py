@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import AGENTS, GameConfig, resolve
-from swarm_pz.envs.drones_batch import DronesBatch, Reward, Side
+from swarm_pz.envs.drones_batch import DronesBatch, Side
 from swarm_pz.envs.one_game import OneGameEnv
 from swarm_pz.envs.opponents import DuelResult, Opponent
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
@@ -51,9 +51,8 @@ class DronesEnv(OneGameEnv):
     **Observation.** One vector: the drone itself, the nearest of its own side and of the other, and the ground around
     it; `swarm_pz.spaces.drones` has its parts, and `view.parts` where they stand.
 
-    **Reward.** With ``reward="team"``, every agent gets the whole reward of the team that it plays for when the step
-    begins, also while it sits out: where one side learns, all agents get the same at every step. With ``"own"``, a
-    drone that is captured gets what its team had got by that tick, and nothing while it sits out.
+    **Reward.** Every agent gets the whole reward of the team that it plays for when the step begins, also while it sits
+    out: where one side learns, all agents get the same at every step.
 
     **Ends.** For all agents at once, as of the game.
 
@@ -72,7 +71,6 @@ class DronesEnv(OneGameEnv):
         Whose drones learn.
     opponent : str, Path, Policy or model, optional
         As of `swarm_pz.envs.gymnasium_env.DuelEnv`, ``uniform`` if not given; there is none where both sides learn.
-    reward : {"team", "own"}
     action : {"acceleration", "discrete"}
     action_period : float
         Seconds of a step: whole control periods of 0.1 s, and a whole part of `command_period`.
@@ -102,7 +100,6 @@ class DronesEnv(OneGameEnv):
         *,
         side: Side = "random",
         opponent: Opponent | None = None,
-        reward: Reward = "team",
         action: DroneAction = "acceleration",
         action_period: float = 0.2,
         neighbours: int = 5,
@@ -117,7 +114,6 @@ class DronesEnv(OneGameEnv):
             1,
             side=side,
             opponent=opponent,
-            reward=reward,
             action=action,
             action_period=action_period,
             neighbours=neighbours,

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Unpack
+from typing import Any, Literal
 
 import gymnasium
 import numpy as np
 from numpy.typing import ArrayLike
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import GameConfig, resolve
 from swarm_pz.envs.batch_env import by_game
 from swarm_pz.envs.opponents import DuelBatch, OneLearner, Opponent
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed
-from swarm_pz.spaces.formats import WrapperOptions, read_options
+from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.observation import Observations, of_game
 
 
@@ -39,11 +39,9 @@ class DuelEnv(OneLearner, gymnasium.Env[Any, Any]):
         cosines in [-2, 2]; or the number of one of `command_names`. See `swarm_pz.spaces.formats`.
     action_cells : int, optional
         Cells a side of an action, interpolated to the command's; as many as these if not given.
-    flatten_actions, observation_dtype, channels_last
-        How actions and images are written; see `swarm_pz.spaces.formats`.
     render_mode : str, optional
     max_cycles : int, optional
-    **options
+    **rules
         Fields of `GameConfig` to replace; `preset`, the name of one to begin with.
 
     Examples
@@ -64,12 +62,21 @@ class DuelEnv(OneLearner, gymnasium.Env[Any, Any]):
         *,
         opponent: Opponent = "uniform",
         side: Literal["random", "red", "blue"] = "random",
+        action: ActionKind = "normalised",
+        action_cells: int | None = None,
         render_mode: str | None = None,
         max_cycles: int | None = None,
-        **options: Unpack[WrapperOptions],
+        **rules: Any,
     ) -> None:
-        rules, written = read_options(config, options, type(self))
-        self.duel = DuelBatch(rules, 1, opponent=opponent, side=side, max_cycles=max_cycles, **written)
+        self.duel = DuelBatch(
+            resolve(config, rules, type(self)),
+            1,
+            opponent=opponent,
+            side=side,
+            action=action,
+            action_cells=action_cells,
+            max_cycles=max_cycles,
+        )
         self.render_mode = render_mode
         self.screen = Screen(render_mode, self.duel.batch.simulator)
         self.metadata = self.screen.metadata

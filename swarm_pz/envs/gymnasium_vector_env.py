@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, Unpack
+from typing import Any, Literal
 
 import numpy as np
 from gymnasium.utils import seeding
@@ -11,12 +11,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import GameConfig, resolve
 from swarm_pz.envs.opponents import DuelBatch, DuelResult, OneLearner, Opponents
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed, seeds_of
-from swarm_pz.spaces.formats import WrapperOptions, read_options
+from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.observation import Observations, of_game
 
 
@@ -26,8 +26,7 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
     Parameters
     ----------
     num_envs : int
-    config, opponent, side, max_cycles, **options
-    action, action_cells, flatten_actions, observation_dtype, channels_last
+    config, opponent, side, action, action_cells, max_cycles, **rules
         As of `DuelEnv`; `opponent` may be a sequence, dealt to the games in turn.
     threads : int
     render_mode : str, optional
@@ -56,17 +55,25 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
         *,
         opponent: Opponents = "uniform",
         side: Literal["random", "red", "blue"] = "random",
+        action: ActionKind = "normalised",
+        action_cells: int | None = None,
         threads: int = 1,
         render_mode: str | None = None,
         max_cycles: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        **options: Unpack[WrapperOptions],
+        **rules: Any,
     ) -> None:
         self.autoreset_mode = _check_autoreset(autoreset_mode)
         self.num_envs = num_envs
-        rules, written = read_options(config, options, type(self))
         self.duel = DuelBatch(
-            rules, num_envs, opponent=opponent, side=side, threads=threads, max_cycles=max_cycles, **written
+            resolve(config, rules, type(self)),
+            num_envs,
+            opponent=opponent,
+            side=side,
+            action=action,
+            action_cells=action_cells,
+            threads=threads,
+            max_cycles=max_cycles,
         )
         self.render_mode = render_mode
         shown = 1 if render_mode in (None, "human") else num_envs

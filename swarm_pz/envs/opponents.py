@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Unpack
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
@@ -18,7 +18,8 @@ from swarm_pz.errors import ConfigError
 from swarm_pz.policy import Player, load, name_of
 from swarm_pz.policy.model_policy import Model
 from swarm_pz.simulator import CheckedCommands
-from swarm_pz.spaces.formats import Format, FormatOptions
+from swarm_pz.spaces.actions import ActionKind
+from swarm_pz.spaces.formats import Format
 from swarm_pz.spaces.observation import Observations
 
 Opponent = str | Path | Player | Model
@@ -49,7 +50,7 @@ class DuelBatch:
         Every pair in it is (learner, opponent), on either side: `drones_per_team`, `controllers` and `observation`.
         Opponents say for themselves what they see; for a model, its side's `observation` says which channels it knows.
     num_games : int
-    opponent, side, threads, max_cycles, **options
+    opponent, side, action, action_cells, threads, max_cycles
         As of `swarm_pz.envs.gymnasium_vector_env.DuelVectorEnv`.
     answer_ticks : int, optional
         Ticks for which opponents' answers hold; a step if not given.
@@ -69,15 +70,18 @@ class DuelBatch:
         *,
         opponent: Opponents = "uniform",
         side: Literal["random", "red", "blue"] = "random",
+        action: ActionKind = "normalised",
+        action_cells: int | None = None,
         threads: int = 1,
         max_cycles: int | None = None,
         answer_ticks: int | None = None,
-        **options: Unpack[FormatOptions],
     ) -> None:
         check_choice(side, "side", ("random", *TEAM_NAMES))
         self.config = config
         self.batch = BatchEnv(config, num_games, threads=threads, max_cycles=max_cycles)
-        self.format = Format(config, config.observations[0], config.team_systems[0], **options)
+        self.format = Format(
+            config, config.observations[0], config.team_systems[0], action=action, action_cells=action_cells
+        )
         self._side = side
         self._answer_ticks = config.step_ticks if answer_ticks is None else answer_ticks
         self._commands = np.zeros((num_games, 2, *self.batch.command_shape))
@@ -151,7 +155,7 @@ class DuelBatch:
     def observe(self, rows: NDArray[np.int64] | None = None) -> Observations:
         """Return what the learners of some games see."""
         chosen = self._games if rows is None else rows
-        return self.format.show(self.batch.observe(self.format.observation, self.sides[chosen], chosen))
+        return self.batch.observe(self.format.observation, self.sides[chosen], chosen)
 
     def step(
         self, actions: ArrayLike | CheckedCommands, after_control_period: Callable[[], None] | None = None

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 from pettingzoo import AECEnv
 from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 
-from swarm_pz.config import AGENTS, BLUE, RED, GameConfig
+from swarm_pz.config import AGENTS, BLUE, RED, GameConfig, resolve
 from swarm_pz.envs.batch_env import BatchEnv, StepResult, by_game
 from swarm_pz.envs.one_game import OneGameEnv
 from swarm_pz.errors import CommandError, GameOverError
 from swarm_pz.simulator import CheckedCommands
-from swarm_pz.spaces.formats import Format, WrapperOptions, read_options
+from swarm_pz.spaces.actions import ActionKind
+from swarm_pz.spaces.formats import Format
 from swarm_pz.spaces.observation import Observations, of_game
 
 Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]
@@ -81,10 +82,9 @@ class CaptureEnv(OneGameEnv):
         the board as it is.
     max_cycles : int, optional
         Steps until a draw; follows from the time limit if not given.
-    action, action_cells, flatten_actions, observation_dtype, channels_last
-        How actions and images are written, for libraries that want them otherwise than above; see
-        `swarm_pz.spaces.formats`.
-    **options
+    action, action_cells
+        How actions are written; see `swarm_pz.spaces.formats`.
+    **rules
         Fields of `GameConfig` to replace; `preset`, the name of one to begin with.
 
     Examples
@@ -107,16 +107,17 @@ class CaptureEnv(OneGameEnv):
         self,
         config: GameConfig | None = None,
         *,
+        action: ActionKind = "command",
+        action_cells: int | None = None,
         render_mode: str | None = None,
         max_cycles: int | None = None,
-        **options: Unpack[WrapperOptions],
+        **rules: Any,
     ) -> None:
-        self.config, written = read_options(config, options, type(self))
-        written.setdefault("action", "command")
+        self.config = resolve(config, rules, type(self))
         super().__init__(BatchEnv(self.config, max_cycles=max_cycles), render_mode)
         self.possible_agents = list(AGENTS)
         self.formats = {
-            agent: Format(self.config, observation, system, **written)
+            agent: Format(self.config, observation, system, action=action, action_cells=action_cells)
             for agent, observation, system in zip(
                 AGENTS, self.config.observations, self.config.team_systems, strict=True
             )
@@ -208,9 +209,9 @@ class CaptureEnv(OneGameEnv):
         red, blue = (form.observation for form in self.formats.values())
         if red == blue:  # at once, which is quicker
             seen = self.batch.observe(red, _TEAMS, _GAMES)
-            return {agent: form.show(of_game(seen, team)) for team, (agent, form) in enumerate(self.formats.items())}
+            return {agent: of_game(seen, team) for team, agent in enumerate(AGENTS)}
         return {
-            agent: form.show(of_game(self.batch.observe(form.observation, team), 0))
+            agent: of_game(self.batch.observe(form.observation, team), 0)
             for team, (agent, form) in enumerate(self.formats.items())
         }
 

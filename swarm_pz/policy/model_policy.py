@@ -14,7 +14,7 @@ from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import PolicyError
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.actions import ActionKind, make_actions
-from swarm_pz.spaces.formats import Format, FormatOptions
+from swarm_pz.spaces.formats import Format
 from swarm_pz.spaces.observation import Observations
 
 _ROWS = 8
@@ -23,7 +23,7 @@ _ROWS = 8
 
 @runtime_checkable
 class Model(Protocol):
-    """What has learned to answer observations with actions of its own spaces, as every algorithm of SB3 has."""
+    """A trained model with spaces, as every algorithm of SB3 has."""
 
     observation_space: spaces.Space[Any]
     action_space: spaces.Space[Any]
@@ -33,7 +33,7 @@ class Model(Protocol):
 
 
 class ModelPolicy:
-    """Plays a model: shows it what its observation space says, and reads its actions as its action space says.
+    """A policy that plays a model; its spaces say what it sees and how its actions are read.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class ModelPolicy:
     Raises
     ------
     PolicyError
-        If its spaces are not such as a face of this game has.
+        If no wrapper of this game has such spaces.
     """
 
     def __init__(
@@ -83,11 +83,11 @@ class ModelPolicy:
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
         """Answer n observations with commands (n, ...)."""
-        shown, count = self._format.show(observations), len(rows)
+        count = len(rows)
         # Always as many at once, the last ones over again: another number would round differently, and a game
         # would depend on how many others are played beside it.
         places = np.minimum(np.arange(-(-count // _ROWS) * _ROWS), count - 1).reshape(-1, _ROWS)
-        return np.concatenate([self._answer(shown, part) for part in places])[:count]
+        return np.concatenate([self._answer(observations, part) for part in places])[:count]
 
     def _answer(self, shown: Observations, places: NDArray[np.int64]) -> NDArray[np.float64]:
         """Answer `_ROWS` of the observations that the model is shown."""
@@ -105,42 +105,34 @@ def format_of(
     observation: ObservationConfig | None = None,
     *,
     system: ControlSystem,
-) -> tuple[ObservationConfig, FormatOptions]:
-    """Return what a model sees, and the options of the format that its spaces belong to; arguments as `ModelPolicy`.
+) -> tuple[ObservationConfig, dict[str, Any]]:
+    """Return the observation, and the options of `Format`, that a model's spaces belong to; arguments as `ModelPolicy`.
 
     Raises
     ------
     PolicyError
-        If they are not such as a face of this game has.
+        If no wrapper of this game has such spaces.
     """
-    found, options = _images_of(observation_space, config, observation)
-    options.update(_actions_of(action_space, config, system))
-    return found, options
+    return _seen_of(observation_space, config, observation), _actions_of(action_space, config, system)
 
 
-def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSystem) -> FormatOptions:
+def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSystem) -> dict[str, Any]:
     """Return the options of actions that a space belongs to."""
     takes_densities = system.takes == "density"
     kinds: tuple[ActionKind, ...] = ("normalised", "command")
     sides = range(2, config.command_cells + 1) if takes_densities else (None,)
-    known: list[FormatOptions] = [
-        {"action": kind, "action_cells": side, "flatten_actions": flat}
-        for kind in kinds
-        for flat in (False, True)
-        for side in sides
-    ]
+    known: list[dict[str, Any]] = [{"action": kind, "action_cells": side} for kind in kinds for side in sides]
     known += [{"action": "modes"}] if takes_densities else []
     known += [{"action": "discrete"}] if takes_densities or system.named(config) else []
     wanted = spaces.Box(space.low, space.high, dtype=np.float32) if isinstance(space, spaces.Box) else space
     found: list[spaces.Space[Any]] = []
     for options in known:
-        flat = options.get("flatten_actions", False)
-        found.append(make_actions(config, system, options["action"], options.get("action_cells"), flat=flat).space)
+        found.append(make_actions(config, system, options["action"], options.get("action_cells")).space)
         if found[-1] == wanted:
             return options
     if takes_densities:
         raise PolicyError(
-            f"a model's actions must be densities Box(0, 1), log-densities Box(-1, 1), (a, a) or (a * a,) with a from "
+            f"a model's actions must be densities Box(0, 1) or log-densities Box(-1, 1) of shape (a, a) with a from "
             f"2 to {config.command_cells}, modes {found[-2]}, or {found[-1]}, got {space}"
         )
     raise PolicyError(
@@ -149,32 +141,25 @@ def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSys
     )
 
 
-def _images_of(
-    space: spaces.Space[Any], config: GameConfig, given: ObservationConfig | None
-) -> tuple[ObservationConfig, FormatOptions]:
-    """Return the observation, and the options of images, that a space belongs to."""
+def _seen_of(space: spaces.Space[Any], config: GameConfig, given: ObservationConfig | None) -> ObservationConfig:
+    """Return the observation that a space belongs to."""
+    if given is not None:
+        return given
     if isinstance(space, spaces.Dict):
-        return given or ObservationConfig(kind="entities"), {}
+        return ObservationConfig(kind="entities")
     shape = space.shape or ()
     if isinstance(space, spaces.Box) and shape == (config.num_drones, 5):
-        return given or ObservationConfig(kind="drones"), {}
-    if not isinstance(space, spaces.Box) or len(shape) != 3 or space.dtype not in (np.uint8, np.float32):
+        return ObservationConfig(kind="drones")
+    if not isinstance(space, spaces.Box) or len(shape) != 3 or space.dtype != np.uint8 or shape[1] != shape[2]:
         raise PolicyError(
-            "a model must observe images (C, G, G) or (G, G, C) of uint8 or float32, or lists of drones, or a row "
-            f"for each drone, got {space}"
+            f"a model must observe images (C, G, G) of uint8, lists of drones, or a row for each drone, got {space}: "
+            "write a policy for a model that was trained behind wrappers of a library"
         )
-    last = shape[1] != shape[2]
-    grid, count = (shape[0], shape[2]) if last else (shape[1], shape[0])
-    options: FormatOptions = {
-        "observation_dtype": "float32" if space.dtype == np.float32 else "uint8",
-        "channels_last": last,
-    }
-    if given is not None:
-        return given, options
+    count, grid = shape[0], shape[1]
     channels = next((one.channels for one in config.observations if len(one.channels) == count), CHANNELS)
     if GRID_CELLS % grid or count != len(channels):
         raise PolicyError(
             f"a model's images must be of a grid that divides {GRID_CELLS} and of {len(CHANNELS)} channels, or as many "
             f"as the game's own observation has, got {space}: give ModelPolicy(model, config, observation)"
         )
-    return ObservationConfig(grid=grid, channels=channels), options
+    return ObservationConfig(grid=grid, channels=channels)

@@ -48,9 +48,7 @@ class Actions(ABC):
         """Turn commands (n, ...) into the actions (n, ...) that come nearest to them."""
 
 
-def make_actions(
-    config: GameConfig, system: ControlSystem, kind: ActionKind, cells: int | None, *, flat: bool
-) -> Actions:
+def make_actions(config: GameConfig, system: ControlSystem, kind: ActionKind, cells: int | None) -> Actions:
     """Return how the commands of a system are written; arguments as of `swarm_pz.spaces.formats.Format`.
 
     Raises
@@ -61,8 +59,8 @@ def make_actions(
     check_choice(kind, "action", get_args(ActionKind))
     takes_densities = system.takes == "density"
     if kind == "discrete":
-        if flat or cells is not None:
-            raise ConfigError("action='discrete' is a number: flatten_actions and action_cells have no meaning with it")
+        if cells is not None:
+            raise ConfigError(f"action='discrete' is a number: leave out action_cells, got {cells!r}")
         return _Numbers(config, system)
     if not takes_densities and (cells is not None or kind == "modes"):
         given = f"action={kind!r}" if cells is None else f"action_cells={cells!r}"
@@ -71,22 +69,22 @@ def make_actions(
             f"use action='command' or 'normalised'"
         )
     if kind == "modes":
-        if flat or cells is not None:
-            raise ConfigError("action='modes' is a short vector already: leave out flatten_actions and action_cells")
+        if cells is not None:
+            raise ConfigError(f"action='modes' is a short vector already: leave out action_cells, got {cells!r}")
         return _Modes(config)
     if takes_densities:
-        return _Images(config, cells, is_log=kind == "normalised", flat=flat)
-    return _Vectors(config, system, is_normalised=kind == "normalised", flat=flat)
+        return _Images(config, cells, is_log=kind == "normalised")
+    return _Vectors(config, system, is_normalised=kind == "normalised")
 
 
 class _Images(Actions):
     """Densities, exact or by their logarithm, of as many cells as wanted."""
 
-    def __init__(self, config: GameConfig, cells: int | None, *, is_log: bool, flat: bool) -> None:
+    def __init__(self, config: GameConfig, cells: int | None, *, is_log: bool) -> None:
         self._cells = config.command_cells
         self._side = check_count(self._cells if cells is None else cells, "action_cells", 2, self._cells)
         self._is_log, self._low = is_log, -1.0 if is_log else 0.0
-        self._shape = (self._side**2,) if flat else (self._side, self._side)
+        self._shape = (self._side, self._side)
         self.space = spaces.Box(self._low, 1.0, self._shape, np.float32)
 
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
@@ -96,7 +94,7 @@ class _Images(Actions):
         return np.asarray(self._spread(check_values(action, self._shape, self._low, 1.0, name)[None])[0])
 
     def _spread(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return command_from_action(values.reshape(-1, self._side, self._side), self._cells, is_log=self._is_log)
+        return command_from_action(values, self._cells, is_log=self._is_log)
 
     def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
         values = commands
@@ -105,7 +103,7 @@ class _Images(Actions):
         if self._side != self._cells:
             coarse = np.linalg.pinv(interpolation_matrix(self._cells, self._side))
             values = coarse @ values @ coarse.T
-        return values.clip(self._low, 1.0).astype(np.float32).reshape(-1, *self._shape)
+        return values.clip(self._low, 1.0).astype(np.float32)
 
 
 def _fractions(commands: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -163,17 +161,16 @@ class _Modes(Actions):
 class _Vectors(Actions):
     """Commands of any other kind, in their own units or each number in [-1, 1]."""
 
-    def __init__(self, config: GameConfig, system: ControlSystem, *, is_normalised: bool, flat: bool) -> None:
+    def __init__(self, config: GameConfig, system: ControlSystem, *, is_normalised: bool) -> None:
         self._system, self._config = system, config
         own = system.learner_space(config)
-        self._own, self._shape = own.shape, (int(np.prod(own.shape)),) if flat else own.shape
-        self._low = own.low.astype(np.float64).reshape(self._shape)
-        self._high = own.high.astype(np.float64).reshape(self._shape)
+        self._shape = own.shape
+        self._low, self._high = own.low.astype(np.float64), own.high.astype(np.float64)
         self._is_normalised = is_normalised
-        self.space = (
-            spaces.Box(-1.0, 1.0, self._shape, np.float32)
+        self.space: spaces.Box = (
+            spaces.Box(-1.0, 1.0, own.shape, np.float32)
             if is_normalised
-            else spaces.Box(own.low.reshape(self._shape), own.high.reshape(self._shape), dtype=np.float32)
+            else spaces.Box(own.low, own.high, dtype=np.float32)
         )
 
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
@@ -182,15 +179,13 @@ class _Vectors(Actions):
             values = self._low + (values + 1.0) / 2.0 * (self._high - self._low)
         else:
             values = check_values(actions, (count, *self._shape), self._low, self._high, name)
-        return self._system.parse_all(values.reshape(count, *self._own), count, self._config, name)
+        return self._system.parse_all(values, count, self._config, name)
 
     def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
         values = commands.reshape(-1, *self._shape)
         if self._is_normalised:
             values = 2.0 * (values - self._low) / (self._high - self._low) - 1.0
-        box = self.space
-        assert isinstance(box, spaces.Box)  # noqa: S101
-        return values.astype(np.float32).clip(box.low, box.high)
+        return values.astype(np.float32).clip(self.space.low, self.space.high)
 
 
 class _Numbers(Actions):

@@ -8,7 +8,6 @@ import shlex
 import sys
 from pathlib import Path
 
-import minari
 import pytest
 
 import swarm_pz
@@ -17,7 +16,6 @@ from swarm_pz.cli import learn, main, report
 from swarm_pz.config import GameConfig
 from swarm_pz.policies import exporting
 from tests.cli.conftest import run
-from tests.play.recordings.games import record
 
 SHORT = "--game.time-limit 5 --game.drones-per-team 2"
 RULES = GameConfig(time_limit=5.0, drones_per_team=2)
@@ -91,26 +89,6 @@ def test_bench_measures_every_api(capsys, monkeypatch):
         assert api in printed
     run("warmup")
     assert "compiled kernels are ready" in capsys.readouterr().out
-
-
-def test_dataset_writes_what_players_saw_where_minari_reads_it(capsys):
-    rules = "--games 2 --game.time-limit 2 --game.drones-per-team 3"
-    run(f"dataset ring uniform --out one --action-cells 5 {rules}")
-    printed = capsys.readouterr().out
-    assert "swarm-ring-v0: 2 episodes, 4 steps" in printed and "rules: " in printed
-    dataset = minari.MinariDataset(printed.split("dataset: ")[1].split("\n")[0])
-    assert dataset.id == "swarm-ring-v0" and dataset.action_space.shape == (5, 5)
-    run(f"dataset ring uniform noise --each --out each {rules}")
-    assert {path.name for path in Path("each").iterdir()} == {f"swarm-{n}-v0" for n in ("noise", "ring", "uniform")}
-
-
-def test_dataset_reads_what_a_table_recorded(tmp_path, capsys):
-    record(tmp_path / "a.jsonl", ticks=1000)
-    record(tmp_path / "b.jsonl", ticks=60)
-    run("dataset --recordings . --out out --game.observation.grid 10")
-    printed = capsys.readouterr()
-    assert "swarm-person-v0: 1 episodes" in printed.out and "left out: b.jsonl: stopped" in printed.err
-    assert minari.MinariDataset("out/swarm-person-v0/data").observation_space.shape == (9, 10, 10)
 
 
 def test_a_learned_policy_is_exported_for_a_game(monkeypatch, capsys):

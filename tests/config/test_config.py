@@ -22,7 +22,6 @@ from swarm_pz.config import (
 from swarm_pz.config.base import digest
 from swarm_pz.errors import ConfigError
 from swarm_pz.play.game import TableConfig
-from swarm_pz.spaces.formats import FormatOptions, WrapperOptions
 from swarm_pz.systems.formation import Formation
 from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
 
@@ -187,8 +186,3 @@ def test_only_some_rules_tell_a_command_that_is_sent_again_from_one_that_is_held
     for name in ("trail_forgotten_on", "controller_forgotten_on"):
         assert GameConfig(memory=MemoryConfig(**{name: ("sending",)})).tells_sending
         assert not GameConfig(memory=MemoryConfig(**{name: ("capture", "command")})).tells_sending
-
-
-def test_wrappers_take_every_field_and_option_by_name():
-    fields = set(GameConfig.__dataclass_fields__) | {"preset"}
-    assert set(WrapperOptions.__annotations__) == fields | set(FormatOptions.__annotations__)

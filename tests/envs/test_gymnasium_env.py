@@ -92,9 +92,6 @@ def test_all_keywords_at_once_are_kept(many):
         "max_cycles": 7,
         "action": "command",
         "action_cells": 3,
-        "flatten_actions": True,
-        "observation_dtype": "float32",
-        "channels_last": True,
         "render_mode": "ansi",
     }
     config = GameConfig(time_limit=20)
@@ -105,9 +102,8 @@ def test_all_keywords_at_once_are_kept(many):
     observation, info = environment.reset(seed=0, options={"velocities": np.full((4, 2), 0.5)})
     assert (duel.batch.simulator.velocities == 0.5).all() and (duel.sides == 1).all()
     assert np.all(info["side"] == 1) and np.all(info["size"] == 1)
-    assert observation.shape[-3:] == (10, 10, 2) and observation.dtype == np.float32
-    np.testing.assert_allclose(observation[..., 1], 0.25, atol=0.003)
-    action = np.eye(9, dtype=np.float32)[6]
+    assert observation.shape[-3:] == (2, 10, 10) and (observation[..., 1, :, :] == 64).all()
+    action = np.eye(9, dtype=np.float32)[6].reshape(3, 3)
     assert environment.action_space.contains(np.stack([action] * 2) if many else action)
     environment.step(np.stack([action] * 2) if many else action)
     assert (duel.batch.simulator.targets[:, 1].reshape(-1, 36).argmax(axis=-1) == 30).all()

@@ -48,7 +48,7 @@ def test_a_policy_of_ours_answers_the_same_and_tells_nothing_of_this_machine(tmp
     assert not any(node.doc_string or node.metadata_props for node in model.graph.node)
 
 
-FLAT = {"action_cells": 3, "flatten_actions": True}
+COARSE = {"action_cells": 3}
 SHORT = {"n_steps": 2, "batch_size": 2}
 
 
@@ -62,8 +62,8 @@ def made(make, path, more=SHORT, settings=None, **options):
 
 SQUASHED = {"squash_output": True, "ortho_init": False}  # else answers are too small for tanh to change them
 KINDS = {
-    "DQN": (DQN, {"action": "discrete", "observation_dtype": "float32", "more": {"buffer_size": 10}}),
-    "A2C": (A2C, {"channels_last": True, "action": "command", "more": {"n_steps": 2}}),
+    "DQN": (DQN, {"action": "discrete", "more": {"buffer_size": 10}}),
+    "A2C": (A2C, {"action": "command", "more": {"n_steps": 2}}),
     "PPO, squashed": (PPO, {"more": SHORT | {"use_sde": True}, "settings": SQUASHED}),
     "SAC": (SAC, {"action": "command", "more": {"buffer_size": 10}}),
     "TD3": (TD3, {"more": {"buffer_size": 10}}),
@@ -79,7 +79,7 @@ def test_the_network_that_is_exported_decides_and_limits_as_its_kind_of_model_do
         raise InterruptedError
 
     make, options = KINDS[name]
-    kept, (model, policy) = [], made(make, tmp_path, **({} if make is DQN else FLAT), **options)
+    kept, (model, policy) = [], made(make, tmp_path, **({} if make is DQN else COARSE), **options)
     monkeypatch.setattr(torch.onnx, "export", keep)
     with pytest.raises(InterruptedError):
         exporting.export_model(policy, GAME, ERGODIC, tmp_path / "out", "mine")
@@ -98,7 +98,7 @@ def test_the_network_that_is_exported_decides_and_limits_as_its_kind_of_model_do
 def test_a_model_of_sb3_that_sees_lists_and_remembers_each_game_answers_the_same_and_plays(tmp_path):
     kinds, seen = {"lstm_hidden_size": 6, "n_lstm_layers": 2}, ObservationConfig(kind="entities")
     model = RecurrentPPO(
-        "MultiInputLstmPolicy", DuelEnv(GAME, observation=seen, action="command", **FLAT), device="cpu", seed=0,
+        "MultiInputLstmPolicy", DuelEnv(GAME, observation=seen, action="command", **COARSE), device="cpu", seed=0,
         policy_kwargs={"net_arch": [8]} | kinds, **SHORT,
     )  # fmt: skip
     for part in model.policy.lstm_actor.parameters():

@@ -40,8 +40,8 @@ class Model:
 @pytest.mark.parametrize(
     ("make", "options", "more"),
     [
-        (PPO, {"observation_dtype": "float32", "action_cells": 5}, {"n_steps": 2, "batch_size": 2}),
-        (A2C, {"channels_last": True, "flatten_actions": True}, {"n_steps": 2}),
+        (PPO, {"action_cells": 5}, {"n_steps": 2, "batch_size": 2}),
+        (A2C, {"action": "modes"}, {"n_steps": 2}),
         (DQN, {"action": "discrete"}, {"buffer_size": 10}),
     ],
 )
@@ -63,13 +63,13 @@ def against(model, game=GAME):
 
 
 def test_a_model_is_shown_what_it_was_trained_on_and_understood_as_it_was():
-    env = DuelEnv(GAME, observation=ObservationConfig(grid=10), observation_dtype="float32", channels_last=True)
+    env = DuelEnv(GAME, observation=ObservationConfig(grid=10))
     action = np.random.default_rng(0).uniform(-1, 1, (10, 10)).astype(np.float32)
     model = Model(env.observation_space, env.action_space, action)
     target = against(model)
     assert env.observation_space.contains(model.shown[0][0])
     np.testing.assert_allclose(target / target.max(), np.exp(4 * (action - action.max())), rtol=1e-5)
-    lists = DuelEnv(GAME, observation=LISTS, flatten_actions=True)
+    lists = DuelEnv(GAME, observation=LISTS)
     model = Model(lists.observation_space, lists.action_space)
     against(model)
     assert set(model.shown[0]) == set(lists.observation_space)
@@ -88,9 +88,8 @@ def test_a_model_plays_its_best_action_unless_it_is_to_draw_one_and_may_not_reme
     ("action_space", "options"),
     [
         (spaces.Box(-1.0, 1.0, (10, 10), np.float32), {}),
-        (spaces.Box(-1.0, 1.0, (25,), np.float32), {"action_cells": 5, "flatten_actions": True}),
+        (spaces.Box(-1.0, 1.0, (5, 5), np.float32), {"action_cells": 5}),
         (spaces.Box(0.0, 1.0, (2, 2), np.float32), {"action": "command", "action_cells": 2}),
-        (spaces.Box(0.0, 1.0, (100,), np.float32), {"action": "command", "flatten_actions": True}),
         (spaces.Box(-2.0, 2.0, (5,), np.float32), {"action": "modes"}),
     ],
 )
@@ -124,9 +123,8 @@ def test_what_it_sees_follows_from_what_either_side_of_the_game_sees_or_is_said(
     blue = ObservationConfig(channels=("time_left", "own_share"))
     game = GAME.replace(observation=(red, blue))
     for channels, grid in ((("own_target",), 5), (("time_left", "own_share"), 25), (CHANNELS, 10)):
-        for shape in ((len(channels), grid, grid), (grid, grid, len(channels))):
-            policy = load(Model(spaces.Box(0, 255, shape, np.uint8), LOG), game)
-            assert policy.observation == ObservationConfig(grid=grid, channels=channels)
+        policy = load(Model(spaces.Box(0, 255, (len(channels), grid, grid), np.uint8), LOG), game)
+        assert policy.observation == ObservationConfig(grid=grid, channels=channels)
     assert ModelPolicy(Model(DuelEnv(GAME, observation=LISTS).observation_space, LOG), GAME).observation == LISTS
     one = spaces.Box(0, 255, (1, 50, 50), np.uint8)
     views = tuple(ObservationConfig(channels=(channel,)) for channel in ("own_target", "time_left"))
@@ -135,9 +133,9 @@ def test_what_it_sees_follows_from_what_either_side_of_the_game_sees_or_is_said(
     with pytest.raises(PolicyError, match=r"ModelPolicy\(model, config, observation\)"):
         load(Model(one, LOG), GAME)
     said = ObservationConfig(grid=10, channels=("own_share", "time_left"))
-    shown = Model(spaces.Box(0.0, 1.0, (10, 10, 2), np.float32), LOG)
+    shown = Model(spaces.Box(0, 255, (2, 10, 10), np.uint8), LOG)
     ModelPolicy(shown, GAME, said).act(np.full((1, 2, 10, 10), 51, np.uint8), np.arange(1))
-    np.testing.assert_allclose(shown.shown[0], np.full((8, 10, 10, 2), 0.2))
+    np.testing.assert_array_equal(shown.shown[0], np.full((8, 2, 10, 10), 51))
 
 
 @pytest.mark.parametrize(
@@ -151,7 +149,9 @@ def test_what_it_sees_follows_from_what_either_side_of_the_game_sees_or_is_said(
         (spaces.Box(0, 255, (9, 10, 10), np.int16), LOG, "must observe images"),
         (spaces.Box(0, 255, (36, 50, 50), np.uint8), LOG, "of 9 channels"),
         (spaces.Box(0, 255, (9, 7, 7), np.uint8), LOG, "divides 50"),
-        (spaces.Box(0.0, 255.0, (9, 10, 10), np.float32), LOG, "would be shown"),
+        (spaces.Box(0.0, 255.0, (9, 10, 10), np.float32), LOG, "behind wrappers"),
+        (spaces.Box(0, 255, (10, 10, 9), np.uint8), LOG, "behind wrappers"),
+        (spaces.Box(0, 127, (9, 10, 10), np.uint8), LOG, "would be shown"),
     ],
 )
 def test_what_does_not_fit_is_named(observes, acts, message):

@@ -1,4 +1,4 @@
-"""How actions are written and read, as densities and as commands of other kinds, and how images are shown."""
+"""Actions, written and read as densities and as commands of other kinds."""
 
 from __future__ import annotations
 
@@ -37,16 +37,13 @@ def test_every_action_reaches_the_game_as_its_space_says():
             form.read(given, 3)
 
 
-def test_coarse_actions_are_interpolated_before_they_are_taken_for_densities_and_may_be_flat():
+def test_coarse_actions_are_interpolated_before_they_are_taken_for_densities():
     logs = np.random.default_rng(0).uniform(-1, 1, (1, 4, 4))
     centres, fine = (np.arange(4) + 0.5) / 4, (np.arange(10) + 0.5) / 10
     along_x = np.array([np.interp(fine, centres, row) for row in logs[0]])
     full = np.array([np.interp(fine, centres, column) for column in along_x.T]).T
     np.testing.assert_allclose(made(action_cells=4).read(logs, 1)[0], np.exp(4 * (full - full.max())))
     np.testing.assert_allclose(made(action_cells=4, action="command").read((logs + 1) / 2, 1)[0], (full + 1) / 2)
-    flat = made(action_cells=4, flatten_actions=True)
-    assert flat.action_space.shape == (16,)
-    np.testing.assert_array_equal(flat.read(logs.reshape(1, 16), 1), made(action_cells=4).read(logs, 1))
     for cells in (2, 10):
         assert made(action_cells=cells).action_space.shape == (cells, cells)
 
@@ -55,12 +52,9 @@ def test_coarse_actions_are_interpolated_before_they_are_taken_for_densities_and
     ("options", "message"),
     [
         ({"action": "logits"}, "action must be"),
-        ({"observation_dtype": "float64"}, "observation_dtype must be"),
-        ({"flatten_actions": 1}, "flatten_actions must be True or False"),
         ({"action_cells": 1}, r"action_cells must be a whole number in \[2, 10\]"),
         ({"action_cells": 11}, r"action_cells must be a whole number in \[2, 10\]"),
-        ({"action": "discrete", "flatten_actions": True}, "no meaning"),
-        ({"action": "discrete", "action_cells": 5}, "no meaning"),
+        ({"action": "discrete", "action_cells": 5}, "leave out action_cells, got 5"),
         ({"action": "modes", "action_cells": 5}, "short vector"),
         ({"controllers": "flocking", "action_cells": 5}, "is for densities, .* flocking takes .* 'attractors'"),
         ({"controllers": "flocking", "action": "modes"}, "is for densities"),
@@ -84,7 +78,7 @@ def test_modes_are_densities_about_uniform_and_are_written_again_as_they_are(cel
     assert (np.diff(leftwards, axis=1) < 0.0).all() and (np.diff(leftwards, axis=0) == 0.0).all()
 
 
-@pytest.mark.parametrize("options", [{"action": "command"}, {}, {"flatten_actions": True}])
+@pytest.mark.parametrize("options", [{"action": "command"}, {}])
 def test_commands_are_written_as_the_actions_that_give_them_again(options):
     form, commands = made(**options), np.random.default_rng(0).uniform(0.01, 1.0, (3, 10, 10))
     actions = form.write(commands)
@@ -176,35 +170,3 @@ def test_commands_of_a_system_are_written_in_its_units_or_normalised_or_by_its_n
         own.read_one([0.2, 0.2], "red's command")
     assert (names.action_space, names.command_names) == (spaces.Discrete(2), ("left", "right"))
     np.testing.assert_allclose(names.read([1, 0], 2), [[0.9, 0.5], [0.1, 0.5]])
-    flat = made("direct", flatten_actions=True)
-    assert flat.action_space.shape == (8,)
-    np.testing.assert_array_equal(flat.read_one(np.arange(8) / 8, "x"), np.arange(8).reshape(4, 2) / 8)
-
-
-# --- observations -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("kind", ["entities", "drones"])
-def test_lists_of_drones_have_no_channels_and_are_floats_and_bounded_anyway(kind):
-    """Who asked for float32 was refused what is float32, and libraries that scale by bounds had none."""
-    seen = ObservationConfig(kind=kind)
-    plain, asked = Format(GameConfig(), seen), Format(GameConfig(), seen, observation_dtype="float32")
-    assert plain.observation_space == asked.observation_space
-    parts = plain.observation_space.values() if kind == "entities" else [plain.observation_space]
-    assert all(part.is_bounded() for part in parts if isinstance(part, spaces.Box))
-    with pytest.raises(ConfigError, match="channels_last is for images"):
-        Format(GameConfig(), seen, channels_last=True)
-
-
-@pytest.mark.parametrize(("dtype", "top"), [("uint8", 255), ("float32", 1)])
-@pytest.mark.parametrize("last", [False, True])
-def test_images_are_of_the_shape_and_brightness_that_their_space_says(dtype, top, last):
-    form = made(observation_dtype=dtype, channels_last=last)
-    space = form.observation_space
-    assert space.shape == ((25, 25, 9) if last else (9, 25, 25))
-    assert (space.dtype, space.low.min(), space.high.max()) == (np.dtype(dtype), 0, top)
-    assert form.is_plain == (dtype == "uint8" and not last)
-    image = np.zeros((9, 25, 25), np.uint8)
-    image[7, 3, 20] = 255
-    shown = form.show(image)
-    assert shown.dtype == dtype and np.argwhere(shown == top).tolist() == [[3, 20, 7] if last else [7, 3, 20]]

@@ -103,13 +103,9 @@ def test_ppo_learns_on_it_unwrapped_and_two_runs_agree():
     np.testing.assert_equal(learn(), learn())
 
 
-@pytest.mark.parametrize("reward", ["own", "team"])
-def test_rows_that_sat_out_are_not_learned_from_and_are_worth_nothing_or_what_their_team_is(reward):
-    env = DronesVecEnv(num_games=2, seed=0, side="red", reward=reward, max_cycles=6, **SMALL)
-    buffers = {
-        "rollout_buffer_class": PlayingRolloutBuffer,
-        "rollout_buffer_kwargs": {"team": env.num_drones} if reward == "team" else {},
-    }
+def test_inactive_rows_are_not_learned_from_and_are_worth_what_their_team_is():
+    env = DronesVecEnv(num_games=2, seed=0, side="red", max_cycles=6, **SMALL)
+    buffers = {"rollout_buffer_class": PlayingRolloutBuffer, "rollout_buffer_kwargs": {"team": env.num_drones}}
     model = PPO("MlpPolicy", env, n_steps=8, batch_size=16, seed=0, device="cpu", **buffers)
     model.learn(64)
     buffer = model.rollout_buffer
@@ -119,8 +115,7 @@ def test_rows_that_sat_out_are_not_learned_from_and_are_worth_nothing_or_what_th
     for game, step in np.ndindex(2, 8):
         playing = values[game, ~out[game, :, step], step]
         assert (playing != 0).all()
-        worth = 0.0 if reward == "own" else playing.mean()
-        assert values[game, out[game, :, step], step] == pytest.approx(worth)
+        assert values[game, out[game, :, step], step] == pytest.approx(playing.mean())
     parts = list(buffer.get(16))
     assert sum(len(part.actions) for part in parts) == (~sits_out).sum()
     assert all((part.observations[:, 0] == 1).all() for part in parts)

@@ -80,15 +80,14 @@ def test_all_keywords_at_once_are_kept(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 4)
     rules = {"time_limit": 20, "capture": CALM, "drones_per_team": (1, 3), "command_cells": 6}
     played = {"opponent": ["ring", "noise"], "side": "blue", "max_cycles": 7, "threads": 3}
-    formats = {"action": "command", "action_cells": 3, "flatten_actions": True, "observation_dtype": "float32"}
-    env = SwarmVecEnv(None, 4, observation=ObservationConfig(grid=10), channels_last=True, **rules, **played, **formats)
+    formats = {"action": "command", "action_cells": 3}
+    env = SwarmVecEnv(None, 4, observation=ObservationConfig(grid=10), **rules, **played, **formats)
     seen, batch = env.reset(), env.duel.batch
     assert (batch.max_cycles, batch.simulator.threads) == (7, 3)
     assert batch.config == GameConfig(observation=ObservationConfig(grid=10), **rules)
     assert [(info["opponent"], info["side"], info["size"]) for info in env.reset_infos] == [(0, 1, 1), (1, 1, 1)] * 2
-    assert seen.shape == (4, 10, 10, 9) and seen.dtype == np.float32
-    np.testing.assert_allclose(seen[..., 7], 0.25, atol=0.003)
-    env.step(np.tile(np.eye(9, dtype=np.float32)[6], (4, 1)))
+    assert seen.shape == (4, 9, 10, 10) and (seen[:, 7] == 64).all()
+    env.step(np.tile(np.eye(9, dtype=np.float32)[6].reshape(3, 3), (4, 1, 1)))
     assert batch.simulator.targets[:, 1].reshape(4, 36).argmax(axis=-1).tolist() == [30] * 4
     env.close()
 

@@ -1,1 +1,0 @@
-"""What other libraries do with the environments: a file of rows each."""
