@@ -26,6 +26,8 @@ from swarm_pz.kernels.cache import processor
 _RETRIES = 2
 """How often Ray gives a task out again that its worker died of."""
 _MOST_TASKS = 10_000
+_LOOK_S = 1.0
+"""Seconds between two looks whether a task was ended."""
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -111,9 +113,11 @@ class RayPool(ThreadPoolExecutor):
                 run = run.options(label_selector={"ray.io/node-id": f"!in({','.join(self._refused)})"})
             ref = run.remote(self._expected, work, places, *bundles)
             self._running.add(ref)
-            if self._is_over:  # since this task began
-                self._ray.cancel(ref, force=True)
             try:
+                # Ray may miss a call to cancel a task whose worker is just starting, so `end` is repeated here.
+                while not self._ray.wait([ref], timeout=_LOOK_S)[0]:
+                    if self._is_over:
+                        self._ray.cancel(ref, force=True)
                 node, host, found, result = self._ray.get(ref)
             except self._ray.exceptions.RayTaskError as error:
                 raise (error.cause if isinstance(error.cause, Exception) else error) from None

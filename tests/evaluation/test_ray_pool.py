@@ -5,6 +5,7 @@ import pickle
 import secrets
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -55,6 +56,18 @@ class Pretended:
     def put(self, value):
         self.put_here.append(value)
         return value
+
+    def wait(self, refs, timeout):
+        (ref,) = refs
+        is_ready = ref.fate != "endless"
+        time.sleep(0.0 if is_ready else 0.01)
+        return (refs, []) if is_ready else ([], refs)
+
+    def cancel(self, ref, force):
+        assert force
+        ref.cancels = getattr(ref, "cancels", 0) + 1
+        if ref.cancels == 2:
+            ref.fate = "die"
 
     def get(self, ref):
         (expected, work, places, *bundles), fate = ref.arguments, ref.fate
@@ -111,6 +124,16 @@ def test_a_task_that_no_machine_can_do_is_an_error(fates, error, message, preten
         pretended.nodes = lambda: 1 / 0
         with pytest.raises(WorkerError, match="cannot be reached any more"):
             _ = pool.slots
+
+
+def test_a_task_is_ended_although_its_first_cancellation_was_missed(pretend):
+    pretend("endless")
+    with RayPool("auto", lambda _: None) as pool:
+        future = pool.submit(len, "a")
+        while not pool._running:
+            time.sleep(0.01)
+        pool.end()
+        assert type(future.exception(timeout=60)) is LostTaskError
 
 
 @pytest.mark.parametrize(
