@@ -117,7 +117,7 @@ class CommandReader:
         return self._control.pack(values)
 
     def picture(self, command: Command) -> NDArray[np.float64]:
-        """Return what a command asks for as a density (A, A), for those who watch."""
+        """Return a command as a density (A, A), for those who watch."""
         if command.kind == "density":
             return command.values
         system = self.systems[command.team]

@@ -1,4 +1,4 @@
-"""What a table shows its clients: one moment of a game, or a target, as little-endian bytes.
+"""Binary messages of the server: one moment of a game, or a target, as little-endian bytes.
 
 Every frame is complete in itself, so that any of them may be lost. `docs/protocol.md` explains them.
 """

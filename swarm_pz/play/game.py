@@ -26,7 +26,7 @@ from swarm_pz.simulator.spawn import Seed
 
 @dataclass(frozen=True, kw_only=True)
 class TableConfig(Config):
-    """What everybody at a table shares.
+    """The configuration of a table.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class TableConfig(Config):
 
     @property
     def varies(self) -> bool:
-        """Whether there is anything that an experimenter varies."""
+        """True if an experimenter varies anything."""
         return any(one != Factors() for one in self.factors)
 
     @property
@@ -136,7 +136,7 @@ class LiveGame:
 
     @property
     def over(self) -> bool:
-        """Whether one team owns every drone or time is up."""
+        """True if one team owns every drone or time is up."""
         return bool(self.simulator.decided[0]) or self.tick >= self.config.game.limit_ticks
 
     @property
@@ -171,10 +171,10 @@ class LiveGame:
         self._waiting[command.team] = command
 
     def holds(self, command: Command) -> bool:
-        """Whether a command need not be handed in, by who asks for something at every step.
+        """Tell whether a policy, which answers at every step, need not hand a command in again.
 
-        It asks for what was handed in last, and that held is another thing than that sent again: densities by the
-        rules (see `MemoryConfig`), commands of other control systems always.
+        So it is if the command equals the last one, and if sending it again has an effect: of densities by the rules
+        (see `MemoryConfig`), of commands of other control systems always.
         """
         game, team, waiting = self.config.game, command.team, self._waiting[command.team]
         if self.reader.systems[team].kernel != "ergodic":
@@ -225,12 +225,12 @@ class LiveGame:
 
     @property
     def is_at_solve(self) -> bool:
-        """Whether a control period begins."""
+        """True if a control period begins."""
         return self.tick % TICKS_PER_CONTROL_PERIOD == 0
 
     @property
     def has_begun_period(self) -> bool:
-        """Whether what came into force at this tick is settled: commands count from the next one on."""
+        """True if the solve of this tick has begun: commands count from the next one on."""
         return self.tick == self._begun
 
     def begin_period(self) -> list[InForce]:

@@ -1,7 +1,7 @@
-"""What a table and its clients say to each other: JSON messages; what they show is in `frames`.
+"""Messages of the server and its clients in JSON, and the lines of recordings; `frames` has the binary messages.
 
-`docs/protocol.md` explains both; this file decides them. Messages are structs, told apart by their ``type``; whatever
-does not fit them is refused before anything else sees it. Run as a program it prints the JSON schema of all messages.
+`docs/protocol.md` explains both; this file decides them. Messages are structs with a ``type``; whatever does not fit
+them is refused. ``python -m swarm_pz.play.protocol`` prints the JSON schema of all of them.
 """
 
 from __future__ import annotations
@@ -17,28 +17,32 @@ from swarm_pz.errors import ProtocolError
 from swarm_pz.play.strokes import MOST_POINTS, Brush, Mapping
 
 SUBPROTOCOL = "swarm-pz.play.v2"
-"""What clients and tables speak."""
+"""Name of this protocol, in connections and in recordings."""
 MAX_MESSAGE_BYTES = 65_536
+MAX_LINE_BYTES = 2 * MAX_MESSAGE_BYTES
+"""Longest line of a recording, whose commands have strokes and density; a longer one would hold up other threads."""
 MAX_MESSAGES_PER_SECOND = 20
+MOST_RULES = 8
+"""Automatic responses of a seat."""
 
 LARGEST, SMALLEST = 1e22, 1e-300
 """Sizes of numbers other than 0: msgspec reads those further from 1 up to a thousand times as slowly."""
 _FAR = re.compile(rb"[eE](?:\+?[0-9]{2}|-[0-9]{3})")
-"""What a number has that may be so far from 1; words may have it, too."""
-
+"""Matches what may be the exponent of such a number."""
 T = TypeVar("T")
-
-# --- what messages are made of --------------------------------------------------------------------
 
 Side = Literal["red", "blue"]
 SIDES: tuple[Side, Side] = ("red", "blue")
-Milliseconds = Annotated[float, Meta(ge=-1e15, le=1e15)]
-Count = Annotated[int, Meta(ge=0, lt=2**32)]
-Reason = Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "unknown", "full"]
-Tick = Annotated[int, Meta(ge=0, lt=2**32)]
+Place = Side | Literal["watch"]
+Kind = Literal["free", "person", "program", "policy"]
 Outcome = Literal["red", "blue", "draw", "stopped"]
 EndedBy = Literal["capture", "time", "left", "server", "forfeit"]
 SeatEvent = Literal["connected", "disconnected", "displaced", "hidden", "shown", "failed", "forfeit"]
+Reason = Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "unknown", "full"]
+Milliseconds = Annotated[float, Meta(ge=-1e15, le=1e15)]
+Count = Annotated[int, Meta(ge=0, lt=2**32)]
+Tick = Count
+Pixels = Annotated[int, Meta(ge=0, le=100_000)]
 Code = Annotated[str, Meta(pattern="^[A-Za-z0-9]{4,8}$")]
 Token = Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
 Name = Annotated[str, Meta(min_length=1, max_length=200)]
@@ -46,38 +50,51 @@ Name = Annotated[str, Meta(min_length=1, max_length=200)]
 Label = Annotated[
     str, Meta(max_length=40, pattern=r"^(?![\s\S]*[\u0000-\u001f\u007f-\u009f\u2028-\u202e\u2066-\u2069\ufeff])")
 ]
+Density = list[list[float]]
+Form = list[Any] | dict[str, Any]
+"""A command as its control system reads it: numbers in the array form of its kind, or a form for people."""
 
 
 class Message(Struct, forbid_unknown_fields=True):
     """A message, or a part of one."""
 
 
+class OfSeat(Message):
+    """A message about a seat; each has the field itself, since a struct has one base with fields."""
+
+    if TYPE_CHECKING:
+        seat: Side
+
+    @property
+    def team(self) -> int:
+        """0 red, 1 blue."""
+        return SIDES.index(self.seat)
+
+
 class Settings(Message):
-    """How a room plays; None for the time limit plays without one."""
+    """The rules of a room.
+
+    None is: no time limit; the mapping from drawings to densities that the rules need; the server's control systems.
+    With `majority` the side with more drones wins when time is up.
+    """
 
     red: Annotated[int, Meta(ge=0, le=200)] = 10
     blue: Annotated[int, Meta(ge=0, le=200)] = 10
     time_limit: Annotated[float, Meta(ge=1, le=36_000)] | None = 300.0
     mapping: Mapping | None = None
-    """How drawings become densities; None for as the rules need it."""
     speed: Annotated[float, Meta(ge=0.25, le=2)] = 1.0
     majority: bool = False
-    """When time is up, the side with more drones has won; else nobody has."""
     red_system: Name | None = None
-    """The control system that flies red; None for that of the table. So below."""
     blue_system: Name | None = None
 
 
-# --- what clients say -----------------------------------------------------------------------------
-
-MOST_RULES = 8
-"""Automatic responses of a seat."""
+# --- from clients ---------------------------------------------------------------------------------
 
 
 class ClientInfo(Message):
-    """What a client says about its screen; programs leave it out."""
+    """A client's screen; programs leave it out."""
 
-    viewport: tuple[Annotated[int, Meta(ge=0, le=100_000)], Annotated[int, Meta(ge=0, le=100_000)]]
+    viewport: tuple[Pixels, Pixels]
     pixel_ratio: Annotated[float, Meta(ge=0, le=100)] = 1.0
     refresh_hz: Annotated[float, Meta(ge=0, le=1000)] = 0.0
 
@@ -91,41 +108,38 @@ class Hello(Message, tag="hello"):
 
 
 class Create(Message, tag="create"):
-    """Open a room and sit down in it against an opponent; or watch, the opponent plays blue, and `player` red."""
+    """Open a room and take a seat against `opponent`; or watch `player` (red) against it.
+
+    A `lesson` is left out of tables. A room that is for `once` has one game. `seed` is of its first start.
+    """
 
     settings: Settings = msgspec.field(default_factory=Settings)
-    seat: Side | Literal["watch"] = "red"
+    seat: Place = "red"
     opponent: Name | None = None
     player: Name | None = None
     label: Label = ""
     lesson: bool = False
-    """It is to learn the game: the recordings of its games say so, and tables leave them out."""
     once: bool = False
-    """One game is played in it, between those who sit down for it, and no more."""
     seed: Count | None = None
-    """Of the start of its first game; None takes any."""
 
 
 class Join(Message, tag="join"):
-    """Sit down in a room that is there, or watch."""
+    """Take a seat in a room, or watch."""
 
     room: Code
-    seat: Side | Literal["watch"] = "watch"
+    seat: Place = "watch"
     label: Label = ""
 
 
 class Invite(Message, tag="invite"):
-    """Give a free seat of one's room to a policy, or with None free a policy's seat."""
+    """Give a free seat of one's room to a policy; None frees a policy's seat."""
 
     seat: Side
     policy: Name | None
 
 
 class Ready(Message, tag="ready"):
-    """Say that one is ready, or not; also for the next game after one, and for two policies that one watches.
-
-    Who is not ready any more while a game counts down calls it off.
-    """
+    """Set ready, also for the next game, and for two policies that one watches; False stops a countdown."""
 
     ready: bool = True
 
@@ -138,8 +152,11 @@ class StrokeMessage(Message):
     points: Annotated[list[tuple[float, float]], Meta(min_length=1, max_length=MOST_POINTS)]
 
 
+Strokes = Annotated[list[StrokeMessage], Meta(max_length=256)]
+
+
 class Timing(Message):
-    """When a command was made, on the client's clock, and how far that is from the server's."""
+    """Times of a command on the client's clock, and the offset of the server's clock from it."""
 
     input_ms: Milliseconds
     sent_ms: Milliseconds
@@ -148,38 +165,34 @@ class Timing(Message):
     drawing_ms: Milliseconds = 0.0
 
 
-Strokes = Annotated[list[StrokeMessage], Meta(max_length=256)]
-Form = list[Any] | dict[str, Any]
-"""A command as its control system reads it: numbers in the array form of its kind, or a form for people."""
-
-
 class CommandMessage(Message, tag="command"):
-    """A command in one of its forms, not more: strokes, a density, or what the seat's control system takes."""
+    """A command in one of its forms: strokes, a density, or the form of the seat's control system."""
 
     number: Count
     strokes: Strokes | None = None
-    density: list[list[float]] | None = None
+    density: Density | None = None
     command: Form | None = None
     timing: Timing | None = None
 
 
 class When(Message):
-    """A condition of one's own side: one of these, not more."""
+    """One condition of one's own side.
+
+    It has fewer drones than so many; no opponent is within so many map widths of them; or it has sent nothing for so
+    many seconds of game.
+    """
 
     fewer: Annotated[int, Meta(ge=1, le=400)] | None = None
-    """One has fewer drones than this."""
     nobody_within: Annotated[float, Meta(gt=0, le=1.5)] | None = None
-    """No opponent is within so many map widths of any own drone."""
     silent_s: Annotated[float, Meta(ge=0.5, le=3600)] | None = None
-    """One has sent nothing for so many seconds of game."""
 
 
 class Response(Message):
-    """Who commands, or what is commanded: one of these, not more."""
+    """A policy that commands, or a command: one of these."""
 
     policy: Name | None = None
     strokes: Strokes | None = None
-    density: list[list[float]] | None = None
+    density: Density | None = None
     command: Form | None = None
 
 
@@ -191,13 +204,13 @@ class Rule(Message):
 
 
 class Rules(Message, tag="rules"):
-    """The automatic responses of one's seat, in place of those that it had; the first acts whose condition holds."""
+    """The automatic responses of one's seat, in place of earlier ones; the first acts whose condition holds."""
 
     rules: Annotated[list[Rule], Meta(max_length=MOST_RULES)]
 
 
 class Painted(Message, tag="painted"):
-    """When the client first painted a frame that a command had changed, on the server's clock."""
+    """The server's time at which the client first painted a frame that a command had changed."""
 
     number: Count
     painted_ms: Milliseconds
@@ -234,7 +247,7 @@ class OpenReplay(Message, tag="open_replay"):
 class Seek(Message, tag="seek"):
     """Go to a tick of the recorded game that one watches."""
 
-    tick: Count
+    tick: Tick
 
 
 class Pace(Message, tag="pace"):
@@ -251,71 +264,51 @@ class TakeOver(Message, tag="take_over"):
 
 
 ClientMessage = (
-    Hello
-    | Create
-    | Join
-    | Invite
-    | Ready
-    | CommandMessage
-    | Rules
-    | Painted
-    | Acknowledge
-    | Ping
-    | Visibility
-    | Leave
-    | OpenReplay
-    | Seek
-    | Pace
-    | TakeOver
-)
+    Hello | Create | Join | Invite | Ready | CommandMessage | Rules | Painted | Acknowledge | Ping | Visibility | Leave
+    | OpenReplay | Seek | Pace | TakeOver
+)  # fmt: skip
 
-# --- what the server says -------------------------------------------------------------------------
+# --- from the server ------------------------------------------------------------------------------
 
 
 class Card(Message):
-    """How good a policy is, and what it looks like at one moment of a game as blue."""
+    """A policy's rating (`uniform` has 1000), and one moment of a game of its as blue.
+
+    `target` has rows of digits from the bottom up; `drones` has x and y in hundredths of a map width.
+    """
 
     rating: float
-    """On the ladder; `uniform` is 1000."""
     target: list[str]
-    """Rows from the bottom up, digits from 0 to 9."""
     drones: list[tuple[int, int]]
-    """x and y in hundredths of a map width."""
 
 
 class PolicyInfo(Message):
-    """A policy that may take a seat."""
+    """A policy that may take a seat; "any" `answers` suit themselves to the control system."""
 
     name: str
     about: str
     card: Card | None = None
-    """Of those that were rated."""
     answers: str = "density"
-    """The kind of its commands: it flies what takes them; "any" is for policies that suit themselves to the system."""
 
 
 class SystemInfo(Message):
-    """A control system that may fly a seat."""
+    """A control system, the kind of its commands, and whether densities and strokes can fly it, too."""
 
     name: str
     about: str
     takes: str
-    """The kind of its commands."""
     serves_densities: bool
-    """Whether it can be flown by densities, and so by strokes."""
 
 
 class Commands(Message):
-    """What commands a seat takes, and what is needed to make them by hand."""
+    """The commands of a seat: an array's shape, its bounds (one number, or nested as the shape), and its default."""
 
     system: str
     takes: str
     shape: list[int]
     low: float | list[Any]
-    """Least numbers, nested as the shape; one number if all are the same. So below."""
     high: float | list[Any]
     default: list[Any]
-    """The command that is in force at the start."""
     serves_densities: bool
     shapes: list[str] = msgspec.field(default_factory=list)
     """Names of formations."""
@@ -330,30 +323,29 @@ class Welcome(Message, tag="welcome"):
     command_cells: int
     server_ms: float
     addresses: list[str] = msgspec.field(default_factory=list)
-    """Of this page, as other devices in the network reach it; none if only this machine can."""
+    """Addresses of this page for other devices in the network."""
     records_labels: bool = False
-    """Whether labels stand in recordings; else only those at the table see them."""
     systems: list[SystemInfo] = msgspec.field(default_factory=list)
-    """Control systems that may fly a seat."""
     default_systems: list[str] = msgspec.field(default_factory=list)
-    """Names of those that fly red and blue where a room's settings say nothing else."""
+    """Control systems of red and blue where a room's settings name none."""
     opponents: list[str] = msgspec.field(default_factory=list)
-    """Those that pages unlock one after the other, from the weakest on."""
+    """Opponents that pages unlock one after the other, from the weakest on."""
     embedders: list[str] = msgspec.field(default_factory=list)
     """Origins of the pages that may hold this one in a frame."""
     guests: bool = True
-    """Whether others can come into a room."""
+    """True if others can come into a room."""
 
 
 class SeatFactors(Message):
-    """What an experimenter varies at a seat, as far as its client has to know it to show the game."""
+    """An experimenter's settings of a seat, as far as its client needs them.
+
+    Of "opponents", "ground", "trails" and "target" it shows none that `hide` names. Below 30 frames a second it should
+    not interpolate. `helper` is a policy that makes a share of the commands.
+    """
 
     hide: list[str] = msgspec.field(default_factory=list)
-    """Of "opponents", "ground", "trails", "target": what it is not sent, or (trails) should not paint."""
     frame_rate: int = 30
-    """Moments that it is sent a second; below 30 it should show them as they are, and not what follows from them."""
     helper: str = ""
-    """The policy that makes a share of its commands."""
     share: float = 0.0
 
 
@@ -364,29 +356,26 @@ class Seated(Message, tag="seated"):
     seat: Side
     token: str
     commands: Commands
-    """What it takes."""
     factors: SeatFactors | None = None
-    """None where nothing is varied that is to be known."""
 
 
 class SeatState(Message):
-    """Who sits in a seat."""
+    """A seat as everybody in the room sees it.
 
-    kind: Literal["free", "person", "program", "policy"] = "free"
+    A game waits for a policy that is loading; `reason` says why one failed. A player who is `gone` gave the seat up
+    during the game, and the swarm goes on with the last command.
+    """
+
+    kind: Kind = "free"
     name: str = ""
     label: str = ""
     connected: bool = False
     ready: bool = False
     policy_state: Literal["loading", "loaded", "failed"] | None = None
-    """Of a policy: a game waits until it is loaded, and one that failed does not play."""
     reason: str = ""
-    """Why a policy failed to load."""
     gone: bool = False
-    """Who had it gave it up for good in the game that is played; its swarm goes on with its last command."""
     system: str = ""
-    """The control system that flies it."""
     takes: str = ""
-    """The kind of its commands."""
 
 
 class RoomState(Message, tag="room"):
@@ -394,7 +383,6 @@ class RoomState(Message, tag="room"):
 
     code: str
     phase: Literal["waiting", "starting", "playing", "over", "replay"]
-    """While a game starts, it counts down: its start is shown, and commands are taken for its first tick."""
     settings: Settings
     red: SeatState
     blue: SeatState
@@ -402,21 +390,19 @@ class RoomState(Message, tag="room"):
     sizes: list[tuple[int, int]]
     """Drones of red and blue, once a second since the start."""
     min_command_interval: float
-    outcome: Literal["red", "blue", "draw", "stopped"] | None = None
+    outcome: Outcome | None = None
     recording: str | None = None
-    """Of the game that is over, or that is watched."""
+    """Name of the game that is over, or that is watched."""
     last_tick: int | None = None
-    """Of a recorded game."""
+    """Length of the recorded game."""
     starts_ms: float | None = None
-    """When the countdown is over, on the server's clock; the first tick waits for policies' first commands, too."""
+    """End of the countdown on the server's clock; the first tick waits for policies' first commands, too."""
     verified: bool | None = None
-    """Whether the recorded game plays here as it did; else it cannot be taken over."""
+    """True if the recorded game plays here as it did; else it cannot be taken over."""
     ended_by: str | None = None
-    """Of a game that is over, as in its recording."""
     forfeit: str = ""
-    """Which side's control system failed, so that it lost, and how."""
+    """The fault of a control system by which its side lost."""
     once: bool = False
-    """One game is played here, and no more."""
 
 
 class Received(Message, tag="received"):
@@ -426,58 +412,48 @@ class Received(Message, tag="received"):
     server_ms: float
 
 
-class OfSeat(Message):
-    """A message about a seat; each has the field itself, since structs have one base with fields."""
-
-    if TYPE_CHECKING:
-        seat: Side
-
-    @property
-    def team(self) -> int:
-        """0 red, 1 blue."""
-        return SIDES.index(self.seat)
-
-
 class InForceMessage(OfSeat, tag="in_force"):
-    """The swarm follows a command from this tick on."""
+    """The swarm follows a command from this tick on.
+
+    `sender` is "auto:" and a policy, or "auto:saved", of an automatic response; "shared:" and a policy of a command
+    that the policy shares, with the number of the player's latest.
+    """
 
     seat: Side
     number: Count
     tick: Tick
     server_ms: float
     sender: str = ""
-    """Of a command that an automatic response gave: "auto:" and its policy, or "auto:saved"; of one that a
-    policy shares, "shared:" and that policy, with the number of the player's latest."""
 
 
 class Acting(Message, tag="acting"):
-    """Which of the seat's automatic responses commands now; whenever that changes."""
+    """The place of the automatic response that commands from now on, from 0; None if none does."""
 
     seat: Side
     rule: int | None
-    """Its place among the rules, from 0; None for none."""
     sender: str = ""
-    """As in `in_force`."""
 
 
 class Refused(Message, tag="refused"):
-    """A message was not obeyed, and why; nothing has changed."""
+    """A message was refused, and why; nothing has changed.
+
+    To a hello whose token's seat is gone, `recording` names the game that was played there.
+    """
 
     code: Reason
     reason: str
     about: str = ""
     recording: str | None = None
-    """To a hello whose token's seat is gone: the game that was played there."""
 
 
 class Notice(Message, tag="notice"):
-    """Something that everybody in the room should know."""
+    """Something for everybody in the room."""
 
     text: str
 
 
 class Displaced(Message, tag="displaced"):
-    """Another connection has taken this seat; this one is sent nothing more."""
+    """Another connection has taken this seat; this one gets nothing more."""
 
 
 class Pong(Message, tag="pong"):
@@ -487,39 +463,37 @@ class Pong(Message, tag="pong"):
     server_ms: float
 
 
-ServerMessage = Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Notice | Displaced | Pong
+ServerMessage = (
+    Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Notice | Displaced | Pong
+)  # fmt: skip
 
-# --- what a recording has besides -----------------------------------------------------------------
+# --- in recordings --------------------------------------------------------------------------------
 
 
 class RecordedSeat(Message):
     """The player of a seat at the start: never a person's name, at most a label they chose."""
 
-    kind: Literal["person", "program", "policy", "free"]
+    kind: Kind
     policy: str = ""
     label: str = ""
 
 
 class Origin(Message):
-    """The recorded game, and its moment, from which this one was played on."""
+    """The recorded game, its tick, and the number of lines after the header, from which this one was played on."""
 
     recording: str
     tick: Tick
     lines: Count
-    """So many lines after the first are from there."""
 
 
 class Header(Message, tag="game"):
-    """The first line of a recording."""
+    """The first line: the server's configuration with the rules, and the start in UTC and on the server's clock."""
 
     protocol: str
     software: str
     started: str
-    """In UTC, ISO 8601."""
     began_ms: float
-    """The same moment on the server's clock."""
     table: dict[str, Any]
-    """The configuration, the rules among it."""
     seed: int
     red: RecordedSeat
     blue: RecordedSeat
@@ -528,18 +502,19 @@ class Header(Message, tag="game"):
 
 
 class SeatCommand(CommandMessage, OfSeat, tag="command", kw_only=True):
-    """A command as it arrived, with the density or the array that is followed, also where strokes were sent."""
+    """A command as it arrived, with the density or the array that is followed, also where strokes were sent.
+
+    The first solve that counts it is at `tick` or later; `sender` is as in `in_force`.
+    """
 
     seat: Side
     tick: Tick
-    """The first solve that counts it is at this tick or later."""
     server_ms: float
     sender: str = ""
-    """As in `in_force`."""
 
 
 class SeatPainted(Painted, OfSeat, tag="painted"):
-    """The screen of a seat's client showed the first frame that a command had changed."""
+    """A seat's client painted the first frame that a command had changed."""
 
     seat: Side
 
@@ -549,7 +524,7 @@ class CapturedMessage(OfSeat, tag="captured"):
 
     seat: Side
     tick: Tick
-    drone: Annotated[int, Meta(ge=0, lt=2**16)]
+    drone: Count
 
 
 class FrameMessage(Message, tag="frame"):
@@ -570,7 +545,7 @@ class SeatMessage(OfSeat, tag="seat"):
 
 
 class Delay(Message):
-    """A requested delay, the median of the measured ones (null if nothing was delayed), and their number."""
+    """A requested delay, the median of the measured ones (None if nothing was delayed), and their number."""
 
     asked_ms: float
     got_ms: float | None
@@ -578,28 +553,31 @@ class Delay(Message):
 
 
 class SeatDelays(Message):
-    """The delays of a seat: of its commands, and of the moments that it was shown."""
+    """The delays of a seat: of its commands, and of its frames."""
 
     command: Delay
     display: Delay
 
 
 class EndMessage(Message, tag="end"):
-    """The game's end; "stopped" if nobody played it to its end."""
+    """The game's end: "stopped" if nobody played it to its end, ended by "left" if a client had left, however it ended.
+
+    `delays` are red's and blue's, where an experimenter varied anything.
+    """
 
     outcome: Outcome
     tick: Tick
     sizes: tuple[Count, Count]
     server_ms: float
     ended_by: EndedBy
-    """A game that a client had left when it ended is "left", however it ended."""
     delays: tuple[SeatDelays, SeatDelays] | None = None
-    """Red's and blue's, where the table varied anything."""
 
 
-LogMessage = SeatCommand | InForceMessage | SeatPainted | CapturedMessage | FrameMessage | SeatMessage | EndMessage
+LogMessage = (
+    SeatCommand | InForceMessage | SeatPainted | CapturedMessage | FrameMessage | SeatMessage | EndMessage
+)  # fmt: skip
 
-# --- how messages are written and read ------------------------------------------------------------
+# --- reading and writing --------------------------------------------------------------------------
 
 _client_decoder: msgspec.json.Decoder[ClientMessage] = msgspec.json.Decoder(ClientMessage)
 _server_decoder: msgspec.json.Decoder[ServerMessage] = msgspec.json.Decoder(ServerMessage)
@@ -608,51 +586,30 @@ _encoder = msgspec.json.Encoder()
 
 
 def decode_client(text: str | bytes) -> ClientMessage:
-    """Read a client's message.
-
-    Raises
-    ------
-    ProtocolError
-        If it is too long or fits none of the messages.
-    """
-    return _decode(_client_decoder, text)
+    """Read a client's message; raise ProtocolError if it is too long or fits none of the messages."""
+    return decode(_client_decoder, text, MAX_MESSAGE_BYTES)
 
 
 def decode_server(text: str | bytes) -> ServerMessage:
     """Read a server's message, as `decode_client`."""
-    return _decode(_server_decoder, text)
+    return decode(_server_decoder, text, MAX_MESSAGE_BYTES)
 
 
-def decode_log(line: bytes) -> Header | LogMessage:
-    """Read a line of a recording; errors as of `decode`."""
-    return decode(_log_decoder, line)
+def decode_log(line: str | bytes) -> Header | LogMessage:
+    """Read a line of a recording, as `decode_client`."""
+    return decode(_log_decoder, line, MAX_LINE_BYTES)
 
 
-def _decode(decoder: msgspec.json.Decoder[T], text: str | bytes) -> T:
-    if len(text) > MAX_MESSAGE_BYTES:
-        raise ProtocolError(f"a message may have {MAX_MESSAGE_BYTES} bytes, got {len(text)}")
+def decode(decoder: msgspec.json.Decoder[T], text: str | bytes, most: int) -> T:
+    """Read JSON that anybody may have written, of at most so many bytes; raise ProtocolError if it does not fit."""
+    if len(text) > most:
+        raise ProtocolError(f"a message may have {most} bytes, got {len(text)}")
     try:
-        return decode(decoder, text)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ProtocolError(f"not a message of {SUBPROTOCOL}: {error}") from error
-
-
-def decode(decoder: msgspec.json.Decoder[T], text: str | bytes) -> T:
-    """Read JSON that anybody may have written, for about as little time a byte whatever it holds.
-
-    Raises
-    ------
-    DecodeError
-        If it is not what the decoder reads, or a number in it is too large or too small.
-    UnicodeDecodeError, RecursionError
-        If it is no text, or nested too deeply.
-    """
-    if _FAR.search(text.encode(errors="replace") if isinstance(text, str) else text) is not None:
-        try:
+        if _FAR.search(text.encode(errors="replace") if isinstance(text, str) else text) is not None:
             json.loads(text, parse_float=_near)
-        except ValueError as error:
-            raise msgspec.DecodeError(str(error)) from error
-    return decoder.decode(text)
+        return decoder.decode(text)
+    except (ValueError, RecursionError) as error:  # msgspec's, json's and Unicode's errors are ValueErrors
+        raise ProtocolError(f"not a message of {SUBPROTOCOL}: {str(error)[:300]}") from error
 
 
 def _near(written: str) -> float:

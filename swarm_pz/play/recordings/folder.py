@@ -14,7 +14,7 @@ from swarm_pz.files import opened, read_bytes
 
 SUFFIX = ".jsonl"
 MOST_BYTES = 256 * 2**20
-"""Of a recording that is read."""
+"""Largest file that is read."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.jsonl")
 
 
@@ -34,7 +34,7 @@ def is_regular(path: Path) -> bool:
 
 
 def read_regular(path: Path) -> bytes:
-    """Return what stands in a recording's file; RecordingError if it is no regular file or above `MOST_BYTES`."""
+    """Return the bytes of a recording's file; raise RecordingError if it is no regular file or above `MOST_BYTES`."""
     try:
         return read_bytes(path, MOST_BYTES, links=False)
     except ConfigError as error:

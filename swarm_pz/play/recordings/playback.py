@@ -36,27 +36,17 @@ _MARKS_BYTES = 2**24
 _POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
 """Resolution of a frame."""
 _ACCELERATION_STEP = 1e-3
-"""What accelerations in a page may differ by, in units of the largest one.
+"""Tolerance of accelerations in a page, in units of the largest one.
 
 From the same state they differ by less than 1e-4 (tests/play/engine_cases.py); here the controller's memory is our own,
 and in 5,300 solves the largest difference was 1.5e-4.
 """
 _ROUNDING = 2e-7
-"""What positions and velocities of float32 differ by, besides."""
+"""Further tolerance of positions and velocities of float32."""
 
 
 class Playback:
-    """A recorded game that can be set to any of its ticks.
-
-    Parameters
-    ----------
-    recording : Recording
-
-    Attributes
-    ----------
-    game : LiveGame
-        The game at the present moment.
-    """
+    """A recorded game that can be set to any of its ticks; `game` is the one at the present moment."""
 
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
@@ -97,10 +87,8 @@ class Playback:
         came: list[Command] = []
         while game.tick < end and not game.over:
             if (frame := self._exact.get(game.tick)) is not None:
-                game.simulator.games.positions[0], game.simulator.games.velocities[0] = (
-                    frame.positions,
-                    frame.velocities,
-                )
+                games = game.simulator.games
+                games.positions[0], games.velocities[0] = frame.positions, frame.velocities
             if game.tick % self._mark_ticks == 0 and game.tick not in self._marks:
                 self._marks[game.tick] = game.simulator.snapshot()
             while self._next < len(self._followed) and self._followed[self._next][0] <= game.tick:
@@ -130,7 +118,7 @@ class Playback:
         )
 
     def _compare(self, until: float) -> tuple[int, int | None]:
-        """Return how many frames were compared, and the first tick whose frame or captures are others."""
+        """Return the number of frames compared, and the first tick whose frame or captures differ."""
         recording = self.recording
         captured: dict[int, list[tuple[int, int]]] = defaultdict(list)
         for line in recording.of(CapturedMessage):
@@ -148,8 +136,8 @@ class Playback:
             self.advance(tick - self.game.tick)
             before, teams = teams, self.game.simulator.games.teams[0].copy()
             taken = [(int(drone), int(teams[drone])) for drone in np.flatnonzero(teams != before)]
-            told = captured[tick]
-            if self.game.tick != tick or told != (taken[: len(told)] if is_torn else taken):
+            recorded = captured[tick]
+            if self.game.tick != tick or recorded != (taken[: len(recorded)] if is_torn else taken):
                 return count, tick
             is_due = tick % FRAME_TICKS == 0 or self.game.over
             if frame is not None and frame.tick == tick:
@@ -164,21 +152,8 @@ class Playback:
     def film(self, path: Path, speed: float = 2.0, progress: Callable[[float, float], None] | None = None) -> None:
         """Write the game as a film.
 
-        Parameters
-        ----------
-        path : Path
-            Where to; its suffix chooses the format, .gif or .mp4.
-        speed : float
-            Seconds of game a second of film.
-        progress : callable, optional
-            Called with the seconds of game shown so far, and all of them.
-
-        Raises
-        ------
-        RenderError
-            If the file's suffix names no format that can be written.
-        OutputError
-            If the file cannot be written.
+        The suffix chooses the format, .gif or .mp4; `speed` is in seconds of game a second of film; `progress` is
+        called with the seconds of game shown so far, and all of them. Errors are as of `open_film`.
         """
         every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE)) * TICKS_PER_CONTROL_PERIOD
         seats = (self.recording.header.red, self.recording.header.blue)
@@ -192,7 +167,7 @@ class Playback:
                     progress(min(tick, last) / TICKS_PER_SECOND, last / TICKS_PER_SECOND)
 
     def _shows(self, frame: Frame) -> bool:
-        """Whether a frame, which holds neither altitudes nor fields in recordings, shows the present moment."""
+        """Tell whether a frame, which holds neither altitudes nor fields in recordings, shows the present moment."""
         simulator = self.game.simulator
         positions = np.abs(frame.positions - simulator.positions[0]).max(initial=0.0)
         velocities = np.abs(np.clip(simulator.speeds[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)

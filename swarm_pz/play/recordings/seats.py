@@ -17,13 +17,13 @@ _PRESET_OF = {GameConfig.preset(name).rules_hash: name for name in PRESETS}
 
 
 def column(about: str, unit: str = "", default: Any = MISSING) -> Any:
-    """Return a field of a row, with what is said of it beside the table."""
+    """Return a field of a row, with its description."""
     return field(default=default, metadata={"about": about, "unit": unit})
 
 
 @dataclass(frozen=True, kw_only=True)
 class SeatRow:
-    """What one seat did in one game."""
+    """One seat in one game."""
 
     recording: str = column("file of the recording")
     started: str = column("when the game began, on the server's clock, as ISO 8601")
@@ -81,7 +81,7 @@ def trial_rows(recording: Recording) -> list[dict[str, Any]]:
 
 
 def seat_rows(recording: Recording) -> list[SeatRow]:
-    """Return what the seats of a game did; seats that nobody took are left out."""
+    """Return the rows of a game's seats, without those that nobody took."""
     header, config, game, end = recording.header, recording.config, recording.config.game, recording.end
     seconds = (end.tick if end is not None else recording.last_tick) / TICKS_PER_SECOND
     teams = np.repeat((0, 1), game.team_sizes)
@@ -125,7 +125,7 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
 
 
 def outcome_of(end: EndMessage | None, side: str) -> str:
-    """Return how a game ended for a side: "win", "draw" or "loss"; "stopped" if nobody played it to its end."""
+    """Return the outcome of a game for a side: "win", "draw" or "loss"; "stopped" if nobody played it to its end."""
     if end is None or end.outcome in ("stopped", "draw"):
         return "draw" if end is not None and end.outcome == "draw" else "stopped"
     return "win" if end.outcome == side else "loss"
@@ -149,7 +149,7 @@ def _left_out(recording: Recording, commands: Sequence[int]) -> str:
 
 
 def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
-    """Return what a seat's player did; of a game that was taken over, only from there on."""
+    """Return a seat's columns about its player; of a game that was taken over, only from there on."""
     origin, live, speed = recording.header.origin, recording.live, recording.config.speed
     begin_s = origin.tick / TICKS_PER_SECOND if origin is not None else 0.0
     made: dict[int, float] = {}

@@ -1,4 +1,4 @@
-"""A folder of recorded games as tables: who won, how fast, and what people did meanwhile.
+"""Tables of a folder of recorded games: results, lengths, and the habits of players.
 
 Times to the end of a game are censored where nobody won: a draw says only that a win takes longer. So
 medians are Kaplan-Meier's, and means are restricted to the time limit; see `swarm_pz.evaluation.survival`.
@@ -80,26 +80,19 @@ class SummaryRow:
 
 
 def counts(row: SeatRow, every_game: bool = False) -> bool:
-    """Tell whether a game is in the summary, perhaps in that of every game that has a result."""
+    """Tell whether a game is in the summary; with `every_game`, lessons and games that were left are, too."""
     has_result = row.outcome != "stopped" and not row.taken_over and row.opponent_kind != "free"
     return has_result and (every_game or not row.left_out)
 
 
 def left_out(rows: Sequence[SeatRow], every_game: bool = False) -> dict[str, int]:
-    """Return how many games are not in the summary, by reason."""
+    """Return the numbers of games that are not in the summary, by reason."""
     reasons = {row.recording: row.left_out for row in rows if not counts(row, every_game)}
     return dict(sorted(Counter(reasons.values()).items()))
 
 
 def summarise(rows: Sequence[SeatRow], every_game: bool = False) -> list[SummaryRow]:
-    """Return the summary of the games that two sides played from their start to their end.
-
-    Parameters
-    ----------
-    rows : sequence of SeatRow
-    every_game : bool
-        Count lessons, games that were left and games in which a person gave no command, too.
-    """
+    """Return the summary of the games that count; with `every_game`, as of `counts`, also of others."""
     groups: dict[tuple[str, ...], list[SeatRow]] = {}
     for row in rows:
         if counts(row, every_game):
@@ -135,12 +128,9 @@ def _summary(seats: Sequence[SeatRow]) -> SummaryRow:
 
 
 def read_folder(folder: Path) -> tuple[list[SeatRow], list[str]]:
-    """Return the seats of all games of a folder, oldest first, and what could not be read and why.
+    """Return the seats of all games of a folder, oldest first, and the errors of files that could not be read.
 
-    Raises
-    ------
-    RecordingError
-        If there is no recorded game in it.
+    Raises RecordingError if there is no recorded game in it.
     """
     paths = sorted(folder.glob(f"*{SUFFIX}"))
     if not paths:
@@ -159,13 +149,8 @@ def write_tables(
 ) -> list[Path]:
     """Write ``seats`` and ``summary`` as CSV, or Parquet, with ``schema.json`` beside them.
 
-    The schema says what was called, too, the versions, and how many games the summary leaves out and why; the rules
-    stand in the recordings, and their hashes in the tables.
-
-    Raises
-    ------
-    MissingExtraError
-        If Parquet is asked for and not installed.
+    The schema has the command, the versions, and the numbers of games that the summary leaves out, by reason. Raises
+    MissingExtraError if Parquet is asked for and not installed.
     """
     folder.mkdir(parents=True, exist_ok=True)
     tables: dict[str, tuple[type[Any], Sequence[Any]]] = {
@@ -189,7 +174,7 @@ def write_tables(
 
 
 def columns_of(kind: type[Any]) -> dict[str, dict[str, Any]]:
-    """Return what every column of a table is, as plain values."""
+    """Return the description of every column of a table, as plain values."""
     known = {entry.name: entry.metadata for entry in fields(SeatRow)}
     return {
         entry.name: {

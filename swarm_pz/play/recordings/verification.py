@@ -49,7 +49,7 @@ class Verification:
 
     @property
     def verified(self) -> bool:
-        """Whether there was something to compare, and all of it comes out as recorded."""
+        """True if there was something to compare, and all of it comes out as recorded."""
         return self.frames > 0 and self.first_difference is None and not self.faults
 
 

@@ -55,7 +55,7 @@ class GameLog:
 
     @property
     def is_somebody_away(self) -> bool:
-        """Whether a player has left, or lost their connection."""
+        """True if a player has left, or lost their connection."""
         return bool(self._away)
 
     def note(self, message: SeatMessage) -> None:

@@ -18,7 +18,7 @@ from swarm_pz.play.opponents import opponents_among
 from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import trial_rows
-from swarm_pz.play.recordings.summary import Summaries, Summary
+from swarm_pz.play.recordings.summary import Summary, summary_of
 from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.limits import AddressLimits
 from swarm_pz.play.server.rendered_command import CommandWorker
@@ -81,7 +81,6 @@ class Lobby:
         self._reading = 0
         self._replays = Replays()
         self._listing = Worker("listing")
-        self._summaries = Summaries()
         self._systems = installed_systems(context.table.game)
         known = cards if cards is not None else {}
         self._policies = [
@@ -237,7 +236,7 @@ class Lobby:
 
     def _list(self, running: set[Path]) -> list[Summary]:
         found = sorted(self.context.folder.glob(f"*{SUFFIX}"), reverse=True)[:_MOST_LISTED]
-        return self._summaries.of([path for path in found if path not in running and _may_be_read(path)])
+        return [summary_of(path) for path in found if path not in running and _may_be_read(path)]
 
     def find_recording(self, name: str) -> Path:
         """Return the file of a recorded game that is over: others may not see what a player draws.

@@ -28,7 +28,7 @@ from swarm_pz.play.server.views import frame_of, target_message
 from swarm_pz.play.server.worker import Worker
 
 MOST_BYTES = 32 * 2**20
-"""Of a recording that can be watched."""
+"""Largest file that can be watched."""
 MOST_SECONDS = 120.0
 """For playing one through."""
 T = TypeVar("T")
@@ -67,7 +67,7 @@ class LoadedRecording:
 
     @property
     def state(self) -> protocol.RoomState:
-        """What the client is told of it."""
+        """The state that the client gets."""
         header, end, config = self.recording.header, self.recording.end, self.recording.config
         red, blue = (
             protocol.SeatState(seat.kind, seat.policy, seat.label, True, system=system.name, takes=system.takes)

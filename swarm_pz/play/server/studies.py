@@ -16,7 +16,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.routing import Route
 
-from swarm_pz.errors import ConfigError, OutputError, RecordingError, SwarmError
+from swarm_pz.errors import ConfigError, OutputError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.limits import AddressLimits
 from swarm_pz.play.server.lobby import Lobby
@@ -329,6 +329,6 @@ async def _read(request: Request, most: int) -> PageMessage:
     except TimeoutError as error:
         raise ConfigError(f"what a page says must come within {_PART_S:g} seconds") from error
     try:
-        return protocol.decode(_page_messages, bytes(data))
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        return protocol.decode(_page_messages, bytes(data), most)
+    except ProtocolError as error:
         raise ConfigError(f"what the page said does not fit: {error}") from error

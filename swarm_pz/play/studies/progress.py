@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
-from swarm_pz.errors import ConfigError, OutputError, RecordingError
+from swarm_pz.errors import ConfigError, OutputError, ProtocolError, RecordingError
 from swarm_pz.files import explain
 from swarm_pz.play.protocol import decode
 from swarm_pz.play.recordings.folder import read_regular
@@ -149,10 +149,10 @@ def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
 
 def _read_line(line: bytes, path: Path, number: int) -> dict[str, Any]:
     try:
-        read = decode(_decoder, line)
+        read = decode(_decoder, line, len(line))
         if number > 1:
             msgspec.convert(read, _Line)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (msgspec.DecodeError, ProtocolError, RecursionError) as error:
         raise RecordingError(f"line {number} of {path} is corrupt: {error}") from error
     return read
 

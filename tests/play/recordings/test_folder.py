@@ -8,9 +8,8 @@ import pytest
 from swarm_pz.errors import RecordingError
 from swarm_pz.play.protocol import EndMessage, RecordedSeat
 from swarm_pz.play.recordings import folder as module
-from swarm_pz.play.recordings import summary as summaries
 from swarm_pz.play.recordings.folder import checked_name, is_regular, read_regular
-from swarm_pz.play.recordings.summary import END_BYTES, Summaries, Summary, summary_of
+from swarm_pz.play.recordings.summary import END_BYTES, Summary, summary_of
 from tests.play.recordings.games import CONFIG, header
 
 
@@ -75,15 +74,3 @@ def test_a_game_is_told_by_its_ends_however_long_it_is_and_an_unfinished_one_tel
 def test_what_is_no_game_has_a_name_alone(content, tmp_path):
     (path := tmp_path / "a.jsonl").write_bytes(content)
     assert summary_of(path) == Summary("a.jsonl")
-
-
-def test_a_file_is_read_again_only_when_it_changed(tmp_path, monkeypatch):
-    read = []
-    monkeypatch.setattr(summaries, "summary_of", lambda path: read.append(path.name) or Summary(path.name))
-    paths = [write(tmp_path / f"{name}.jsonl", END) for name in "abc"]
-    known = Summaries()
-    assert [summary.name for summary in known.of(paths)] == ["a.jsonl", "b.jsonl", "c.jsonl"]
-    write(paths[1], END, END)
-    paths[2].unlink()
-    assert [summary.name for summary in known.of(paths)] == ["a.jsonl", "b.jsonl"]
-    assert read == ["a.jsonl", "b.jsonl", "c.jsonl", "b.jsonl"]

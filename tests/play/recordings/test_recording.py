@@ -6,6 +6,7 @@ import pytest
 from swarm_pz.errors import RecordingError
 from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.protocol import (
+    MAX_LINE_BYTES,
     SIDES,
     CapturedMessage,
     EndMessage,
@@ -16,7 +17,7 @@ from swarm_pz.play.protocol import (
     SeatPainted,
 )
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.recordings.recording import MOST_LINE_BYTES, Recording
+from swarm_pz.play.recordings.recording import Recording
 from tests.play.recordings.games import CONFIG, header, plain_lines, record, write_lines
 
 END = EndMessage("draw", 9, (4, 4), 0.0, "time")
@@ -62,7 +63,7 @@ def test_a_recording_that_breaks_off_is_read_up_to_there(tmp_path):
         (lambda text: text.replace(b"play.v", b"play.v9", 1), "of protocol 'swarm-pz.play.v9"),
         (lambda text: text.replace(b'"tick":3,', b'"tick":-3,'), "line"),
         (lambda text: b'{"x":' + b"[" * 60_000 + b"\n" + text, "line 1"),
-        (lambda text: b'{"x":"' + b"x" * MOST_LINE_BYTES + b'"}\n' + text, "line 1 of .* at most"),
+        (lambda text: b'{"x":"' + b"x" * MAX_LINE_BYTES + b'"}\n' + text, "line 1 of .* may have 131072 bytes"),
         (lambda text: b"\n" * 2**20, "line 1"),
         (lambda text: text.replace(b'"seed":1', b'"seed":1,"weather":"fine"', 1), "line 1 of .*weather"),
     ],

@@ -30,7 +30,7 @@ def played(tmp_path_factory):
 
 
 def fault_of(path):
-    """Return what is wrong with a recording; empty if it verifies."""
+    """Return the faults of a recording; empty if it verifies."""
     try:
         found = Playback(Recording.read(path)).verify()
     except RecordingError as error:
@@ -184,7 +184,7 @@ def leaves(value, path=()):
 
 @pytest.mark.parametrize("number", [-1, 0, 1e-9, 200, 1e9, 10**400, "x", [[]]])
 def test_rules_that_were_forged_crash_nothing(number, played, tmp_path):
-    """What is legal is simulated; all else is a RecordingError, which names the file."""
+    """Legal rules are simulated; all others raise a RecordingError, which names the file."""
     lines = plain_lines(played)
     for *path, last in leaves(lines[0]["table"]):
         forged = copy.deepcopy(lines)

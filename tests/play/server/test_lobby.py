@@ -11,7 +11,6 @@ import pytest
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings import summary
 from swarm_pz.play.server import lobby as module
 from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.limits import AddressLimits
@@ -145,9 +144,9 @@ async def test_recorded_games_are_listed_while_one_is_read_and_off_the_event_loo
     for name in (*names, "no name.jsonl", "notes.txt"):
         (tmp_path / name).write_text("{}\n")
     (tmp_path / "20260103T000000Z-ABCD-1.jsonl").symlink_to(tmp_path / "no name.jsonl")
-    threads, may_end, summary_of = [], threading.Event(), summary.summary_of
+    threads, may_end, summary_of = [], threading.Event(), module.summary_of
     monkeypatch.setattr(
-        summary, "summary_of", lambda path: threads.append(threading.current_thread()) or summary_of(path)
+        module, "summary_of", lambda path: threads.append(threading.current_thread()) or summary_of(path)
     )
     lobby._replays.reader.do(may_end.wait)
     listed = await lobby.recordings()
