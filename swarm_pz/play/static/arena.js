@@ -1,6 +1,6 @@
 // The arena as it is seen: the ground, drones with trails, who is in danger, and captures as they happen.
 
-import { addDrone, Ground, look, newCanvas } from "./ground.js";
+import { addDrone, Ground, look } from "./ground.js";
 import { Trails } from "./trails.js";
 
 const FULL_RATE = 30; // of frames; with fewer, each is shown as it is until the next
@@ -9,7 +9,6 @@ const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
 const FLASH_MS = 700, PULSE_MS = 400;
 const JUMP_TICKS = 30; // frames farther apart are not of one motion
 const WARNING_S = 0.4; // how long before it flies onto ground where it is nearly captured a drone is marked
-const REACH = 0.1, CROWD = 0.4; // map widths around a drone, and the part of a team within, that make a crowd
 const MANY = 60; // drones that are painted smaller
 
 export class Arena {
@@ -25,13 +24,12 @@ export class Arena {
     this.guarded = [0, 1]; // teams whose drones are marked when they are in danger
     this.isLive = false;
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.shadow = softDisc(); // painted once, since a picture is put down sooner than a path is filled
     this.forget();
   }
 
   // Begin with another game.
   forget() {
-    this.frame = this.altitudes = null;
+    this.frame = null;
     this.ground.forget();
     this.forgetMotion();
   }
@@ -64,7 +62,6 @@ export class Arena {
       });
     }
     this.trails.take(frame);
-    this.altitudes = frame.altitudes ?? this.altitudes;
     if (frame.fields) {
       this.ground.fields = frame.fields;
       this.ground.dirty = true;
@@ -97,7 +94,6 @@ export class Arena {
     const size = side * (teams.length > MANY ? 0.008 : 0.0125);
     pen.clearRect(0, 0, side, side);
     if (this.hasTrails) this.trails.paint(pen, frame, places, side);
-    this.paintShadows(pen, places, side, size);
     for (const reach of [1.45, 1]) { // a rim first
       for (const team of [0, 1]) {
         pen.fillStyle = reach > 1 ? look.ground : look.teams[team];
@@ -110,25 +106,6 @@ export class Arena {
     }
     this.paintDanger(pen, frame, places, side, size);
     this.paintFlashes(pen, places, side, size);
-  }
-
-  // Shadows tell altitudes, as light from the upper left casts them: the higher, the farther off and the larger.
-  paintShadows(pen, places, side, size) {
-    if (this.altitudes?.length !== places.length / 2) return;
-    this.altitudes.forEach((altitude, i) => {
-      const height = altitude / 255, reach = size * (1.5 + 0.4 * height), away = size * (0.4 + 1.2 * height) - reach;
-      pen.drawImage(this.shadow, places[2 * i] * side + away, (1 - places[2 * i + 1]) * side + away, 2 * reach, 2 * reach);
-    });
-  }
-
-  // Whether many of a team's drones stand close together where the other team nearly captures. Crowds elsewhere are in no more
-  // danger than others; these lose three drones in ten within five seconds nearly twice as often.
-  isClosedIn(team) {
-    const { positions, teams } = this.frame, own = [...teams.keys()].filter((i) => teams[i] === team);
-    const near = (i, j) => Math.hypot(positions[2 * i] - positions[2 * j], positions[2 * i + 1] - positions[2 * j + 1]) <= REACH;
-    const crowd = own.map((i) => own.filter((j) => near(i, j))).reduce((a, b) => (b.length > a.length ? b : a), []);
-    return crowd.length >= Math.max(CROWD * own.length, 3)
-      && crowd.some((i) => this.ground.nears(1 - team, positions[2 * i], positions[2 * i + 1]));
   }
 
   // Whether a drone is, or will be at once, where the other team captures it or nearly does.
@@ -166,14 +143,4 @@ export class Arena {
     }
     pen.globalAlpha = 1;
   }
-}
-
-function softDisc() {
-  const half = 32, canvas = newCanvas(2 * half), pen = canvas.getContext("2d");
-  const shade = pen.createRadialGradient(half, half, 0.45 * half, half, half, half);
-  shade.addColorStop(0, "rgb(33 37 41 / 35%)");
-  shade.addColorStop(1, "rgb(33 37 41 / 0%)");
-  pen.fillStyle = shade;
-  pen.fillRect(0, 0, 2 * half, 2 * half);
-  return canvas;
 }

@@ -2,7 +2,7 @@
 
 import { button, byId, hear, on } from "./elements.js";
 import { Library } from "./library.js";
-import { isFilled, Pen } from "./pen.js";
+import { Pen } from "./pen.js";
 import { isStudy, SIDES } from "./words.js";
 
 const BRUSHES = ["attract", "repel", "erase"];
@@ -10,8 +10,7 @@ const DRAWN = ["density", "attraction"], PLACED = ["attractors", "leaders", "for
 const HANDS = {
   pointerdown: "begin", pointermove: "move", pointerup: "end", pointercancel: "cancel", keydown: "key", blur: "blur",
 };
-const TURN = 1 / 24; // by a key, or a notch of the wheel
-const WHEEL_MS = 300; // after which a wheel is at rest
+const TURN = 1 / 24; // by a key
 
 export class Controls {
   // mayPlay tells if a command counts now, answer shows a text, sent is called with the strokes that were sent.
@@ -37,7 +36,6 @@ export class Controls {
 
   listen() {
     for (const [type, act] of Object.entries(HANDS)) on(type, { arena: (event) => this.pen[act](event) });
-    byId("arena").addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     on("input", { width: () => this.setExtent(), turn: () => this.pen.turnTo(byId("turn").valueAsNumber) });
     const sized = () => { if (this.pen !== this.brush) this.lifted(); };
     on("change", { width: sized, turn: sized, keep: () => { this.pen.keep = byId("keep").checked; }, "on-lift": () => this.show() });
@@ -137,16 +135,6 @@ export class Controls {
     this.setExtent();
   }
 
-  wheel(event) {
-    if (this.pen === this.brush || !this.mayPlay()) return;
-    const steps = -Math.sign(event.deltaY || event.deltaX);
-    event.preventDefault();
-    if (event.shiftKey) this.pen.turn?.(TURN * steps);
-    else this.wider(steps);
-    clearTimeout(this.wheeled);
-    this.wheeled = setTimeout(() => this.lifted(), WHEEL_MS);
-  }
-
   // What a key does, null for nothing; on a button Enter is the button's.
   actOf(key, onButton) {
     if (isStudy() && /^[1-9rs]$/.test(key)) return null;
@@ -214,10 +202,7 @@ export class Controls {
   // What is asked for now; after a reload it tells how many commands there were.
   check(target) {
     if (target.team !== this.seat) return;
-    const isNew = target.number === this.number && this.pen.sent && this.pen === this.brush;
     this.number = Math.max(this.number, target.number);
-    const isRound = isNew && this.pen.strokes.some(({ brush, points }) => brush === "attract" && isFilled(points, target));
-    if (isRound) this.answer("Too small a ring: it has no free middle, and your drones crowd there.");
   }
 
   setInForce(command) {

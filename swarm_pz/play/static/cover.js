@@ -2,15 +2,15 @@
 
 import { Chart, timeIsUp, turningPoint, untilTheEnd } from "./chart.js";
 import { byId, hear, on, say } from "./elements.js";
-import { helpAgainst, inARow, progress, ROUND } from "./progress.js";
-import { DECISIVE_S } from "./story.js";
+import { inARow, progress, ROUND } from "./progress.js";
 import { freeSides, meetsSomebody, Waiting } from "./waiting.js";
 import { called, clock, isStudy, NAMES, SIDES, SIGNS, TICKS } from "./words.js";
 
+const DECISIVE_S = 5; // seconds before a turn that decided it
+
 export class Cover {
-  // begin: opens a room by a message and begins in it at once; story: tells why a game went as it did.
-  constructor(link, begin, story) {
-    this.story = story;
+  // begin opens a room by a message and begins in it at once.
+  constructor(link, begin) {
     this.opponents = [];
     this.waiting = new Waiting(link);
     this.chart = new Chart(byId("result-chart"));
@@ -58,15 +58,15 @@ export class Cover {
     say("notice-text", isAlone ? `${who} has left for good: their swarm goes on with its last command.` : "");
   }
 
-  // After a game that was won: who comes next; after two that were lost: what helps.
+  // Offer the next opponent after a game that was won.
   offerNext(isOffered) {
-    const { next, streak, lost } = progress(this.opponents), { outcome } = this.room, other = isOffered && this.room[this.other].name;
-    const isWon = isOffered && outcome === SIDES[this.seat] && other !== next, isLost = isOffered && outcome === this.other;
+    const { next, streak } = progress(this.opponents);
+    const isWon = isOffered && this.room.outcome === SIDES[this.seat] && this.room[this.other].name !== next;
     this.next = next;
     byId("next-game").hidden = !isWon || !next;
     byId("next-game").textContent = `Next: ${called(next ?? "")}`;
     byId("ready").classList.toggle("primary", byId("next-game").hidden);
-    byId("streak").textContent = isWon ? inARow(streak) : isLost ? helpAgainst(other, lost) : "";
+    byId("streak").textContent = isWon ? inARow(streak) : "";
   }
 
   get other() { return SIDES[1 - this.seat]; }
@@ -103,8 +103,7 @@ export class Cover {
     if (turn === null) return;
     const [red, blue] = ended[turn], when = clock(TICKS * (turn - 1));
     byId("see").href = `#replay=${this.room.recording}@${TICKS * Math.max(turn - DECISIVE_S, 0)}`;
-    const why = this.story.why(SIDES.indexOf(this.room.outcome), turn, this.seat);
-    byId("turning").textContent = `The turn, at ${when}: ${why || `red ${red}, blue ${blue}.`}`;
+    byId("turning").textContent = `The turn, at ${when}: red ${red}, blue ${blue}.`;
   }
 
   // The seconds until a game begins.

@@ -5,18 +5,17 @@ import { called, clock, TICKS } from "./words.js";
 
 const NAME = /^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)Z-([A-Z0-9]+)-(\d+)/;
 
-// Fill a list with the recorded games, of one room if one is named; returns how many there are.
-export async function listGames(table, list, room = "") {
+// Fill a list with links to the recorded games.
+export async function listGames(table, list) {
   const answer = await table.fetch("recordings");
   const games = answer?.ok ? await answer.json() : [];
-  const shown = games.filter(({ name, lesson }) => !lesson && (!room || name.match(NAME)?.[7] === room));
+  const shown = games.filter(({ lesson }) => !lesson);
   list.replaceChildren(...shown.map((game) => {
     const told = [["strong", players(game)], ["span", ending(game)], ["small", title(game)]].filter(([, words]) => words);
     const href = `#replay=${encodeURIComponent(game.name)}`;
     return make("li", {}, make("a", { href }, ...told.flatMap(([tag, words]) => [make(tag, {}, words), " "])));
   }));
-  if (!shown.length && !room) list.append(make("li", {}, "None so far."));
-  return shown.length;
+  if (!shown.length) list.append(make("li", {}, "None so far."));
 }
 
 function players({ red, blue }) {

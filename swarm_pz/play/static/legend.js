@@ -34,7 +34,7 @@ function paintSign(canvas, { holds = null, drones, was = null, flown = false, sp
   const frame = (tick, shift, teams) => ({
     tick, teams: Uint8Array.from(teams), fields: [0, 1].map((team) => field(team === holds ? HOLDS : [])),
     positions: Float32Array.from(drones.flatMap(([, x, y]) => [place(x - shift), place(y - 0.4 * shift * shift)])),
-    velocities: Float32Array.from(drones.flatMap(() => [speed, 0])), altitudes: new Uint8Array(drones.length).fill(90),
+    velocities: Float32Array.from(drones.flatMap(() => [speed, 0])),
   });
   const teams = drones.map(([team]) => team);
   for (let k = 9; k > 0 && flown; k--) arena.take(frame(100 - 7 * k, k / 3, teams));

@@ -85,29 +85,8 @@ export class Lobby {
     byId("opponent-about").textContent = policy?.about ?? "";
   }
 
-  // To the room whose code was typed.
-  enter(how) {
-    this.typed = byId("code").value.toUpperCase();
-    this.go(`${how}=${this.typed}`);
-  }
-
-  // Say that a room is no more, and lead to what was played in it.
-  async gone(room) {
-    const games = listGames(this.link.table, byId("gone-games"), room);
-    if (this.typed === room && !await games) { // most likely a slip, and corrected where it was made
-      byId("code-fault").textContent = `There is no room ${room}. Check the code. If it is right, the room is closed.`;
-      byId("code").focus();
-      byId("code").select();
-      return;
-    }
-    byId("gone").hidden = false;
-    byId("gone-text").textContent = `There is no room ${room} any more.${await games ? " Its games are recorded:" : ""}`;
-  }
-
-  forgive() {
-    byId("gone").hidden = true;
-    byId("code-fault").textContent = this.typed = "";
-  }
+  // Go to the room whose code was typed.
+  enter(how) { this.go(`${how}=${byId("code").value.toUpperCase()}`); }
 
   play(opponent) { this.begin({ seat: "red", opponent, settings: ROUND }); }
 

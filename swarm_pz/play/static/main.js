@@ -146,7 +146,6 @@ function enter(name, code) {
 function arrive(room) {
   const [side] = wantsSeat === room.code && table.seat === null ? freeSides(room) : [];
   if (room.phase !== "replay") mark(`${table.seat !== null || side ? "room" : "watch"}=${room.code}`, ["", "replay"].includes(wanted().name));
-  lobby.forgive();
   open("table");
   wantsSeat = "";
   if (side) link.send({ type: "join", room: room.code, seat: side, label: byId("label").value });
@@ -171,8 +170,7 @@ function refused({ about, code, reason, recording }) {
   else if (!table.room && name !== "") {
     wantsSeat = "";
     table.lesson.stop();
-    giveUp();
-    if (ROOMS.includes(name)) return lobby.gone(value);
+    return giveUp(ROOMS.includes(name) ? `There is no room ${value}. If the code is right, the room is closed: look for its games under Recorded games.` : reason);
   }
   say(reason);
 }

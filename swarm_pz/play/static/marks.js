@@ -10,7 +10,7 @@ const OUTLINES = { line: [[-1, 0], [1, 0]], wedge: [[-0.5, 0.87], [1, 0], [-0.5,
 const KINDS = {
   attractors: {
     read: () => [], write: (marks) => marks.map(({ x, y, size }) => [x, y, size]), size: 2, sized: "Weight",
-    hint: "Tap where to go. Two fingers: how strongly.",
+    hint: "Tap where to go. The slider sets how strongly.",
   },
   leaders: {
     read: (rows) => rows.map(([x, y]) => ({ x, y, size: 0, turn: 0, shape: 0 })), write: (marks) => marks.map(({ x, y }) => [x, y]),
@@ -20,7 +20,7 @@ const KINDS = {
     read: ([shape, x, y, size, turn]) => [{ shape: Math.floor(shape), x, y, size, turn }], size: 3, turn: 4, sized: "Size",
     write: ([{ shape, x, y, size, turn }], { shapes: names }) => (names.length
       ? { shape: names[shape], centre: [x, y], size, turn } : [shape, x, y, size, turn]),
-    hint: "Tap where it stands. Two fingers: size and turn.",
+    hint: "Tap where it stands. The sliders set its size and turn.",
   },
 };
 
@@ -132,13 +132,9 @@ export class Marks extends Pen {
   }
 
   start(point) {
-    if (this.startDrawing(() => structuredClone(this.strokes))) {
-      this.hold(point);
-      this.isPinched = false;
-    }
-    this.grip = null;
-    for (const { at } of this.down.values()) this.pinch(at, point); // what two fingers do begins here
-    return { at: point };
+    const isFirst = this.startDrawing(() => structuredClone(this.strokes));
+    if (isFirst) this.hold(point);
+    return { isFirst };
   }
 
   // Take hold of the nearest mark, or make another one.
@@ -151,23 +147,7 @@ export class Marks extends Pen {
     this.adjust((mark) => Object.assign(mark, { x, y }));
   }
 
-  extend(finger, [x, y]) {
-    finger.at = [x, y];
-    const [one, other] = this.down.values();
-    if (other) this.pinch(one.at, other.at);
-    else if (!this.isPinched) this.adjust((mark) => Object.assign(mark, { x, y }));
-  }
-
-  // Two fingers move, turn and size what the first one holds.
-  pinch([ax, ay], [bx, by]) {
-    const was = this.grip;
-    this.grip = { x: (ax + bx) / 2, y: (ay + by) / 2, span: Math.hypot(bx - ax, by - ay) || 1e-6, angle: Math.atan2(by - ay, bx - ax) };
-    this.isPinched = true;
-    if (!was) return;
-    this.shift(this.grip.x - was.x, this.grip.y - was.y);
-    this.adjust((mark) => { mark.size *= this.grip.span / was.span; });
-    this.turn((this.grip.angle - was.angle) / (2 * Math.PI));
-  }
+  extend({ isFirst }, [x, y]) { if (isFirst) this.adjust((mark) => Object.assign(mark, { x, y })); }
 
   cancel(event) {
     if (this.down.delete(event.pointerId) && !this.down.size) this.undo();

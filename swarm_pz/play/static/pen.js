@@ -7,7 +7,6 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowD
 const STEP = 0.02; // of a key, in map widths; five times as much with Shift
 const MOST_POINTS = 3000, MOST_STROKES = 250; // of what is sent
 const MOST_BEFORE = 50; // drawings to go back to
-const SMALL = 0.25, FILLED = 127.5; // map widths, and the part of a target’s largest value, that a filled ring is within and above
 const NEAREST = 0.004; // points closer than this, in map widths, say nothing new
 const FADE_MS = 600; // of ink whose command is in force: from then on the target shows what is asked for
 const DRAWN = 0.8, SENT = 0.4; // how strong ink is
@@ -296,12 +295,4 @@ function hatched(pen, brush) {
     tile.lineTo(...(isPlus ? [9, 13] : [size, 0]));
     tile.stroke();
   });
-}
-
-// Whether a line is closed around so little that its middle is asked for, too, by the target that was made of it.
-export function isFilled(points, { picture, cells }) {
-  const [x, y] = [0, 1].map((axis) => points.reduce((sum, point) => sum + point[axis], 0) / points.length), [x0, y0] = points[0];
-  const [far, gap] = [Math.max(...points.map(([px, py]) => Math.hypot(px - x, py - y))), Math.hypot(points.at(-1)[0] - x0, points.at(-1)[1] - y0)];
-  const cell = (value) => Math.floor(within(value, 0, 0.999) * cells);
-  return far < SMALL && gap < far && points.length > 8 && picture[cell(y) * cells + cell(x)] >= FILLED;
 }

@@ -9,7 +9,6 @@ import { News } from "./news.js";
 import { Sound } from "./sound.js";
 import { count, counts, progress } from "./progress.js";
 import { recall } from "./store.js";
-import { Story } from "./story.js";
 import { freeSides } from "./waiting.js";
 import { called, clock, NAMES, SIDES, TICKS } from "./words.js";
 
@@ -17,8 +16,6 @@ const NO_LESSON = { stop() {}, over() {}, sent() {}, watch() {}, held: false, ru
 const HIDDEN = { opponents: "your opponents", ground: "ground that captures", trails: "trails", target: "your target" };
 const UNVARIED = { hide: [], frame_rate: 30, share: 0 };
 const MOST_PIXELS = 900;
-const TRAILS_TICKS = 150; // until when ground says little
-const WARNING_MS = 1500; // for which a warning stands at least
 const SILENCE_MS = 2000; // without a frame, after which one is told
 
 export class Table {
@@ -32,7 +29,6 @@ export class Table {
     this.place = this.leftPlace = null; // where one is, and was last
     this.policies = [];
     this.heardMs = 0; // when the latest frame came
-    this.closedInMs = -Infinity; // when one's drones were last in danger together
     /** @type {any} */
     this.lesson = NO_LESSON;
     this.replay = null; // fetched with the first recorded game
@@ -40,8 +36,7 @@ export class Table {
     this.chart = new Chart(byId("chart"));
     this.sound = new Sound(byId("sound"));
     this.news = new News(this.sound);
-    this.story = new Story();
-    this.cover = new Cover(link, begin, this.story);
+    this.cover = new Cover(link, begin);
     this.controls = new Controls(link, {
       mayPlay: () => this.mayPlay, answer: (text) => this.news.answer(text), sent: (strokes) => this.lesson.sent(strokes),
     });
@@ -157,8 +152,8 @@ export class Table {
     byId("controls").hidden = this.seat === null || ["replay", "over"].includes(phase);
     if (this.replay || phase === "replay") this.showReplay();
     if (ended && this.seat !== null) {
-      const own = SIDES[this.seat], other = SIDES[1 - this.seat], opponent = room[other];
-      if (counts(room, opponent, this.lesson.running)) count(opponent.name, room.outcome === own, room.outcome === other);
+      const opponent = room[SIDES[1 - this.seat]];
+      if (counts(room, opponent, this.lesson.running)) count(opponent.name, room.outcome === SIDES[this.seat]);
     }
     this.cover.show(room, this.seat, this.lastTick);
     this.controls.show();
@@ -179,7 +174,6 @@ export class Table {
     this.arena.forget();
     this.controls.forget();
     this.news.forget(this.seat);
-    this.story.forget();
     this.lastTick = this.shown = null;
   }
 
@@ -258,11 +252,7 @@ export class Table {
     if (this.lesson.held) return;
     const captured = this.arena.take(frame);
     this.lastTick = frame.tick;
-    if (this.room.phase !== "replay") {
-      this.story.take(captured, frame);
-      this.news.captures(captured, frame);
-    }
-    if (frame.fields && frame.tick >= TRAILS_TICKS && this.mayPlay && this.arena.isClosedIn(this.seat)) this.closedInMs = performance.now();
+    if (this.room.phase !== "replay") this.news.captures(captured, frame);
     this.replay?.follow(frame.tick);
     this.lesson.watch(frame, this.seat);
   }
@@ -271,9 +261,7 @@ export class Table {
     this.controls.pen.paint();
     this.cover.count(this.room, this.link.now());
     const isSilent = this.room?.phase === "playing" && performance.now() - this.heardMs > SILENCE_MS;
-    const isClosedIn = this.mayPlay && performance.now() - this.closedInMs < WARNING_MS;
-    const warning = isClosedIn ? `${NAMES[1 - this.seat]} closes in on your crowd: draw wider.` : "";
-    say("silence", isSilent ? "The server is silent. You see the last moment that it sent." : warning);
+    say("silence", isSilent ? "The server is silent. You see the last moment that it sent." : "");
     const shown = this.arena.paint(), told = byId("arena").dataset;
     if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
     if (!shown || shown === this.shown || !this.room) return;

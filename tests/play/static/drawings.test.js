@@ -44,30 +44,6 @@ test("what is saved is kept, listed, and sent again at a tap or by its digit", (
   assert.deepEqual([sent, told], [["Drawing 1", "Drawing 2"], ["Nothing is saved as 4"]]);
 });
 
-test("no more are saved of a kind than there are digits", () => {
-  const library = open();
-  for (let i = 0; i < 10; i++) library.save();
-  assert.deepEqual(told.slice(-2), ["Saved as 9", "9 are saved: delete one first"]);
-  current.kind = "formation";
-  assert.deepEqual(library.own, [], "those of another kind of commands are not shown here");
-  current.kept = [{ x: 0.5, y: 0.5, size: 0.2, turn: 0, shape: 1 }];
-  library.save();
-  assert.deepEqual([told.at(-1), kept().length], ["Saved as 1", 10]);
-});
-
-test("a drawing is named in one line of text, and deleted", () => {
-  const library = open();
-  library.save();
-  library.save();
-  const [name] = at("drawings").all("input");
-  name.value = "  <b>left\u202e\n</b> ";
-  name.fire("change");
-  assert.equal(library.own[0].name, "<b>left  </b>");
-  assert.equal(at("drawings").all("b").length, 0);
-  at("drawings").all("button")[0].click();
-  assert.deepEqual([kept().map(({ name: its }) => its), document.activeElement.id], [["Drawing 2"], "close-tools"]);
-});
-
 const NO_DRAWINGS = [
   null, 3, "drawing", [],
   drawing("wide", { width: 7 }), drawing("brush", { brush: "constructor" }), drawing("none", { points: [] }), drawing("far", { points: [[0.5, 1e9]] }),
@@ -103,22 +79,6 @@ test("a broken store is an empty library", () => {
   }
 });
 
-test("a browser that keeps nothing says so, and the drawing is there until the page closes", (context) => {
-  context.mock.method(localStorage, "setItem", () => { throw new Error("full"); });
-  const library = open();
-  library.save();
-  assert.equal(told[0], "Saved as 1, until this page closes: the browser keeps no more");
-  library.recall(0);
-  assert.deepEqual(sent, ["Drawing 1"]);
-});
-
-test("what another window saved is here, too", () => {
-  const library = open();
-  localStorage.setItem(STORE, JSON.stringify([drawing("Elsewhere")]));
-  dispatchEvent(Object.assign(new Event("storage"), { key: STORE }));
-  assert.deepEqual(library.own.map(({ name }) => name), ["Elsewhere"]);
-});
-
 // --- automatic responses ----------------------------------------------------------------------------
 
 function respond(line = new Line(), saved = [drawing("Mine")]) {
@@ -149,14 +109,6 @@ test("each condition begins with a number that the server takes, and is listed i
   }
 });
 
-test("a saved drawing answers, and who answers can be chosen among both", () => {
-  const [, line] = respond();
-  assert.deepEqual(at("rule-do").options.map(({ textContent }) => textContent), ["Mine", "ring", "blind ring"]);
-  add("fewer", 200, "0");
-  assert.deepEqual(line.last("rules").rules, [{ when: { fewer: 200 }, do: { strokes: [stroke()] } }]);
-  assert.deepEqual(listed(), ["fewer than 200 drones: Mine"]);
-});
-
 test("no more are added than the server takes of a seat, and what was chosen stays chosen", () => {
   const [responses] = respond();
   for (let i = 0; i < fixtures.rules; i++) {
@@ -166,17 +118,6 @@ test("no more are added than the server takes of a seat, and what was chosen sta
   assert.deepEqual([at("rule-add").disabled, at("rule-do").value, responses.rules.length], [true, "ring", fixtures.rules]);
   at("rules").all("button")[0].click();
   assert.deepEqual([at("rule-add").disabled, responses.rules.length], [false, fixtures.rules - 1]);
-});
-
-test("which one acts is shown, and stopped by one tap", () => {
-  const [responses, line] = respond();
-  add("silent_s", 0.5, "ring");
-  responses.act({ rule: 0 });
-  assert.deepEqual([at("acting").hidden, at("acting-text").textContent], [false, "ring acts for you"]);
-  at("acting-stop").click();
-  assert.deepEqual([line.last("rules").rules, document.activeElement.id], [[], "arena"]);
-  responses.act({ rule: null });
-  assert.equal(at("acting").hidden, true);
 });
 
 test("a page that is loaded anew has the responses of its seat again, and those of no other", () => {
@@ -190,12 +131,3 @@ test("a page that is loaded anew has the responses of its seat again, and those 
   assert.deepEqual([respond(other)[0].rules, other.count("rules")], [[], 0]);
 });
 
-test("why the server refused a response stands beside it until the next one", () => {
-  const [, line] = respond();
-  line.hear("refused", { about: "command", reason: "not this" });
-  assert.equal(at("rules-fault").textContent, "");
-  line.hear("refused", { about: "rules", reason: "no such policy" });
-  assert.equal(at("rules-fault").textContent, "no such policy");
-  add("fewer", 4, "ring");
-  assert.equal(at("rules-fault").textContent, "");
-});

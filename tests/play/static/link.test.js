@@ -30,11 +30,6 @@ test("the page greets in the server's protocol, as a person, with its screen, an
   assert.equal("token" in (await connect()).socket.said[0], false);
 });
 
-test("a clock that stands still, as some browsers have it, makes no screen that the server refuses", async () => {
-  const { socket } = await connect();
-  assert.equal(socket.said[0].client.refresh_hz, 1000);
-});
-
 test("nothing is said before the greeting, nor on a line that is lost", async () => {
   const link = new Link(() => null), [socket] = Socket.all;
   assert.equal(link.send({ type: "ready" }), false);

@@ -34,7 +34,7 @@ async function load(hash = "", { welcome = WELCOME, saved = null, pathname = "/"
   Object.assign(location, { hash, pathname });
   if (saved) for (const store of [sessionStorage, localStorage]) store.setItem("swarm-pz.seat", JSON.stringify(saved));
   await import(`../../../swarm_pz/play/static/main.js?${++loads}`);
-  for (const view of ["table", "gone"]) at(view).hidden ??= true;
+  at("table").hidden ??= true;
   await Socket.last.open();
   if (welcome) await hear(welcome);
 }
@@ -54,7 +54,7 @@ async function click(id) {
 
 // --- addresses --------------------------------------------------------------------------------------
 
-for (const [hash, asked] of [["#room=!!", null], ["#what", null], ["#play=nobody", "create"], ["#replay=none.jsonl", "open_replay"]]) {
+for (const [hash, asked] of [["#room=!!", null], ["#what", null], ["#room=zzzz", "join"], ["#play=exec:A%3D1%20./bot", "create"], ["#replay=none.jsonl", "open_replay"]]) {
   test(`${hash} leads nowhere, and so to the start`, async () => {
     await load(hash);
     if (asked) {
@@ -64,20 +64,6 @@ for (const [hash, asked] of [["#room=!!", null], ["#what", null], ["#play=nobody
     assert.deepEqual([view(), location.hash, at("says").textContent !== ""], ["lobby", "", hash !== "#what"]);
   });
 }
-
-test("a room that is no more is told, or corrected where its code was typed", async () => {
-  await load("#room=zzzz");
-  assert.deepEqual(said("join"), { type: "join", room: "ZZZZ", seat: "watch" });
-  await refuse("join");
-  assert.deepEqual([view(), at("gone").hidden, at("gone-text").textContent], ["lobby", false, "There is no room ZZZZ any more."]);
-  at("gone").hidden = true;
-  at("code").value = "zzzz";
-  at("join").fire("submit");
-  await settled();
-  await refuse("join");
-  assert.deepEqual([at("gone").hidden, document.activeElement.id], [true, "code"]);
-  assert.match(at("code-fault").textContent, /There is no room ZZZZ\./);
-});
 
 test("a link to a room leads into its free seat, and who only watches takes none", async () => {
   await load("#room=abcd");
@@ -124,16 +110,11 @@ test("a seat that is gone leads to the recording of its game, or to its room to 
 });
 
 test("a game against a policy is opened, and begun once, by one click or an address", async () => {
-  await load("#play=ring");
-  assert.deepEqual([said("create").opponent, said("create").seat], ["ring", "red"]);
+  await load("#play=exec:A%3D1%20./bot");
+  assert.deepEqual([said("create").opponent, said("create").seat], ["exec:A=1 ./bot", "red"]);
   await hear(SEAT, room({ phase: "waiting" }));
   assert.equal(Socket.last.line.count("ready"), 1);
   assert.deepEqual([view(), location.hash], ["table", "#room=ABCD"]);
-});
-
-test("an address may name a program with its environment", async () => {
-  await load("#play=exec:A%3D1%20./bot");
-  assert.equal(said("create").opponent, "exec:A=1 ./bot");
 });
 
 // --- leaving ----------------------------------------------------------------------------------------
@@ -157,17 +138,6 @@ test("a recorded game that is on its way is announced, can be left, and is then 
   await click("leave");
   await hear(room({ phase: "replay", recording: "a.jsonl", last_tick: 90, verified: true }));
   assert.equal(view(), "lobby");
-});
-
-test("what is said is about a view, and goes with it or after a while; a lost connection stays", async () => {
-  await load();
-  await hear({ type: "notice", text: "Lights out at ten" });
-  assert.equal(at("says").textContent, "Lights out at ten");
-  time.pass(6000);
-  assert.equal(at("says").textContent, "");
-  Socket.last.close();
-  time.pass(60_000);
-  assert.match(at("says").textContent, /connection is lost/);
 });
 
 // --- the start --------------------------------------------------------------------------------------
