@@ -198,7 +198,7 @@ def _print_verified(recording: Path, result: Verification) -> None:
 def _beside(
     host: str, port: int | None, opponent: str | None, origins: Sequence[str], table: TableConfig
 ) -> Callable[[str], AbstractContextManager[None]]:
-    """Return what serves ROS programs beside the table: nothing without a port."""
+    """Return a context that serves ROS programs beside the server; an empty one without a port."""
     if port is None:
         return lambda _: contextlib.nullcontext()
     from swarm_pz.play.ros import process

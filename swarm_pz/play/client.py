@@ -1,4 +1,4 @@
-"""A program at the table: takes a seat in a room, is shown the game, answers with commands.
+"""A program that plays: it takes a seat in a room, sees the game, and sends commands.
 
 A seat from a script of one's own, against the ring:
 

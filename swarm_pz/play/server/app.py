@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import functools
 import io
-import itertools
 import time
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
@@ -35,24 +34,21 @@ from swarm_pz.play.server.middleware import STATIC, AccessMiddleware, page
 if TYPE_CHECKING:
     from swarm_pz.play.server.studies import StudyHost
 
-_STATUS_TICKS, _STATUS_AGE_S = 20_000, 0.2
-"""Latest ticks that the server's figures are taken of, and seconds for which they are not taken again."""
 _SWEEP_S = 5.0
 
 
 class Server:
-    """What clients ask for: the page, figures, recordings, and the socket that games go through.
+    """The server: its pages, its figures, recordings, and the WebSocket of games.
 
-    - `study`: the study that the table is for: its pages take the place of the start page and the recordings.
+    - `study`: its pages take the place of the start page and the recordings.
     """
 
     def __init__(self, lobby: Lobby, study: StudyHost | None = None) -> None:
         self.lobby, self.study = lobby, study
         self._handlers: set[ClientHandler] = set()
-        self._figures: tuple[float, dict[str, Any]] | None = None
 
     def app(self, hosts: Sequence[str], allowed_hosts: Sequence[str] = ()) -> ASGIApp:
-        """Return the application, for the names (with port) that it is served by, itself and through a proxy."""
+        """Return the application, for its own names (with port) and those of a proxy."""
         own = [
             page("/", "index.html"),
             Route("/recordings", self._recordings),
@@ -89,7 +85,7 @@ class Server:
             self.sweep(time.monotonic())
 
     def sweep(self, now: float) -> None:
-        """Close rooms that nobody is in, and connections that say nothing."""
+        """Close empty rooms, and silent connections."""
         self.lobby.close_idle_rooms()
         for handler in self._handlers:
             handler.close_if_silent(now)
@@ -129,7 +125,7 @@ class Server:
             hang_up.cancel()
 
     async def _invitation(self, request: Request) -> Response:
-        """Answer with the picture of a room's address, at one of the addresses of this page."""
+        """Return a room's address, at one of the addresses of this page, as a picture."""
         room, at = request.path_params["room"], request.query_params.get("at", "")
         here = {f"{scheme}://{request.headers.get('host', '')}/" for scheme in ("http", "https")}
         address = request.client.host if request.client is not None else ""
@@ -142,17 +138,11 @@ class Server:
         return Response(_picture_of(f"{at}#room={room}"), media_type="image/svg+xml")
 
     async def _status(self, _: Request) -> JSONResponse:
-        now = time.monotonic()
-        if self._figures is None or now - self._figures[0] > _STATUS_AGE_S:
-            self._figures = now, self._take_figures()
-        return JSONResponse(self._figures[1])
-
-    def _take_figures(self) -> dict[str, Any]:
         punctuality = self.lobby.context.punctuality
-        late = np.array(list(itertools.islice(reversed(punctuality.lateness_ms), _STATUS_TICKS)))
-        quantiles = np.quantile(late, [0.5, 0.99, 1.0]).tolist() if len(late) else None
+        late = list(punctuality.lateness_ms)
+        quantiles = np.quantile(late, [0.5, 0.99, 1.0]).tolist() if late else None
         files = Path("/proc/self/fd")
-        return {
+        figures = {
             "rooms": len(self.lobby.rooms),
             "playing": sum(room.phase == "playing" for room in self.lobby.rooms.values()),
             "connections": len(self._handlers),
@@ -164,6 +154,7 @@ class Server:
             "most_caught_up": punctuality.most_caught_up,
             "slipped": punctuality.slipped,
         }
+        return JSONResponse(figures)
 
 
 async def _hang_up_of(request: Request) -> None:
@@ -182,14 +173,14 @@ def _json(value: Any) -> Response:
 
 @functools.lru_cache(maxsize=512)
 def _picture_of(address: str) -> bytes:
-    """Return an address as a QR code; drawn once, since all games wait for it."""
+    """Return an address as a QR code; it is drawn once, since games wait meanwhile."""
     picture = io.BytesIO()
     segno.make(address, micro=False).save(picture, kind="svg", scale=4, border=2, light="white")
     return picture.getvalue()
 
 
 def _resident_mb() -> float | None:
-    """Return this process's memory, where the system tells."""
+    """Return the memory of this process, on Linux."""
     status = Path("/proc/self/status")
     if not status.exists():
         return None

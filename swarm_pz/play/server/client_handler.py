@@ -1,4 +1,4 @@
-"""One client, from its socket on: messages are obeyed, or refused to it alone."""
+"""One client: its messages are obeyed, or refused to it alone."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from swarm_pz.play.strokes import mapping_of
 HELLO_S = 10.0
 """Seconds within which a connection must say hello."""
 _WITHOUT_SEAT = 2048
-"""Characters of a message of a client without a seat: only drawings, densities and other commands are longer."""
+"""Characters of a message of a client without a seat: only commands are longer."""
 SILENT_S = 300.0
-"""Seconds after which a silent client is closed that is nowhere; pages ask for the clock, hidden ones each minute."""
+"""Seconds after which a silent client outside of rooms is closed; pages ask for the clock, hidden ones each minute."""
 _OF_PLAYERS = (
     protocol.Hello,
     protocol.Ping,
@@ -37,7 +37,7 @@ _OF_PLAYERS = (
     protocol.Painted,
     protocol.Visibility,
 )
-"""The only messages where a host decides which games there are."""
+"""The only messages that a study's server obeys."""
 log = logging.getLogger("swarm_pz.play")
 
 
@@ -47,25 +47,23 @@ def _facing(seat: protocol.Side | Literal["watch"]) -> protocol.Side:
 
 
 class ClientHandler:
-    """What one client does, from its hello on."""
+    """Obeys the messages of one client."""
 
     def __init__(self, lobby: Lobby, connection: Connection) -> None:
         self._lobby, self._connection = lobby, connection
         self._room: Room | None = None
         self._replay: ReplaySession | None = None
-        self._navigation: asyncio.Task[None] | None = None
-        """What takes the client elsewhere: a recorded game that is read, or taken over."""
+        self._navigation: asyncio.Task[None] | None = None  # opens a recorded game, or takes one over
         self._rendering: asyncio.Task[None] | None = None
         self._command: tuple[Room, protocol.CommandMessage] | None = None
         """The latest command and its room, while an earlier one is rendered."""
-        self._ruling: asyncio.Task[None] | None = None
-        """What renders the commands of automatic responses."""
+        self._ruling: asyncio.Task[None] | None = None  # renders commands of automatic responses
         self._greeted = False
 
     # --- messages ---------------------------------------------------------------------------------
 
     async def serve(self, socket: WebSocket) -> None:
-        """Obey what comes by an accepted socket until that is closed."""
+        """Obey the messages of an accepted socket until it closes."""
         connection = self._connection
         sender = asyncio.create_task(connection.run())
         try:
@@ -79,7 +77,7 @@ class ClientHandler:
         finally:
             self.end()
             connection.close()
-            # A peer that reads nothing any more would keep it for long.
+            # A peer that reads nothing would delay this for long.
             with contextlib.suppress(TimeoutError, asyncio.CancelledError):
                 await asyncio.wait_for(sender, 2.0)
 
@@ -95,7 +93,7 @@ class ClientHandler:
                 raise RefusedError("too_many", "long drawings came too fast after each other; this one is lost")
             message = protocol.decode_client(text)
             about = str(type(message).__struct_config__.tag)
-            # Acknowledgements are as many as the frames on their way: without them no more would be sent.
+            # Acknowledgements of frames are not counted: without them no more would be sent.
             is_answer = isinstance(message, protocol.Acknowledge) and self._connection.acknowledge(message.sequence)
             if not is_answer and not self._connection.may_speak():
                 limit = protocol.MAX_MESSAGES_PER_SECOND
@@ -136,7 +134,7 @@ class ClientHandler:
             case protocol.Ping():
                 connection.send(protocol.Pong(sent_ms=message.sent_ms, server_ms=lobby.context.now_ms()))
             case protocol.Acknowledge():
-                pass  # it was heard before
+                pass  # see `hear`
             case protocol.Create():
                 self._create(message)
             case protocol.Join():
@@ -223,7 +221,7 @@ class ClientHandler:
     def _enter(
         self, room: Room, side: protocol.Side | Literal["watch"], label: str, policies: dict[protocol.Side, str | None]
     ) -> None:
-        """Go into a room, and give seats there to policies; a client that is refused stays where it was."""
+        """Enter a room, and give seats there to policies; a client that is refused stays where it was."""
         try:
             for other, policy in policies.items():
                 if policy is not None:
@@ -243,7 +241,7 @@ class ClientHandler:
         self._room = room
 
     def _navigate(self, about: str, there: Callable[[], Awaitable[None]]) -> None:
-        """Begin to take the client elsewhere, in place of what was begun before."""
+        """Begin to take the client elsewhere, in place of an earlier attempt."""
         self._stop_navigation()
         self._navigation = asyncio.create_task(self._try(about, there))
 
@@ -266,7 +264,7 @@ class ClientHandler:
                 self._lobby.close_room(room)
 
     def _leave(self) -> None:
-        """Leave the room or the recorded game that one is in."""
+        """Leave the room or the recorded game."""
         self._stop_navigation()
         self._leave_room()
         self._stop_watching()
@@ -279,7 +277,7 @@ class ClientHandler:
         self._stop_watching()
 
     def close_if_silent(self, now: float) -> None:
-        """Close a connection that has not even said hello, or that is nowhere and says nothing."""
+        """Close a connection without a hello, or that is silent outside of rooms."""
         silent_s = now - self._connection.last_heard
         if not self._greeted and silent_s > HELLO_S:
             self._connection.close(f"no hello came within {HELLO_S:g} seconds")
@@ -289,7 +287,7 @@ class ClientHandler:
     # --- recorded games ---------------------------------------------------------------------------
 
     async def _open_replay(self, name: str) -> None:
-        """Show a recorded game, once it was played through and compared with its recording."""
+        """Show a recorded game, once it was verified."""
         try:
             opened = await self._lobby.read(name)
         except RecordingError as error:
@@ -323,7 +321,7 @@ class ClientHandler:
     # --- commands ---------------------------------------------------------------------------------
 
     def _give_command(self, message: protocol.CommandMessage) -> None:
-        """Hand in a command; while one is rendered in the worker, the latest of the next ones waits."""
+        """Submit a command; while one is rendered in the worker, the latest of the next ones waits."""
         room = self._in_room()
         if [message.strokes, message.density, message.command].count(None) != 2:
             reason = "a command must hold either strokes or a density or a command of another kind"

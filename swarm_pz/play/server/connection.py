@@ -1,4 +1,4 @@
-"""One client's connection: what it is sent, in which order, and what is left out when it is slow."""
+"""One client's connection: messages in order, fresh frames, limits of what it sends."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from swarm_pz.play import protocol
 from swarm_pz.play.server.limits import RateLimit
 
 FRAMES_IN_FLIGHT = 12
-"""Frames that a client may leave unacknowledged; then it is sent none until it answers."""
+"""Unacknowledged frames after which a client is sent none."""
 _MOST_WAITING = 256
-"""Messages that may wait for a client; then it is closed."""
+"""Messages that may wait for a client before it is closed."""
 LONG, MOST_LONG_PER_SECOND = 4096, 3
 """Characters of a long message, and such messages a second: reading, rendering and recording take as long."""
 _MOST_REFUSED, _PATIENCE_S = 100, 10.0
-"""So many refusals in so many seconds, and a client is closed."""
+"""Refusals within some seconds after which a client is closed."""
 
 
 class RefusedError(SwarmError, ValueError):
-    """What a client asked for is not done.
+    """A client's message is not obeyed.
 
     - `code`: one of those of the protocol's `Refused`.
     - `recording`: the recorded game that there is instead.
@@ -36,7 +36,7 @@ class RefusedError(SwarmError, ValueError):
 
 
 class Connection:
-    """A client at an address, by an accepted socket; whoever sends to it never waits.
+    """The accepted socket of a client at an address; sending never waits.
 
     All messages arrive, in order. Of frames only the newest waits, and it is left out while the client is behind.
     """
@@ -57,14 +57,14 @@ class Connection:
         self.closed = False
         self._reason = ""
 
-    # --- what it is sent --------------------------------------------------------------------------
+    # --- sending ----------------------------------------------------------------------------------
 
     def send(self, message: protocol.ServerMessage) -> None:
         """Send a message."""
         self._put(protocol.encode(message))
 
     def send_bytes(self, data: bytes) -> None:
-        """Send something binary that must arrive."""
+        """Send bytes that must arrive."""
         self._put(data)
 
     def _put(self, data: str | bytes) -> None:
@@ -88,7 +88,7 @@ class Connection:
             self.close(f"{_MOST_REFUSED} messages were refused within {_PATIENCE_S:g} seconds")
 
     def close(self, reason: str = "") -> None:
-        """Send nothing more, and say why; what waits is dropped."""
+        """Close with a reason; waiting messages are dropped."""
         self._reason = self._reason or reason
         self.closed = True
         self._waiting.clear()
@@ -96,7 +96,7 @@ class Connection:
         self._wake.set()
 
     async def run(self) -> None:
-        """Send what there is to send until the connection is closed."""
+        """Send waiting messages and frames until the connection is closed."""
         try:
             while not self.closed:
                 await self._wake.wait()
@@ -113,10 +113,10 @@ class Connection:
         except (WebSocketDisconnect, RuntimeError, OSError):
             self.closed = True
 
-    # --- what it says -----------------------------------------------------------------------------
+    # --- receiving --------------------------------------------------------------------------------
 
     def acknowledge(self, sequence: int) -> bool:
-        """Note that this frame, and all before it, have arrived; return whether that was news."""
+        """Mark a frame and all earlier ones as received; return true unless they were already."""
         is_news = sequence in self._in_flight
         while sequence in self._in_flight:
             self._in_flight.popleft()
@@ -125,10 +125,10 @@ class Connection:
         return is_news
 
     def may_send(self, size: int) -> bool:
-        """Count a message if it is long, and return whether it is within the limit."""
+        """Count a message if it is long; return true within the limit."""
         self.last_heard = time.monotonic()
         return size <= LONG or self._long.take()
 
     def may_speak(self) -> bool:
-        """Count a message, and return whether it is within the limit."""
+        """Count a message; return true within the limit."""
         return self._received.take()

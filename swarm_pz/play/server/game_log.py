@@ -24,10 +24,10 @@ _FLUSH_TICKS = 15
 
 
 class GameLog:
-    """Writes a game down; messages during a solve of a control system in Python are logged after it.
+    """Records a game; messages during a solve of a control system in Python are logged after it.
 
     - `server_ms`: returns the server's clock.
-    - `has_begun`: whether the clock runs, or ran.
+    - `has_begun`: the clock runs, or ran.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class GameLog:
         return bool(self._away)
 
     def note(self, message: SeatMessage) -> None:
-        """Write down what became of a seat's connection."""
+        """Record an event of a seat."""
         if message.event == "disconnected":
             self._away.add(message.seat)
         elif message.event == "connected":
@@ -67,7 +67,7 @@ class GameLog:
         self.recorder.write(message)
 
     def command(self, message: SeatCommand) -> None:
-        """Write down a command; one that arrives within a solve counts from the next one on."""
+        """Record a command; one that arrives within a solve counts from the next one on."""
         if self._held is None:
             self.recorder.write(message)
         else:
@@ -76,7 +76,7 @@ class GameLog:
 
     @contextlib.contextmanager
     def holding(self) -> Iterator[None]:
-        """Write down commands that arrive in this context only at its end."""
+        """Hold commands that arrive in this context until its end."""
         held = self._held = []
         try:
             yield
@@ -88,15 +88,15 @@ class GameLog:
     # --- what happens -----------------------------------------------------------------------------
 
     def frame(self, frame: bytes) -> None:
-        """Write down the present moment."""
+        """Record the present moment."""
         self.recorder.write(FrameMessage(tick=self._game.tick, data=frame))
 
     def captured(self, event: Captured) -> None:
-        """Write down a capture."""
+        """Record a capture."""
         self.recorder.write(CapturedMessage(SIDES[event.team], event.tick, event.drone))
 
     def flush(self) -> str:
-        """Write what is due to the disk; return, once, why the recording breaks off, or nothing."""
+        """Write to the disk what is due; return, once, the reason why the recording breaks off, or nothing."""
         if self._game.tick % _FLUSH_TICKS and not self.recorder.is_behind:
             return ""
         self.recorder.flush()
@@ -104,7 +104,7 @@ class GameLog:
         return fault
 
     def end(self, outcome: Outcome, ended_by: EndedBy, delays: tuple[SeatDelays, SeatDelays] | None) -> None:
-        """Write down the end of the game, and finish its file."""
+        """Record the end of the game, and finish its file."""
         tick, sizes, now = self._game.tick, self._game.sizes, self.server_ms()
         self.recorder.write(EndMessage(outcome, tick, sizes, now, ended_by, delays))
         self.recorder.close()

@@ -14,7 +14,7 @@ class RateLimit:
         self._times: deque[float] = deque(maxlen=most)
 
     def is_reached(self) -> bool:
-        """Whether the next event would be one too many."""
+        """Return true if the next event would be one too many."""
         return len(self._times) == self._times.maxlen and time.monotonic() - self._times[0] < self._seconds
 
     def take(self) -> bool:
@@ -25,7 +25,7 @@ class RateLimit:
         return True
 
     def is_idle(self) -> bool:
-        """Whether all events are long over."""
+        """Return true if there are no recent events."""
         return not self._times or time.monotonic() - self._times[-1] >= self._seconds
 
 

@@ -1,4 +1,4 @@
-"""A game in real time: its countdown, its clock, what its room sees of it, and its recording.
+"""A game in real time: its countdown, its clock, its frames, its recording.
 
 Everything here runs on the event loop's thread and never waits for a policy or a client.
 """
@@ -37,13 +37,13 @@ from swarm_pz.play.server.worker import Worker
 from swarm_pz.simulator import Simulator
 
 _FIELD_TICKS = 3
-"""Ticks between two frames that show capture fields."""
+"""Ticks between two frames with capture fields."""
 HELD_S = 0.1
-"""Seconds after which it is looked again whether a game goes on that nobody saw."""
+"""Seconds between two checks whether somebody sees a held game again."""
 _LOOK_TICKS = 6
-"""Ticks between two looks at the conditions of automatic responses."""
+"""Ticks between two checks of the conditions of automatic responses."""
 SOLVE_S = 2.0
-"""Seconds that one solve may take; the simulator checks that all of them keep up with the game."""
+"""Seconds that one solve may take; the simulator checks that they keep up on average."""
 TRIAL_S = 120.0
 """Seconds for a solve before the game begins, which may compile something."""
 _TRIAL_PERIODS = 2
@@ -52,7 +52,7 @@ log = logging.getLogger("swarm_pz.play")
 
 
 class ControlThread:
-    """A thread that flies the teams of one game whose control systems are written in Python; it may hang alone."""
+    """A thread for the control systems of one game that are written in Python; it may hang alone."""
 
     def __init__(self, game: GameConfig) -> None:
         self._game = game
@@ -162,18 +162,18 @@ class LiveSession:
 
     @property
     def has_begun(self) -> bool:
-        """Whether the clock runs, or ran."""
+        """True once the clock runs."""
         return self.log.has_begun
 
-    # --- its seats --------------------------------------------------------------------------------
+    # --- seats ------------------------------------------------------------------------------------
 
     def measure(self, seat: Seat) -> None:
-        """Note how much later a seat is shown moments."""
+        """Measure the display delay of a seat."""
         if seat.view is not None:
             seat.view.measured = self._displays[seat.team]
 
     def delays(self) -> tuple[SeatDelays, SeatDelays]:
-        """Return the delays of red and of blue so far, of commands and display."""
+        """Return the delays of red and of blue so far."""
         red, blue = (
             SeatDelays(command=commands.summary(), display=display.summary())
             for commands, display in zip(self.commands.measured, self._displays, strict=True)
@@ -181,7 +181,7 @@ class LiveSession:
         return red, blue
 
     def note(self, seat: Seat, event: SeatEvent, reason: str = "") -> None:
-        """Write down what became of a seat's client, or policy."""
+        """Record an event of a seat's client, or policy."""
         client = seat.connection.client if event == "connected" and seat.connection is not None else None
         self.log.note(SeatMessage(seat.side, event, self._context.now_ms(), client, reason[:500]))
 
@@ -198,10 +198,10 @@ class LiveSession:
         kept = "command" if seat.policy else "share of the command"
         self._audience.notice(f"{seat.policy or seat.helper} keeps its last {kept}: {reason}")
 
-    # --- its end ----------------------------------------------------------------------------------
+    # --- end --------------------------------------------------------------------------------------
 
     def call_off(self) -> None:
-        """Take back a game that has not begun, and so has no file."""
+        """Take back a game that has not begun; it has no file."""
         self._halt()
         self.commands.drop()
         self.game.withdraw()
@@ -216,7 +216,7 @@ class LiveSession:
             self._control.close()
 
     def stop(self, outcome: Outcome = "stopped", ended_by: EndedBy | None = None) -> None:
-        """End the game and finish its file; unless given, what ended it follows from the outcome and who was there."""
+        """End the game and finish its file; by default `ended_by` follows from the outcome and who was there."""
         if self.ended:
             return
         self._halt()
@@ -265,7 +265,7 @@ class LiveSession:
         self.stop("red" if outcome == "red" else "blue" if outcome == "blue" else "draw")
 
     def _begin(self) -> bool:
-        """Let the clock run, and return whether it does: a game that cannot be written down does not begin."""
+        """Start the clock and return true, unless the game cannot be recorded."""
         try:
             self.log.begin()
         except OSError as error:
@@ -308,10 +308,10 @@ class LiveSession:
         if seat.helper:
             seat.show_target(target_of(command, self.game.reader))
 
-    # --- what is seen -----------------------------------------------------------------------------
+    # --- frames -----------------------------------------------------------------------------------
 
     def frame(self, keyframe: bool = False) -> bytes:
-        """Return the present moment; a keyframe holds all that a client can be shown."""
+        """Return the present moment; a keyframe holds altitudes and capture fields."""
         self._sequence += 1
         fields = keyframe or self.game.tick % _FIELD_TICKS == 0 or self.game.over
         return self._frame(altitudes=keyframe, fields=fields)

@@ -40,9 +40,9 @@ MOST_READING = 8
 MOST_GUESSES, GUESSES_S = 20, 100.0
 """Codes of no room that an address may send in so many seconds."""
 MOST_REPLAY_BYTES = 64 * 2**20
-"""Of the files of recorded games that are watched at once: each takes some times as much memory."""
+"""Bytes of the files of all recorded games that are watched: each takes some times as much memory."""
 EMPTY_S = 30.0
-"""Seconds after which a room is closed that nobody is in, or has a seat to come back to."""
+"""Seconds after which a room without clients and seats is closed."""
 _MOST_LISTED = 200
 """Recorded games that are listed."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
@@ -51,15 +51,14 @@ T = TypeVar("T")
 
 
 class Lobby:
-    """The rooms, the seats in them, and the recorded games.
+    """All rooms by code, and the recorded games.
 
-    - `policies`: those that may be given a seat, with a line about each.
-    - `cards`: of those of them that were rated.
-    - `addresses`: of the page, as other devices reach it.
-    - `embedders`: origins of the pages that may hold it in a frame.
-    - `is_hosted`: only a host opens rooms; clients take the seats that it keeps for them, and play.
-    - `rooms`: by code.
-    - `watched`: recorded games that somebody watches.
+    - `policies`: names of those that may have a seat, with a line about each.
+    - `cards`: of rated policies.
+    - `addresses`: of the page, for other devices.
+    - `embedders`: origins of pages that may hold this one in a frame.
+    - `is_hosted`: only a study opens rooms; clients take seats that it keeps for them.
+    - `watched`: recorded games that are watched now.
     """
 
     def __init__(
@@ -89,7 +88,7 @@ class Lobby:
         ]
 
     def welcome(self) -> protocol.Welcome:
-        """Return what every client is told first."""
+        """Return the answer to a client's hello."""
         table = self.context.table
         return protocol.Welcome(
             version=importlib.metadata.version("swarm-pz"),
@@ -119,7 +118,7 @@ class Lobby:
         Raises RefusedError if there is none, or the address has sent too many wrong codes.
         """
         guesses = self._guesses.of(address)
-        if guesses.is_reached():  # right codes are refused, too: else they are told from wrong ones
+        if guesses.is_reached():  # else a right code is known by its answer
             raise RefusedError("too_many", "too many codes of no room came from your network; wait for two minutes")
         room = self.rooms.get(code.upper())
         if room is None:
@@ -188,11 +187,11 @@ class Lobby:
         self.rooms.pop(room.code, None)
         try:
             room.close()
-        except Exception:  # a fault of one room is not the others' affair
+        except Exception:  # the others go on
             log.exception("room %s did not close well", room.code)
 
     def close_idle_rooms(self) -> None:
-        """Close rooms that nobody has been in for a while, and free the seats of players who do not come back."""
+        """Close rooms that were empty for a while, and free the seats of players who do not come back."""
         now = time.monotonic()
         self._openings.forget()
         self._guesses.forget()
@@ -223,7 +222,7 @@ class Lobby:
         return None
 
     def recording_of(self, token: str) -> str | None:
-        """Return the recorded game that a token's seat became, if it is over and still there."""
+        """Return the recording of the latest game of a token's seat, if it is over and still there."""
         name = self.context.recordings.get(token)
         try:
             return self.find_recording(name).name if name is not None else None
@@ -249,7 +248,7 @@ class Lobby:
         return path
 
     def _running(self) -> set[Path]:
-        """Return the files of games that are not over, or not wholly written."""
+        """Return the files of games that are played, or not wholly written."""
         sessions = [(room.session, room.outcome) for room in self.rooms.values()]
         return {
             session.recorder.path
@@ -270,7 +269,7 @@ class Lobby:
         return await self._queued(self._replays.read(self.find_recording(name)))
 
     async def _queued(self, reading: Coroutine[Any, Any, T]) -> T:
-        """Await what reads a recorded game, unless too many do; whoever hangs up is forgotten."""
+        """Await the reading of a recorded game, unless too many wait; cancelled ones count no more."""
         if self._reading >= MOST_READING:
             reading.close()
             raise RefusedError("full", "too many recorded games are read here now; try again in a minute")
@@ -281,7 +280,7 @@ class Lobby:
             self._reading -= 1
 
     def check_replays(self, own: ReplaySession | None = None) -> None:
-        """Refuse to show one more recorded game, in place of one's own, where too many are shown."""
+        """Refuse one more recorded game beside those that others watch, if they are too many."""
         if sum(replay.size for replay in self.watched if replay is not own) >= MOST_REPLAY_BYTES:
             raise RefusedError("full", "too many recorded games are watched here; try again later")
 

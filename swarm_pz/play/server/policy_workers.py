@@ -1,8 +1,7 @@
-"""Where policies load and think: in processes of their own, so that neither delays a game.
+"""Processes in which policies load and act, so that neither delays a game.
 
-A policy is loaded when it is given a seat, and asked once, so that what has to be compiled is compiled before its game
-begins. A process keeps the policies of its seats, with their states and random streams. One that hangs is ended; its
-policies are loaded anew with their next questions.
+A policy is loaded with its seat, and asked once, so that all is compiled before its game begins. A process that hangs
+is ended; its policies are loaded anew with their next questions.
 """
 
 from __future__ import annotations
@@ -36,19 +35,18 @@ from swarm_pz.simulator.spawn import Seed
 Loader = Callable[[str, GameConfig, ControlSystem], Player]
 Answer = NDArray[np.float64]
 LOADING_S = 180.0
-"""Seconds that a policy may take to be loaded and asked once: libraries are loaded, and perhaps something compiled."""
+"""Seconds that a policy may take to be loaded and asked once."""
 MOST_PROCESSES = max(4, os.cpu_count() or 1)
-"""Processes at most, of 190 MB each, or 380 MB with PyTorch. With four on two cores both seats of a room play and
-another room's policies load."""
+"""Of 190 MB each, or 380 MB with PyTorch; with four, a room plays while another room's policies load."""
 _GRACE_S = 2.0
-"""Seconds after which a process is ended that does not even say that its policy is late."""
+"""Seconds beyond a limit after which a process that does not answer is ended."""
 _ROW = np.zeros(1, np.int64)
 log = logging.getLogger("swarm_pz.play")
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolicySeat:
-    """A policy in a seat, for one game or for many; its key is no other seat's."""
+    """A policy in a seat; the key is unique."""
 
     key: Hashable
     policy: str
@@ -58,7 +56,7 @@ class PolicySeat:
 
 @dataclass(frozen=True, kw_only=True)
 class _Question:
-    """A game shown to a policy, perhaps one that begins; without a game the policy is only loaded."""
+    """A question to a policy; without a game the policy is only loaded."""
 
     seat: PolicySeat
     games: Games | None = None
@@ -78,7 +76,7 @@ def _load(seat: PolicySeat, loader: Loader) -> tuple[Player, BatchEnv]:
 
 
 def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
-    """Answer questions until the other end is closed; a seat by itself is one to be forgotten."""
+    """Answer questions until the pipe is closed; a seat by itself is forgotten."""
     prepare_process()
     seats: dict[Hashable, tuple[Player, BatchEnv]] = {}
     while True:
@@ -114,8 +112,7 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
 class _Process:
     """One process of `PolicyWorkers`, started when it is first needed and again after it was ended.
 
-    - `known`: policies that were loaded here, or are being: another seat has them soon, since their libraries are
-      there.
+    - `known`: policies that were loaded here, whose libraries are there.
     """
 
     def __init__(self, loader: Loader) -> None:
@@ -125,8 +122,7 @@ class _Process:
         self._process: multiprocessing.process.BaseProcess | None = None
         self._loaded: set[Hashable] = set()
         self._loading: Hashable = None
-        self._lock = threading.Lock()
-        """Held where a process is started or told to end, so that none is started after the end."""
+        self._lock = threading.Lock()  # so that no process is started after the end
         self._killed = self._closing = False
 
     @property
@@ -210,13 +206,12 @@ class _Process:
 
 
 class PolicyWorkers:
-    """Processes in which policies load and think.
+    """Processes in which policies load and act.
 
     A policy is loaded in a process without other seats, if there is one. The last such process is kept for policies
-    that no process knows yet: a policy that one of them knows loads there in a moment.
+    that no process knows yet.
 
-    - `loader`: from a name, a game and the control system that flies the policy's team to a policy; other processes
-      import it.
+    - `loader`: loads a policy by its name, for a game and a control system; processes import it.
     - `processes`: at most; none is started before it is needed.
     - `limit_s`: seconds that an answer may take.
     """
@@ -228,7 +223,7 @@ class PolicyWorkers:
         self._limit_s = limit_s
 
     def _place(self, seat: PolicySeat) -> _Process:
-        """Return a seat's process; one is chosen if it has none."""
+        """Return a seat's process, which its first question chooses."""
         if seat.key not in self._places:
             seats = Counter(self._places.values())
             players = Counter(self._places[key] for key in self._playing)
@@ -248,9 +243,7 @@ class PolicyWorkers:
         await self._place(seat).ask(_Question(seat=seat))
 
     async def ask(self, seat: PolicySeat, games: Games, seed: Seed, *, begins: bool = False) -> Answer:
-        """Return what a policy answers to a snapshot of its game; it is loaded if it was not, or its process was ended.
-
-        Where its game begins, the seed is that of its random stream.
+        """Return a policy's answer to a snapshot of its game; where that begins, the seed is of its random stream.
 
         Raises PolicyError if the policy cannot be loaded, raises, or answers nonsense or too late.
         """
@@ -278,7 +271,7 @@ class PolicyWorkers:
 
 
 async def _fault_of(work: Coroutine[Any, Any, None], unexpected: str) -> str:
-    """Await work, and return why it failed; nothing if it did not."""
+    """Await work, and return the reason why it failed; empty if it did not."""
     try:
         await work
     except SwarmError as error:
@@ -290,10 +283,8 @@ async def _fault_of(work: Coroutine[Any, Any, None], unexpected: str) -> str:
 
 
 class SeatPolicy:
-    """Loads a policy, and asks it when it is free; no game waits for either.
+    """Loads a policy, calls `changed` then, and asks it when it is free; no game waits for either.
 
-    - `changed`: called when the policy is loaded, or has failed.
-    - `state`: one of "loading", "loaded", "failed".
     - `reason`: why it could not be loaded.
     """
 
@@ -313,7 +304,7 @@ class SeatPolicy:
     def ask(
         self, simulator: Simulator, seed: Seed, answered: Callable[[Answer], None], failed: Callable[[str], None]
     ) -> None:
-        """Show a game to the policy, unless it still thinks; the first question of a game starts its random stream."""
+        """Ask the policy, unless it is busy; the first question of a game starts its random stream."""
         if self._question is not None and not self._question.done():
             return
         games, begins, self._plays = simulator.snapshot(), not self._plays, True

@@ -26,7 +26,7 @@ class RenderedCommand(NamedTuple):
 
 
 def is_rendered_at_once(source: CommandSource, reader: CommandReader, team: int) -> bool:
-    """Whether a command is rendered so fast that a game may wait for it."""
+    """Return true if a command is rendered so fast that a game may wait for it."""
     return source.density is not None and reader.systems[team].takes == "density"
 
 

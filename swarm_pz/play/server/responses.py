@@ -77,7 +77,7 @@ class TeamView:
         return float(np.sqrt((x * x + y * y).min(initial=np.inf)))
 
     def fits(self, when: protocol.When) -> bool:
-        """Whether a condition holds."""
+        """Return true if a condition holds."""
         if when.fewer is not None:
             return self.game.sizes[self.team] < when.fewer
         if when.silent_s is not None:

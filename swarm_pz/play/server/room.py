@@ -78,7 +78,7 @@ class Room:
 
     @property
     def is_on(self) -> bool:
-        """Whether a game counts down, or is played."""
+        """True while a game counts down, or is played."""
         return self.phase in ("starting", "playing")
 
     @property
@@ -88,7 +88,7 @@ class Room:
 
     @property
     def abandoned(self) -> bool:
-        """Whether nobody is here and nobody can come back to a seat."""
+        """True if nobody is here and nobody can come back to a seat."""
         return not self.connections and not any(seat.token for seat in self.seats)
 
     def _changed(self) -> None:

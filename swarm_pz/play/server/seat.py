@@ -190,12 +190,12 @@ class Seat:
 
     @property
     def is_here(self) -> bool:
-        """Whether its client is connected, or a policy has it."""
+        """True if its client is connected, or a policy has it."""
         return self.kind == "policy" or self.connection is not None
 
     @property
     def can_play(self) -> bool:
-        """Whether it is ready, and its client is here, or its policy loaded."""
+        """True if it is ready, and its client is here, or its policy loaded."""
         return self.ready and self.is_here and self.policy_state in (None, "loaded")
 
     def state(self) -> protocol.SeatState:

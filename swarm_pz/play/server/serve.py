@@ -1,4 +1,4 @@
-"""Start the server: where it listens, what it is called there, and how it ends."""
+"""The start of the server: its address, its names, and its end."""
 
 from __future__ import annotations
 
@@ -29,17 +29,16 @@ from swarm_pz.play.studies.folder import StudyFolder
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _END_S = 3
 _ACCEPTED_AT_ONCE, _RECEIVED_AT_ONCE = 32, 16 * 1024
-"""Connections that are taken in one turn of the event loop, and bytes of each that are read in one: games wait."""
+"""Connections that one turn of the event loop accepts, and bytes of each that it reads: games wait."""
 _MOST_CONNECTIONS, _MOST_HEADER_BYTES = 1000, 16 * 1024
 _PING_S = 20.0
 _SWITCH_S = 0.0001
-"""Seconds after which a thread gives way to another: less than a tick of a game takes to simulate. A kernel lets go of
-the interpreter and takes it back each tick, and who waits for longer than that begins to wait anew each time: with
-0.0005 a recorded game that was verified held the event loop up for 10 to 50 ms."""
+"""Seconds after which a thread gives way to another, less than a tick takes: with 0.0005 the verification of a
+recording delayed the event loop by 10 to 50 ms."""
 
 
 def names_of(host: str, port: int) -> list[str]:
-    """Return the names, with port, by which a server that listens at `host` is known.
+    """Return the names, with port, of a server that listens at `host`.
 
     Raises CommandError if there is no such address.
     """
@@ -60,10 +59,7 @@ def names_of(host: str, port: int) -> list[str]:
 
 
 def check_allowed(names: Sequence[str]) -> None:
-    """Refuse what is no name, perhaps with a port, that a browser sends as Host.
-
-    Raises CommandError if one holds anything else.
-    """
+    """Check that names, perhaps with a port, are such as browsers send as Host; a CommandError if not."""
     for name in names:
         if not re.fullmatch(r"[A-Za-z0-9._-]+(:[0-9]{1,5})?|\[[0-9A-Fa-f:.]+\](:[0-9]{1,5})?", name):
             raise CommandError(
@@ -73,10 +69,7 @@ def check_allowed(names: Sequence[str]) -> None:
 
 
 def origin_of(embedder: str) -> str:
-    """Return the origin of pages that may hold this one in a frame, as browsers write it.
-
-    Raises CommandError if it is none.
-    """
+    """Return an origin as browsers write it; a CommandError if it is malformed."""
     if not re.fullmatch(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?/?", embedder):
         raise CommandError(
             "--embed takes the origin of a page, such as https://lab.example or http://localhost:3000, "
@@ -88,7 +81,7 @@ def origin_of(embedder: str) -> str:
 
 
 def addresses_of(names: Sequence[str]) -> list[str]:
-    """Return the page's addresses that other devices can follow: numbers first, then names."""
+    """Return the page's addresses for other devices, numbers before names."""
 
     def is_number(name: str) -> bool:
         return name.startswith("[") or name.split(":")[0].replace(".", "").isdigit()
@@ -99,7 +92,7 @@ def addresses_of(names: Sequence[str]) -> list[str]:
 
 
 def _own_addresses() -> set[str]:
-    """Return this machine's addresses on its networks, as far as its routes and its name tell."""
+    """Return this machine's addresses on its networks, by its routes and its name."""
     addresses = set()
     with contextlib.suppress(OSError):
         found = {str(entry[4][0]) for entry in socket.getaddrinfo(socket.gethostname(), None)}
@@ -119,7 +112,7 @@ def _is_here(address: str) -> bool:
 
 
 def _warm_up(table: TableConfig) -> None:
-    """Load what is compiled, so that neither the first game nor the first drawing waits for it."""
+    """Compile kernels, so that neither the first game nor the first drawing waits."""
     game = LiveGame(table, 0)
     game.advance(TICKS_PER_SECOND)
     capture_fields(game.simulator)
@@ -148,28 +141,21 @@ def serve(
     beside: Callable[[str], AbstractContextManager[None]] = lambda _: contextlib.nullcontext(),
     greeting: str = "",
 ) -> None:
-    """Serve the table until the process is told to end.
+    """Serve until the process ends.
 
-    - `loader`: from a policy's name and a game to the policy; found again by its name in other processes.
-    - `policies`: names that may be given a seat, with a line about each.
-    - `host`: where to listen; loopback is this machine alone.
-    - `port`: 0 takes any free one.
-    - `allowed_hosts`: names by which a proxy or a tunnel on this machine is reached that leads here. With one, the
-      address of who comes through it is what it says (X-Forwarded-For).
-    - `folder`: of the recordings.
-    - `countdown_s`: seconds for which a start is shown before its game begins.
-    - `table`: what rooms start from; their settings replace parts of it.
-    - `page`: what the printed address leads to, after its ``#``.
-    - `say`: where lines go.
-    - `draw_code`: from an address to a picture of it in text, shown if the server is open to a network.
-    - `cards`: of those of the policies that were rated.
-    - `record_labels`: whether recordings hold what players call themselves.
-    - `study`: the table is for this study alone.
-    - `embedders`: origins of the pages that may hold this one in a frame.
-    - `beside`: from host and port by which this machine reaches the table to what is entered while it serves.
-    - `greeting`: said first, once it is sure that it can serve.
+    - `loader`: loads a policy by its name, for a game; other processes import it.
+    - `policies`: names of those that may have a seat, with a line about each; `cards` of rated ones.
+    - `host`, `port`: where to listen; port 0 takes any free one.
+    - `allowed_hosts`: names of a proxy on this machine, whose X-Forwarded-For is then trusted.
+    - `folder`: of the recordings; `record_labels` writes the players' labels there.
+    - `page`: added to the printed address after its ``#``.
+    - `table`: the default configuration of rooms.
+    - `say`: prints lines, `greeting` first; `draw_code` draws an address as text.
+    - `study`: the server is for this study alone.
+    - `embedders`: origins of pages that may hold this one in a frame.
+    - `beside`: for this machine's address of the server, a context in which it serves.
 
-    Raises CommandError if it cannot listen there, or an allowed host or an embedder is none.
+    Raises CommandError if it cannot listen there, or a name or an origin is malformed.
     """
     check_allowed(allowed_hosts)
     origins = [origin_of(embedder) for embedder in embedders]
@@ -178,7 +164,7 @@ def serve(
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVED_AT_ONCE)  # and so each that comes in
     try:
         listening.bind((host, port))
-        listening.listen(128)  # who comes before the server has started waits
+        listening.listen(128)
     except OSError as error:
         listening.close()
         raise CommandError(f"cannot listen at {host}, port {port}: {error.strerror}; try another --port") from error
@@ -194,7 +180,7 @@ def serve(
     lobby = Lobby(context, policies, cards, addresses_of(names), origins, is_hosted=study is not None)
     host_of_study = None
     if study is not None:
-        from swarm_pz.play.server.studies import StudyHost  # what it needs is of an extra of its own
+        from swarm_pz.play.server.studies import StudyHost  # it needs the extra lab
 
         host_of_study = StudyHost(study, lobby)
     app = Server(lobby, host_of_study).app(names, allowed_hosts)
@@ -207,7 +193,7 @@ def serve(
     if greeting:
         say(greeting)
     say("the page is not up yet: its address follows, after up to a minute where the game must be compiled first")
-    _warm_up(table)  # before the address is shown, so that who follows it is answered
+    _warm_up(table)  # before the address is shown
     say(f"swarm-pz is at {address}")
     if host_of_study is not None:
         say(f"participants type their code there; you look on at {here}study/monitor#{host_of_study.token}")
@@ -228,16 +214,16 @@ def serve(
         backlog=_ACCEPTED_AT_ONCE,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=_END_S,
-        # A peer that is gone, and answers no ping, is closed.
+        # A peer that answers no ping is closed.
         ws_ping_interval=_PING_S,
         ws_ping_timeout=_PING_S,
-        # Nobody may choose where they are said to be; a proxy on this machine may say where others are.
+        # Only a proxy on this machine may state the addresses of others.
         proxy_headers=bool(allowed_hosts),
         server_header=False,
     )
     before = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_S)
-    gc.freeze()  # what is there now stays: looking through all of it again and again would stop every game
+    gc.freeze()  # else collections stop games for long
     here = "127.0.0.1" if host == "0.0.0.0" else "::1" if host == "::" else host  # noqa: S104
     try:
         with beside(f"[{here}]:{port}" if ":" in here else f"{here}:{port}"):

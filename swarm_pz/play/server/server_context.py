@@ -24,7 +24,7 @@ _CATCH_UP = 2
 class Punctuality:
     """Lateness of the latest ticks of all games."""
 
-    lateness_ms: deque[float] = field(default_factory=lambda: deque(maxlen=20_000))
+    lateness_ms: deque[float] = field(default_factory=lambda: deque(maxlen=2_000))
     most_caught_up: int = 0
     slipped: int = 0
     """Number of times that a game's time slipped."""

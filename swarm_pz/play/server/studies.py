@@ -1,4 +1,4 @@
-"""A study at the table: what pages ask participants, step by step, and the monitor of the experimenter."""
+"""The pages of a study: steps of the participants, and the monitor of the experimenter."""
 
 from __future__ import annotations
 
@@ -28,25 +28,24 @@ from swarm_pz.play.studies.progress import Progress, Step
 from swarm_pz.play.studies.texts import html_of
 
 LEASE_S = 8.0
-"""Seconds for which a window that says nothing is still the participant's: pages say something every two."""
+"""Seconds for which a silent window is still the participant's: pages send something every two."""
 MOST_WRONG_CODES, WRONG_CODES_S = 20, 100.0
 """Wrong codes of an address in so many seconds: a class behind one mistypes some, and a guesser tries millions."""
 _MOST_BYTES = 4096
-"""Of what a page says, but for answers."""
+"""Bytes of a page's message without answers."""
 _PART_S = 10.0
-"""Seconds within which all of it must have come."""
+"""Seconds within which a message must have come."""
 _HEADINGS = {"consent": "Do you want to take part?", "text": "Please read", "break": "Time for a rest"}
 _GAMES = ("game", "practice")
 log = logging.getLogger("swarm_pz.play")
 
 
 class PageMessage(msgspec.Struct):
-    """What a participant's page says: its window, when that was loaded there, and what it does."""
+    """The message of a participant's page; `here` takes the session over from another window."""
 
     window: str = ""
     loaded: Annotated[float, msgspec.Meta(ge=0, le=1e15)] = 0.0
     here: bool = False
-    """It takes the session over from another window."""
     step: str = ""
     answers: Any = msgspec.field(default_factory=dict)
 
@@ -59,10 +58,10 @@ Action = Callable[[int, PageMessage], Awaitable[dict[str, Any]]]
 class Visitor:
     """A participant's page.
 
-    - `window`: what no other window of a browser has.
-    - `loaded`: when the page was loaded there, by its clock: a tab that was copied has the same name.
-    - `seen`: when it last said something.
-    - `wants`: the game of two that it is ready for.
+    - `window`: its unique name in a browser.
+    - `loaded`: time at which it was loaded, by the browser's clock: a copied tab has the same name.
+    - `seen`: time of its latest message.
+    - `wants`: the game of two for which it is ready.
     """
 
     window: str = ""
@@ -71,7 +70,7 @@ class Visitor:
     wants: str = ""
 
     def claim(self, window: str, loaded: float, now: float, *, takes_over: bool, is_busy: bool) -> bool:
-        """Take a window for the participant's, and tell whether it is; another one that is there comes first."""
+        """Make a window the participant's, and return true unless another one is in use."""
         is_same = window == self.window
         is_there = bool(self.window) and (is_busy or now - self.seen < LEASE_S)
         if (is_same and loaded < self.loaded) or (not is_same and is_there and not takes_over):
@@ -81,11 +80,7 @@ class Visitor:
 
 
 class StudyHost:
-    """A study as it is served.
-
-    - `lobby`: whose rooms are this study's games.
-    - `token`: opens the monitor.
-    """
+    """A study as it is served; `token` opens the monitor."""
 
     def __init__(self, folder: StudyFolder, lobby: Lobby) -> None:
         self.folder, self.study = folder, folder.study
@@ -93,13 +88,12 @@ class StudyHost:
         self.token = secrets.token_urlsafe(12)
         self._visitors = [Visitor() for _ in range(self.study.participants)]
         self._guesses = AddressLimits(MOST_WRONG_CODES, WRONG_CODES_S)
-        self._longest = _MOST_BYTES + max((_bytes_of(asked.form) for asked in self.study.forms), default=0)
-        """Bytes that answers may have."""
+        self._most_bytes = _MOST_BYTES + max((_bytes_of(asked.form) for asked in self.study.forms), default=0)
         self._turns = [asyncio.Lock() for _ in self._visitors[::2]]
-        """Of two who may meet: one at a time, or what is left of a game would be looked for in a new one."""
+        """One for each pair that may meet: else one of them could open a game while the other's is settled."""
 
     def routes(self) -> list[Route]:
-        """Return its pages, and what they ask for."""
+        """Return its pages and their requests."""
         return [
             Route("/", lambda _: RedirectResponse("/study")),
             page("/study", "study.html"),
@@ -108,7 +102,7 @@ class StudyHost:
             page("/study/{code}", "study.html"),
             page("/study/{code}/game", "index.html"),
             Route("/study/{code}/state", self._answer(self._look), methods=["POST"]),
-            Route("/study/{code}/done", self._answer(self._finish, self._longest), methods=["POST"]),
+            Route("/study/{code}/done", self._answer(self._finish, self._most_bytes), methods=["POST"]),
             Route("/study/{code}/play", self._answer(self._play), methods=["POST"]),
         ]
 
@@ -124,18 +118,17 @@ class StudyHost:
             except HTTPException as error:
                 return JSONResponse({"fault": error.detail}, error.status_code)
             except Exception as error:
-                status, told = _fault_of(error)
-                return JSONResponse({"fault": told}, status)
+                status, fault = _fault_of(error)
+                return JSONResponse({"fault": fault}, status)
 
         return answer
 
     def _number_of(self, code: str, window: str, address: str) -> int:
-        """Return whose code it is.
+        """Return the number of the participant of a code.
 
-        After too many wrong ones an address opens no session, with a right one neither: else it would go on guessing.
-        Whoever is known by their window goes on.
+        After too many wrong codes, an address opens no new session: else it would go on guessing.
 
-        Raises HTTPException if it is nobody's, or of somebody who has withdrawn, or may not be said.
+        Raises HTTPException if the code is unknown or withdrawn, or comes from such an address.
         """
         try:
             number, fault = self.folder.number_of(code), ""
@@ -167,22 +160,22 @@ class StudyHost:
         return {}
 
     async def _finish(self, number: int, message: PageMessage) -> dict[str, Any]:
-        """Keep what was answered, unless it is known already: an answer of ours may have been lost."""
+        """Keep the answers of a step, unless it is done: the page repeats a request if the reply was lost."""
         progress = await self._progress(number)
         step = progress.next
         if step is None or message.step != step.id or step.kind in _GAMES:
             return {}
         if step.kind == "break" and self._rest_s(progress) > 0.0:
             return {"refused": "the break is not over yet"}
-        told = {"answers": message.answers} if step.kind == "form" else {}
+        answers = {"answers": message.answers} if step.kind == "form" else {}
         try:
-            await asyncio.to_thread(progress.finish, step, **told)
+            await asyncio.to_thread(progress.finish, step, **answers)
         except ConfigError as error:
             return {"refused": str(error)}
         return {}
 
     async def _play(self, number: int, message: PageMessage) -> dict[str, Any]:
-        """Begin a game, once everybody who plays it is ready."""
+        """Begin a game, once all of its players are ready."""
         game = self.games.of(number)
         if game is not None and not game.fault:
             return {}
@@ -209,41 +202,41 @@ class StudyHost:
             return False
         try:
             due = self.folder.progress(number).next
-        except RecordingError:  # they are told
+        except RecordingError:
             return False
         return due is not None and due.id == step.id
 
     async def _progress(self, number: int) -> Progress:
-        """Return how far somebody is, with what was left of a game taken up if none is played."""
+        """Return a participant's progress, once an interrupted game is settled."""
         if self.games.of(number) is None:
             await asyncio.to_thread(self.folder.settle, number)
         return self.folder.progress(number)
 
     def _rest_s(self, progress: Progress) -> float:
-        """Return how long a break still lasts; it began when what came before it was done."""
+        """Return the seconds left of a break, which began with the end of the step before."""
         began = max((float(line["at"]) for line in progress.done.values() if "at" in line), default=time.time())
         return min(max(began + self.study.break_s - time.time(), 0.0), self.study.break_s)
 
-    # --- what pages are told ----------------------------------------------------------------------
+    # --- state ------------------------------------------------------------------------------------
 
     async def _state(self, number: int) -> dict[str, Any]:
         progress = await self._progress(number)
         step, steps = progress.next, progress.steps
         done = len(progress.done)
-        told: dict[str, Any] = {"code": self.folder.codes[number], "title": self.study.title, "done": done}
-        told["of"] = max(len(steps), done + (step is not None))
+        state: dict[str, Any] = {"code": self.folder.codes[number], "title": self.study.title, "done": done}
+        state["of"] = max(len(steps), done + (step is not None))
         if step is None:
-            return told
-        told["step"] = {"id": step.id, "kind": step.kind, "heading": self._heading(step)}
+            return state
+        state["step"] = {"id": step.id, "kind": step.kind, "heading": self._heading(step)}
         if step.text:
-            told["step"]["html"] = html_of(self.study.text(step.text))
+            state["step"]["html"] = html_of(self.study.text(step.text))
         if step.form is not None:
-            told["step"]["items"] = step.form.to_dict()["items"]
+            state["step"]["items"] = step.form.to_dict()["items"]
         if step.kind == "break":
-            told["step"]["seconds"] = self._rest_s(progress)
+            state["step"]["seconds"] = self._rest_s(progress)
         if step.kind in _GAMES:
-            told["game"] = self._game(number, step)
-        return told
+            state["game"] = self._game(number, step)
+        return state
 
     def _heading(self, step: Step) -> str:
         if step.form is not None:
@@ -255,7 +248,7 @@ class StudyHost:
         return _HEADINGS[step.kind]
 
     def _game(self, number: int, step: Step) -> dict[str, Any]:
-        """Return how the game stands that comes next: its seat, whom it waits for, or what keeps it."""
+        """Return the state of a participant's next game."""
         game = self.games.of(number)
         if game is not None:
             return {"phase": game.phase, "seat": game.seat_of(number), "fault": game.fault}
@@ -280,7 +273,7 @@ class StudyHost:
         rows = []
         for number in range(self.study.participants):
             rows.append(self._row(number))
-            await asyncio.sleep(0.0)  # games have their turn: there may be thousands of rows
+            await asyncio.sleep(0.0)  # games go on: there may be thousands of rows
         return JSONResponse({"title": self.study.title, "games": self.study.games, "rows": rows})
 
     def _row(self, number: int) -> dict[str, Any]:
@@ -292,7 +285,7 @@ class StudyHost:
 
 
 def _fault_of(error: Exception) -> tuple[int, str]:
-    """Return the status and the words by which a page hears of an error: without words it would ask again for ever."""
+    """Return the status and the message of an error: without a message the page would ask for ever."""
     if isinstance(error, ConfigError):
         return 400, str(error)
     is_known = isinstance(error, SwarmError | OSError)
@@ -306,7 +299,7 @@ def _fault_of(error: Exception) -> tuple[int, str]:
 
 
 def _bytes_of(form: Form) -> int:
-    """Return the bytes that answers to a form may have, every character written as six."""
+    """Return the most bytes of answers to a form, with six for every character."""
 
     def characters(item: Item) -> int:
         return MOST_TEXT if item.kind == "text" else max(map(len, item.choices), default=20)
@@ -315,7 +308,7 @@ def _bytes_of(form: Form) -> int:
 
 
 async def _read(request: Request, most: int) -> PageMessage:
-    """Return what a page says.
+    """Return a page's message.
 
     Raises ConfigError if it does not fit, is too large, or does not come.
     """

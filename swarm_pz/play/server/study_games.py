@@ -1,4 +1,4 @@
-"""The games of a study: rooms of one game each, which begin by themselves and are written down when they end."""
+"""The games of a study: rooms of one game each, which are settled when they end."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step
 
 AWAY_S = 15.0
-"""Seconds that a game goes on without one of its participants; then it is stopped, and played again."""
+"""Seconds after which a game is stopped without one of its participants, and played again."""
 UNUSED_S = 60.0
 """Seconds that a game waits for its participants before it begins."""
 _LOOK_S = 1.0
@@ -26,11 +26,7 @@ log = logging.getLogger("swarm_pz.play")
 
 
 class StudyGame:
-    """A game that is about to be played, is played, or has just been.
-
-    - `players`: participants, in the order of `seats`.
-    - `seats`: their teams.
-    """
+    """The game of some participants; `seats` are their teams."""
 
     def __init__(self, players: tuple[int, ...], room: Room, seats: tuple[int, ...]) -> None:
         self.players, self.room, self.seats = players, room, seats
@@ -38,14 +34,14 @@ class StudyGame:
 
     @property
     def phase(self) -> Literal["ready", "running", "saving"]:
-        """How it stands, for a participant's page."""
+        """Phase, for a participant's page."""
         if self.is_over:
             return "saving"
         return "running" if self.room.phase == "playing" else "ready"
 
     @property
     def fault(self) -> str:
-        """Why it cannot begin; empty if it can."""
+        """Reason why it cannot begin; empty if it can."""
         faults = [seat.fault for seat in self.room.seats if seat.fault]
         return f"{faults[0]}. Please tell whoever runs the study" if faults else ""
 
@@ -53,24 +49,24 @@ class StudyGame:
         return self.room.seats[self.seats[self.players.index(number)]]
 
     def seat_of(self, number: int) -> dict[str, str]:
-        """Return what leads a participant's browser to their seat."""
+        """Return the room, side and token of a participant's seat."""
         seat = self._seat(number)
         return {"room": self.room.code, "seat": seat.side, "token": seat.token}
 
     def has(self, number: int) -> bool:
-        """Whether a participant's browser is in it."""
+        """Return true if a participant's browser is in it."""
         return not self.is_over and self._seat(number).connection is not None
 
     @property
     def away_s(self) -> float:
-        """Seconds for which the participant who has been away for longest is away; 0 if all are there."""
+        """Seconds of the longest absence of a participant; 0 if all are there."""
         seats = [self.room.seats[team] for team in self.seats]
         now = time.monotonic()
         return max((now - seat.away_since for seat in seats if seat.connection is None), default=0.0)
 
 
 class StudyGames:
-    """All of them."""
+    """All games of a study that are not settled."""
 
     def __init__(self, folder: StudyFolder, lobby: Lobby) -> None:
         self._folder, self._lobby = folder, lobby
@@ -78,11 +74,11 @@ class StudyGames:
         self._ending: set[asyncio.Task[None]] = set()
 
     def of(self, number: int) -> StudyGame | None:
-        """Return the game that a participant has now, until it is written down."""
+        """Return a participant's game, until it is settled."""
         return self._of.get(number)
 
     def is_played_by(self, number: int) -> bool:
-        """Whether a participant's browser is in a game."""
+        """Return true if a participant's browser is in a game."""
         game = self._of.get(number)
         return game is not None and game.has(number)
 
@@ -119,13 +115,13 @@ class StudyGames:
         task.add_done_callback(self._ending.discard)
 
     async def _end(self, game: StudyGame) -> None:
-        """Write a game down, once its recording is on the disk; or keep that aside, if it was broken off."""
+        """Settle a game, once its recording is on the disk."""
         assert game.room.session is not None  # noqa: S101
         await asyncio.to_thread(game.room.session.recorder.join)
         for number in game.players:
             try:
                 await asyncio.to_thread(self._folder.settle, number)
-            except (SwarmError, OSError) as error:  # it is tried again when the participant's page asks for it
+            except (SwarmError, OSError) as error:  # the participant's page tries again
                 log.error("a game was not written down: %s", error)
         self._forget(game)
 
@@ -135,7 +131,7 @@ class StudyGames:
                 del self._of[number]
 
     async def watch(self) -> None:
-        """Stop games that a participant has left, for ever."""
+        """Stop games that a participant has left, until cancelled."""
         while True:
             await asyncio.sleep(_LOOK_S)
             self.look()
@@ -151,14 +147,14 @@ class StudyGames:
                 self.drop(game)
 
     def drop(self, game: StudyGame) -> None:
-        """Break a game off, and let go of who is in it."""
+        """Break a game off, and close its connections."""
         there = game.room.connections
         self._lobby.close_room(game.room)
-        if not game.is_over:  # nothing of it was played
+        if not game.is_over:
             self._forget(game)
         for connection in there:
             connection.close("this game was broken off")
 
     async def close(self) -> None:
-        """Wait until what has ended is written down."""
+        """Wait until games that have ended are settled."""
         await asyncio.gather(*self._ending, return_exceptions=True)

@@ -1,4 +1,4 @@
-"""What clients are shown of a game besides its drones: ground that captures, and targets."""
+"""Frames, capture fields and targets, as clients see them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def capture_fields(simulator: Simulator) -> NDArray[np.uint8]:
 def frame_of(
     simulator: Simulator, sequence: int, server_ms: float, *, altitudes: bool = False, fields: bool = False
 ) -> bytes:
-    """Return the present moment of a single game as a frame's bytes, with altitudes and capture fields if asked."""
+    """Return the present moment of a single game as a frame's bytes."""
     return encode_frame(
         Frame(
             sequence=sequence,
@@ -40,11 +40,11 @@ def frame_of(
 
 
 def target_picture(coefficients: NDArray[np.floating[Any]]) -> NDArray[np.uint8]:
-    """Return a target as its Fourier coefficients (K, K) hold it: (G, G), 255 value / maximum."""
+    """Return the target of Fourier coefficients (K, K) as (G, G), 255 value / maximum."""
     density = np.maximum(reconstruct(coefficients, GRID_CELLS), 0.0)
     return np.asarray(np.rint(255.0 * density / density.max()), np.uint8)
 
 
 def target_message(team: int, number: int, coefficients: NDArray[np.floating[Any]]) -> bytes:
-    """Return a team's target, of its command of this number, as its side is shown it."""
+    """Return the message that shows a team the target of its command of this number."""
     return encode_target(team, number, target_picture(coefficients))

@@ -1,4 +1,4 @@
-"""A thread that does one piece of work after the other, so that neither the event loop nor a game waits for it."""
+"""A thread for what takes long, so that neither the event loop nor a game waits for it."""
 
 from __future__ import annotations
 
@@ -17,16 +17,15 @@ class HangingError(Exception):
 
 
 class Worker:
-    """Does work in a thread of its own, in the order in which it is given.
+    """Calls functions in a thread of its own, one after the other.
 
-    Work that takes longer than its limit keeps its thread; a new thread goes on with what waits.
+    Work that takes longer than its limit keeps its thread; a new thread does what waits.
     """
 
     def __init__(self, name: str) -> None:
         self._name = name
         self._queue: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
-        self._late: dict[str, threading.Thread] = {}
-        """Threads that late work keeps, by its client."""
+        self._late: dict[str, threading.Thread] = {}  # kept by late work, by client
         self._start()
 
     def _start(self) -> None:
@@ -48,7 +47,7 @@ class Worker:
     def do(
         self, work: Callable[..., T], *given: Any, limit_s: float | None = None, client: str = ""
     ) -> asyncio.Future[T]:
-        """Return the future result of work that is done after all that was given before.
+        """Return the future result of a function, which is called after all earlier ones.
 
         Work whose future is cancelled before it begins is left out. The future raises what the work raises, and
 
@@ -95,7 +94,7 @@ class Worker:
         return done
 
     def close(self, *, wait: bool = False) -> None:
-        """Let the thread end after the work that was given; wait for that if asked."""
+        """Let the thread end after the work that waits."""
         self._queue.put(None)
         if wait:
             self._thread.join()
