@@ -1,4 +1,4 @@
-"""What decides how a run goes on, bit for bit: a file without code, the process's random streams, the learner's state.
+"""The checkpoint of a run: a file without code, and the learner's state in it; the process's random streams.
 
 The file holds arrays as safetensors, and all else, the story, as JSON in its header.
 """
@@ -77,22 +77,15 @@ def with_prefix(prefix: str, arrays: Arrays) -> Arrays:
 # --- random streams ---------------------------------------------------------------------------------
 
 
-def random_streams() -> Arrays:
+def random_streams() -> tuple[Any, Any]:
     """Return the state of the random streams that PyTorch and NumPy keep for the process; SB3 draws from them."""
-    _, keys, place, has_gauss, gauss = np.random.get_state(legacy=True)  # noqa: NPY002  (SB3's)
-    return {
-        "torch": torch.get_rng_state().numpy(),
-        "numpy": np.array(keys, np.uint32),
-        "numpy_place": np.array([place, has_gauss], np.int64),
-        "numpy_gauss": np.array([gauss], np.float64),
-    }
+    return torch.get_rng_state(), np.random.get_state()  # noqa: NPY002  (SB3's)
 
 
-def set_random_streams(arrays: Arrays) -> None:
+def set_random_streams(states: tuple[Any, Any]) -> None:
     """Set the process's streams to what `random_streams` returned."""
-    place, has_gauss = arrays["numpy_place"].tolist()
-    torch.set_rng_state(torch.from_numpy(arrays["torch"].copy()))
-    np.random.set_state(("MT19937", arrays["numpy"], place, has_gauss, float(arrays["numpy_gauss"][0])))  # noqa: NPY002
+    torch.set_rng_state(states[0])
+    np.random.set_state(states[1])  # noqa: NPY002
 
 
 @contextmanager

@@ -26,12 +26,11 @@ from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy, lineage
 from swarm_pz.policy import Player, load
 from swarm_pz.training import checkpoint
 from swarm_pz.training.callbacks import Account, Checkpoint, PeriodicEvaluation, Progress, RunState, Schedules
-from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Arrays, Story, add_prefix, with_prefix
+from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Story
 from swarm_pz.training.config import MAY_CHANGE, TrainConfig
 from swarm_pz.training.folders import SETTINGS, check_folder
 from swarm_pz.training.logs import RUN_NAME, TENSORBOARD, check_logs, open_logs
 from swarm_pz.training.networks import DronesPolicy, GridPolicy, as_policy, policy_class
-from swarm_pz.training.resumable_games import Opponent, ResumableGames
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 HISTORY = "history.json"
@@ -47,10 +46,6 @@ class _Learner(PPO):
         return env
 
 
-def _load_opponent(opponent: Opponent, game: GameConfig) -> Player:
-    return load(opponent.name, game, game.team_systems[1])
-
-
 def clear(folder: Path) -> None:
     """Take away what a run has left in a folder, as far as another run could take it for its own."""
     for name in (CHECKPOINT, HISTORY, RUN_NAME, WEIGHTS, CARD):
@@ -62,8 +57,8 @@ class Training:
     """One training run in a folder, begun afresh or resumed from its last checkpoint.
 
     The folder holds ``config.json``, ``checkpoint.safetensors``, ``history.json``, the curves and, in the end,
-    ``policy.safetensors`` with ``policy.json``. A resumed run is bit-identical to an uninterrupted one, on
-    the same machine with the same versions and threads.
+    ``policy.safetensors`` with ``policy.json``. A resumed run has the weights, the optimizer and the counters of its
+    checkpoint, and plays new games.
 
     Parameters
     ----------
@@ -79,8 +74,6 @@ class Training:
         What was called to begin the run; it stands on the card of the policy.
     log : sequence of str
         Where the curves go, of `swarm_pz.training.logs.LOGS`.
-    load_opponent : callable, optional
-        Makes the opponents of unfinished games when these are restored; by name, if not given.
 
     Attributes
     ----------
@@ -108,7 +101,6 @@ class Training:
         say: Callable[[str], None] = print,
         command: str = "",
         log: Sequence[str] = (TENSORBOARD,),
-        load_opponent: Callable[[Opponent, GameConfig], Player] = _load_opponent,
     ) -> None:
         check_logs(log)
         check_folder(folder, resume=resume, overwrite=overwrite, mark=CHECKPOINT)
@@ -116,14 +108,13 @@ class Training:
         self.state = RunState(config)
         self.stored: Story = {}
         self._ancestors: list[dict[str, Any]] = []
-        self._say, self._load_opponent, self._log = say, load_opponent, log
+        self._say, self._log = say, log
         self._identity = _identity_of(config, load_all(config.opponents, config.game))
-        self.env = ResumableGames(_make_env(config), config.opponents)
-        self._monitor = VecMonitor(self.env)
+        self.env = _make_env(config)
         torch.set_num_threads(config.threads)
         self.model = _Learner(
             policy_class(config.game),
-            self._monitor,
+            VecMonitor(self.env),
             n_steps=config.rollout,
             batch_size=min(config.batch_size, config.rollout * config.num_envs),
             n_epochs=config.epochs,
@@ -140,8 +131,6 @@ class Training:
         if config.start_from is not None:
             self._start_from(config.start_from)
         self._streams = checkpoint.random_streams()
-        self._unfinished: Arrays = {}
-        self._learns = False
         files.check_folder(folder)
         if resume:
             self._load_checkpoint()
@@ -245,17 +234,14 @@ class Training:
 
     def deal(self, opponents: Sequence[Player], names: Sequence[str]) -> None:
         """Give other opponents to the games that start from now on."""
-        self._restore_games()
         self.env.deal(opponents, names)
 
     def learn(self, until: int, *callbacks: BaseCallback) -> None:
         """Train up to a number of steps, counted from the run's start."""
         self.model.set_logger(self.logger)
-        self._restore_games()
         # SB3 draws from the process's streams; what else runs in it draws from others.
         with checkpoint.random_streams_kept():
             checkpoint.set_random_streams(self._streams)
-            self._learns = True
             try:
                 self.model.learn(
                     until - self.model.num_timesteps,
@@ -263,29 +249,23 @@ class Training:
                     reset_num_timesteps=self.model.num_timesteps == 0,
                 )
             finally:
-                self._learns = False
                 self._streams = checkpoint.random_streams()
 
     # --- checkpoints ------------------------------------------------------------------------------
 
     def save_checkpoint(self, **more: Any) -> None:
-        """Write all that decides the future, atomically, and what else is given; between two rollouts only."""
+        """Write the learner, its history and what else is given, atomically; between two rollouts only."""
         learner, arrays = checkpoint.learner_state(self.model)
-        games, unfinished = self.env.state()
         told = {"seconds": self.state.seconds, "records": self.state.records}
         story = {
             "config_hash": self._identity,
             "total_steps": self.config.total_steps,
             "finished": self.is_finished,
             "learner": learner,
-            "games": games,
             "recent": list(self.state.recent),
             "history": told,
             **more,
         }
-        streams = checkpoint.random_streams() if self._learns else self._streams
-        arrays |= add_prefix("random", streams) | add_prefix("games", unfinished)
-        arrays["games.returns"] = self._monitor.episode_returns
         checkpoint.write(self.folder / CHECKPOINT, story, arrays)
         with draft_of(self.folder / HISTORY) as draft:
             draft.write_text(json.dumps(told | provenance(self.config.game, self.command)) + "\n")
@@ -303,32 +283,19 @@ class Training:
             self.state.records = list(story["history"]["records"])
             self.state.seconds = float(story["history"]["seconds"])
             self.state.recent.extend((bool(won), float(share)) for won, share in story["recent"])
-            self._streams = with_prefix("random", arrays)
-            self._unfinished = with_prefix("games", arrays) if self.model.num_timesteps else {}
             total = int(story["total_steps"])
         except (AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
             raise CheckpointError(f"{path} does not fit this run ({_first_line(error)}); {BEGIN_AFRESH}") from error
         self.stored = story
+        # Other games and noise than those that the run has had already.
+        fresh = np.random.SeedSequence([self.config.seed, self.model.num_timesteps]).generate_state(1)
+        self.model.set_random_seed(int(fresh[0]))
+        self._streams = checkpoint.random_streams()
         self._say(f"resuming {self.folder} at step {self.model.num_timesteps:,}")
         if total != self.config.total_steps:
             self._say(
                 f"the run was to have {total:,} steps: learning rate and exploration fall from here on as in one of "
                 f"{self.config.total_steps:,}"
-            )
-
-    def _restore_games(self) -> None:
-        """Play the unfinished games of the checkpoint up to where they were, unless that has been done."""
-        if not self._unfinished:
-            return
-        arrays, self._unfinished = self._unfinished, {}
-        observations, same = self.env.restore(self.stored["games"], arrays, self._load_opponent)
-        self._monitor.episode_returns = arrays["returns"].copy()
-        self._monitor.episode_lengths = self.env.ages.astype(np.int32)
-        self.model._last_obs, self.model._last_episode_starts = observations, self.env.ages == 0
-        if not same:
-            self._say(
-                "unfinished games came out differently here than where they were stored: the run goes on, but differs "
-                "from an uninterrupted one"
             )
 
 

@@ -22,7 +22,6 @@ from pathlib import Path
 import numpy as np
 
 from swarm_pz import policies
-from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError, Stopped
 from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.workers import BackgroundTasks, SerialExecutor, never
@@ -38,7 +37,6 @@ from swarm_pz.training.folders import LEARNER, SETTINGS, check_folder
 from swarm_pz.training.pool import Member, Pool
 from swarm_pz.training.ppo import Training, clear
 from swarm_pz.training.rating import Rating
-from swarm_pz.training.resumable_games import Opponent
 
 _EXPLOITED_GAMES = 100
 """Games that show whether an exploiter beats its target."""
@@ -64,7 +62,7 @@ class League:
 
     The folder holds ``config.json`` (its settings), ``league.json`` (the pool, for readers), ``main/`` (the learner's
     run, whose checkpoint holds the pool, too), ``pool/`` (snapshots), ``exploiters/``, and ``ratings/``, a tournament
-    of the latest of them. As with `Training`, a resumed league is bit-identical to an uninterrupted one.
+    of the latest of them.
 
     Parameters
     ----------
@@ -110,7 +108,6 @@ class League:
             overwrite=not resume,
             say=say,
             command=command,
-            load_opponent=self._partner,
         )
         settings = config.replace(learner=config.learner.replace(**MAY_CHANGE))
         if resume:
@@ -153,11 +150,13 @@ class League:
                 f"the learner of {self.folder} is finished, and not trained any further: it has had "
                 f"{self.main.model.num_timesteps:,} of {total:,} steps; ask for more to go on"
             )
+        is_dealt = False
         with self._working():
             while self._follow_up(should_stop) < total:
                 step = self.main.model.num_timesteps
-                if step >= self.pool.until or step == 0:  # at 0 a checkpoint holds no games, and so no deal
+                if step >= self.pool.until or not is_dealt:
                     self._deal()
+                    is_dealt = True
                     self.pool.until = step + self.config.cycle
                 began = time.monotonic()
                 stops = Checkpoint(self.main.state, self._save, should_stop, self.main.standing)
@@ -248,17 +247,17 @@ class League:
         chosen = [self.pool.members[i].name for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]
         # A partner that did not explore would beat the learner that does, whatever it had learned.
         noise = self.main.exploration()
-        partners = {name: self._partner(Opponent(name, noise), self._game) for name in dict.fromkeys(chosen)}
+        partners = {name: self._partner(name, noise) for name in dict.fromkeys(chosen)}
         order = [chosen[i] for i in generator.permutation(len(chosen))]
         self.main.deal([partners[name] for name in order], order)
 
-    def _partner(self, opponent: Opponent, game: GameConfig) -> Player:
+    def _partner(self, name: str, noise: float) -> Player:
         """Return a member of the pool; learned ones with noise."""
-        member = next(member for member in self.pool.members if member.name == opponent.name)
+        member = next(member for member in self.pool.members if member.name == name)
         is_installed = member.kind in ("script", "initial")
-        player = policies.load(member.source if is_installed else self.folder / member.source, game)
+        player = policies.load(member.source if is_installed else self.folder / member.source, self._game)
         if isinstance(player, LearnedPolicy):
-            player.noise = opponent.noise
+            player.noise = noise
         return player
 
     def _snapshot(self, *, is_rated: bool = False) -> None:

@@ -109,19 +109,13 @@ class SwarmVecEnv(BatchVecEnv):
         """Give other opponents to the games that start from now on, as of `DuelBatch.deal`."""
         self.duel.deal(opponent, names)
 
-    def restart(self, rows: NDArray[np.int64]) -> None:
+    def _restart(self, rows: NDArray[np.int64]) -> None:
         """Start some games afresh, each with the next seed of its stream."""
-        if len(rows):
-            self.duel.reset([self._streams[row].spawn(1)[0] for row in rows], rows)
-
-    def skip(self, games: NDArray[np.int64]) -> None:
-        """Leave out so many seeds (E,) of each game's stream, as if these games had been played."""
-        for stream, count in zip(self._streams, games.tolist(), strict=True):
-            stream.spawn(count)
+        self.duel.reset([self._streams[row].spawn(1)[0] for row in rows], rows)
 
     def reset(self) -> VecEnvObs:
         """Start all games afresh."""
-        self.restart(np.arange(self.num_envs))
+        self._restart(np.arange(self.num_envs))
         self.reset_infos = by_game(self.duel.infos())
         return self.duel.observe()  # type: ignore[no-any-return]
 
@@ -143,7 +137,7 @@ class SwarmVecEnv(BatchVecEnv):
                     "terminal_observation": of_game(last, place),
                     "TimeLimit.truncated": bool(result.truncated[row]),
                 }
-            self.restart(ended)
+            self._restart(ended)
         return duel.observe(), result.rewards.astype(np.float32), dones, infos
 
     def close(self) -> None:

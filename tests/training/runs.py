@@ -9,7 +9,6 @@ import pytest
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import Stopped
-from swarm_pz.training.checkpoint import CHECKPOINT, read
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 
 TINY = TrainConfig(
@@ -58,15 +57,3 @@ def stop(run, questions):
     count = itertools.count(1)
     with pytest.raises(Stopped):
         run.run(lambda: next(count) >= questions)
-
-
-def assert_same_run(one, two):
-    """Compare all that a checkpoint holds, but for what the clock said."""
-    (story, arrays), (other_story, other_arrays) = (read(run.folder / CHECKPOINT) for run in (one, two))
-    assert arrays.keys() == other_arrays.keys()
-    for name, values in arrays.items():
-        np.testing.assert_array_equal(values, other_arrays[name], err_msg=name)
-    for told in (story, other_story):
-        told["history"] = [record | {"seconds": 0} for record in told["history"]["records"]]
-        told["learner"]["episodes"] = [[episode["r"], episode["l"]] for episode in told["learner"]["episodes"]]
-    assert story == other_story

@@ -129,7 +129,7 @@ def test_the_settings_reach_the_algorithm(tmp_path, monkeypatch):
 def test_the_settings_reach_the_games_of_every_size(tmp_path):
     config = TINY.replace(sizes=(1, 3), action_cells=2, threads=2, opponents=("noise", "ring", "noise"))
     run = Training(config, tmp_path, say=quiet)
-    for part, size in zip(run.env.venv.parts, (1, 3), strict=True):
+    for part, size in zip(run.env.parts, (1, 3), strict=True):
         simulator = part.duel.batch.simulator
         assert (part.duel.config, part.num_envs) == (config.game.replace(drones_per_team=size), 2)
         assert (part.action_space.shape, simulator.threads) == ((2, 2), 2)

@@ -58,8 +58,10 @@ def test_what_was_stopped_goes_on_and_what_is_trained_stays(alone, tmp_path, mon
         return train_one(config, *given)
 
     monkeypatch.setattr(sweeps, "train_one", train)
-    for _ in range(2):
-        assert_same(alone, sweep(RUN, (3, 5), tmp_path, SerialExecutor(), say=quiet))
+    policies = sweep(RUN, (3, 5), tmp_path, SerialExecutor(), say=quiet)
+    assert [policy.card["steps"] for policy in policies] == [64, 64]
+    assert_same([alone[1]], [policies[1]])
+    assert_same(policies, sweep(RUN, (3, 5), tmp_path, SerialExecutor(), say=quiet))
     assert resumed == [3, 5]
     with pytest.raises(CheckpointError, match="seed-3 holds a policy that was trained otherwise"):
         sweep(RUN.replace(gamma=0.5), (3,), tmp_path, SerialExecutor(), say=quiet)
