@@ -1,4 +1,4 @@
-"""What a figure leaves behind: its pictures, its numbers, and its part of the page and its tables."""
+"""Files of figures: pictures, numbers, the page and its tables."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 import swarm_pz
 from benchmarks.csv_table import write_csv
 from benchmarks.paper.claims import FIGURES
-from benchmarks.paper.figure import Figure, Finding, Setting, verdict
+from benchmarks.paper.figure import PRESETS, Figure, Finding, Setting, verdict
 from benchmarks.paper.style import COLUMNS, PRINT, RASTER
 from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.intervals import LEVEL
@@ -21,17 +21,18 @@ from swarm_pz.evaluation.provenance import provenance
 
 OPENING = (
     "How much of what *A Game Benchmark for Real-Time Human-Swarm Control* says about its game is reproduced, by the "
-    "rules of the paper and of its [released code](paper.md#the-released-code). Commands are drawings, as the table "
+    "rules of the paper and of its [released code](paper.md#the-released-code). Commands are drawings, as the server "
     "makes commands of them; raw densities stand beside them. A part holds if its whole 95 % interval says so, and is "
-    "no stricter than the paper's sentence: what it says *may* happen has to happen once. Parts of our own are no part "
-    "of a verdict. The paper has no number for *converges*: here the ergodic metric E falls to a tenth, a bound of "
-    "ours that was set after a first look. The command also writes PDF and SVG, one and two columns wide."
+    "no stricter than the paper's sentence: what it says *may* happen has to happen once. The table of parts also has "
+    "questions of our own, which do not count. The paper has no number for *converges*: here the ergodic metric E "
+    "falls to a tenth, a bound of ours that was set after a first look. The command also writes PDF and SVG, one and "
+    "two columns wide."
 )
 """Markdown that the page opens with."""
 
 
 def to_dict(figure: Figure, finding: Finding, setting: Setting, command: str = "") -> dict[str, Any]:
-    """Return everything about a figure under one preset as plain values, ready for JSON."""
+    """Return all about a figure under one preset as plain values, for JSON."""
     said = ("name", "claim", "section", "quote", "note", "revised")
     return {
         **{name: getattr(figure, name) for name in said},
@@ -60,12 +61,12 @@ def to_dict(figure: Figure, finding: Finding, setting: Setting, command: str = "
 
 
 def _plain(value: float) -> float | None:
-    """Return a number as JSON holds it: None for what never happens."""
+    """Return a number for JSON: None if it is infinite."""
     return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
 def write(record: dict[str, Any], out: Path) -> None:
-    """Write a figure's NAME_PRESET.json, the long rows of numbers on one line, so that the rest can be read."""
+    """Write NAME_PRESET.json of a figure, with the rows of numbers on one line."""
     text = {name: value for name, value in record.items() if name != "series"}
     series = json.dumps(record["series"], separators=(",", ":"), allow_nan=False)
     body = json.dumps(text, indent=2, allow_nan=False).removesuffix("\n}")
@@ -73,7 +74,7 @@ def write(record: dict[str, Any], out: Path) -> None:
 
 
 def on_canvas(figure: Figure, series: dict[str, Any], columns: int) -> Any:
-    """Return a matplotlib figure, one or two columns of a paper wide, with everything drawn; within `style.PRINT`."""
+    """Return the drawn matplotlib figure, one or two columns of a paper wide; call it within `style.PRINT`."""
     size = COLUMNS[columns - 1], figure.heights[columns - 1]
     canvas = require_extra("matplotlib.figure", "cli").Figure(figsize=size, layout="constrained")
     figure.draw(canvas, series)
@@ -105,7 +106,7 @@ def write_page(out: Path) -> None:
     """Write figures.md of those figures that a folder holds, in their order, and its two tables."""
     found: list[Records] = []
     for name in FIGURES:
-        paths = {preset: out / f"{name}_{preset}.json" for preset in ("paper", "released")}
+        paths = {preset: out / f"{name}_{preset}.json" for preset in PRESETS}
         records = {preset: json.loads(path.read_text()) for preset, path in paths.items() if path.exists()}
         if records:
             found.append(records)
@@ -121,7 +122,7 @@ def to_markdown(found: Sequence[Records]) -> str:
     versions = sorted({f"seed {record['seed']}, swarm-pz {record['swarm_pz']}" for record in records})
     trial = min((record["size"] for record in records), default=1.0)
     counts = {preset: Counter(one[preset]["verdict"] for one in found if preset in one) for preset in presets}
-    told = "; ".join(
+    summary = "; ".join(
         f"`{preset}`: " + ", ".join(f"{count} {word}" for word, count in counted.most_common())
         for preset, counted in counts.items()
     )
@@ -134,7 +135,7 @@ def to_markdown(found: Sequence[Records]) -> str:
         "",
         OPENING,
         "",
-        f"{told} ({'; '.join(versions)}). [Claims](figures_claims.csv), [parts](figures_parts.csv).",
+        f"{summary} ({'; '.join(versions)}). [Claims](figures_claims.csv), [parts](figures_parts.csv).",
         *([] if trial == 1 else ["", f"**A trial: {100 * trial:.0f} % of the games.**"]),
         "",
         f"|claim|{'|'.join(f'`{preset}`' for preset in presets)}|",
@@ -148,7 +149,7 @@ def to_markdown(found: Sequence[Records]) -> str:
         lines += ["", f"## {first['name']}", ""]
         lines += [f"![{first['name']}, {preset}]({first['name']}_{preset}.png)" for preset in one]
         lines += ["", f"|part|{'|'.join(f'`{preset}`' for preset in one)}|", "|---|" + "---|" * len(one)]
-        parts = [part for record in one.values() for part in record["parts"]]
+        parts = [part for record in one.values() for part in record["parts"] if not part["ours"]]
         lines += [_row(text, one) for text in dict.fromkeys(part["asked"] for part in parts)]
         if first["note"]:
             lines += ["", first["note"]]
@@ -156,12 +157,8 @@ def to_markdown(found: Sequence[Records]) -> str:
 
 
 def _row(text: str, one: Records) -> str:
-    cells, ours = [], False
-    for record in one.values():
-        part = next((part for part in record["parts"] if part["asked"] == text), None)
-        ours = ours or bool(part and part["ours"])
-        cells.append(_cell(part) if part else "")
-    return f"|{'*ours:* ' * ours}{text}|{'|'.join(cells)}|"
+    found = [next((part for part in record["parts"] if part["asked"] == text), None) for record in one.values()]
+    return f"|{text}|{'|'.join(_cell(part) if part else '' for part in found)}|"
 
 
 def _cell(part: Mapping[str, Any]) -> str:
