@@ -1,7 +1,4 @@
-"""The Markov decision process over E games: simulator, observations, rewards and ends.
-
-Every environment of this project wraps `BatchEnv`, so they always agree.
-"""
+"""The Markov decision process over E games, which every environment wraps: observations, rewards and ends."""
 
 from __future__ import annotations
 
@@ -38,44 +35,25 @@ _LONGEST = 10**12
 
 @dataclass(frozen=True)
 class StepResult:
-    """What a step of all games gave; a row of a game that had ended before is all zero or False.
-
-    Attributes
-    ----------
-    rewards : float64 array (E, 2)
-        Of red and blue; each row sums to zero.
-    terminated : bool array (E,)
-        One team owns every drone.
-    truncated : bool array (E,)
-        Time is up: a draw.
-    captured, recaptured : int64 array (E, 2)
-        Drones that each team took in this step, and how many of these it had itself lost within
-        the last second. What one team captures the other loses.
-    """
+    """The result of a step of all games; rows of games that had ended before are zero or False."""
 
     rewards: NDArray[np.float64]
+    """(E, 2) of red and blue; each row sums to zero."""
     terminated: NDArray[np.bool_]
+    """(E,) one team owns every drone."""
     truncated: NDArray[np.bool_]
+    """(E,) time is up: a draw."""
     captured: NDArray[np.int64]
+    """(E, 2) drones that each team took in this step, and the other lost."""
     recaptured: NDArray[np.int64]
+    """(E, 2) those of them that the team had lost within the last second."""
 
 
 class BatchEnv:
     """E games, stepped together by commands of both teams.
 
-    Parameters
-    ----------
-    config : GameConfig, optional
-    num_games : int
-    threads : int
-    max_cycles : int, optional
-        Steps until a draw; follows from the time limit if not given.
-
-    Attributes
-    ----------
-    simulator : Simulator
-    running : bool array (E,)
-        Games that have begun and not ended.
+    `max_cycles` are the steps until a draw; they follow from the time limit if not given. `running` (E,) are the games
+    that have begun and not ended.
     """
 
     def __init__(
@@ -105,11 +83,11 @@ class BatchEnv:
 
     @property
     def command_shape(self) -> tuple[int, ...]:
-        """The shape of a checked command, the same for every control system of these games."""
+        """The shape of a checked command, the same for all control systems of these games."""
         return self.simulator.control.command_shape
 
     def pack(self, commands: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the commands (n, ...) of one control system in that shape, (n, *command_shape)."""
+        """Return commands (n, ...) of one control system in that shape."""
         return self.simulator.control.pack(commands)
 
     def reset(
@@ -136,11 +114,7 @@ class BatchEnv:
             Densities of red and blue for every game, in [0, 1]; those of ended games are not used. Where other control
             systems fly, red's commands and blue's, each as its system's `parse` reads it.
         after_control_period : callable, optional
-            Called after every control period, for those who animate.
-
-        Returns
-        -------
-        StepResult
+            Called after every control period, for animations.
 
         Raises
         ------
@@ -197,17 +171,7 @@ class BatchEnv:
         return np.stack(sides, axis=1)
 
     def observe(self, observation: ObservationConfig, teams: ArrayLike, rows: ArrayLike | None = None) -> Observations:
-        """Return fresh observations of games from the side of a team.
-
-        Parameters
-        ----------
-        observation : ObservationConfig
-            What to show.
-        teams : int or array_like of int (n,)
-            Whose side, of all or of each of the games.
-        rows : sequence of int, optional
-            The n games; all if not given.
-        """
+        """Return fresh observations of n games (all, without rows), from the side of one team or of one each (n,)."""
         chosen = self.simulator.rows(rows)
         given = np.asarray(teams)
         whole = np.issubdtype(given.dtype, np.integer) or not given.size
@@ -225,26 +189,14 @@ class BatchEnv:
         rows: NDArray[np.int64],
         clock: AbstractContextManager[None] | None = None,
     ) -> NDArray[np.float64]:
-        """Show a policy some games, each from a team's side, and check the commands that it gives.
+        """Return the checked commands (n, *command_shape) of a policy, which leads a team (n,) in each of the rows (n,).
 
-        Parameters
-        ----------
-        policy : Player
-        teams : int64 array (n,)
-            The policy's team in each game.
-        rows : int64 array (n,)
-            The games.
-        clock : context manager, optional
-            Entered while the policy answers, and at no other time.
-
-        Returns
-        -------
-        float64 array (n, *command_shape)
+        `clock` is entered while the policy computes them, and at no other time.
 
         Raises
         ------
         PolicyError
-            If the answer is not n commands of the kind that the policy says, or that kind cannot fly its team.
+            If it returns other than n commands of its kind, or that kind cannot fly its team.
         FlightError
             If the control system that flies its team fails to serve its densities.
         """
@@ -270,7 +222,7 @@ class BatchEnv:
             raise PolicyError(str(error)) from error
 
     def outcome(self, row: int, team: int) -> str | None:
-        """Return "win", "loss" or "draw" of an ended game for a team, None while it runs."""
+        """Return "win", "loss" or "draw" of a game for a team, None while it runs."""
         check_team(team)
         chosen = self.simulator.rows(row)
         if len(chosen) != 1:
@@ -285,11 +237,10 @@ class BatchEnv:
     def infos(
         self, result: StepResult | None, teams: NDArray[np.int64], rows: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Return what PettingZoo and Gymnasium call info, by name: numbers alone, the same names always.
+        """Return the infos of one team (n,) in each of the rows (n,), numbers by the same names always.
 
-        They are of the last step's result (none if there was none yet), for a team (n,) in each of the games (n,):
-        size, captured, lost, recaptured, time_s, and outcome: 1 for a team that has won, -1 for one that has lost, 0 as
-        long as the game goes on and for a draw.
+        `result` is the last step's, None before the first. The names: size, captured, lost, recaptured, time_s, and
+        outcome: 1 for a win, -1 for a loss, else 0.
         """
         games, (captured, recaptured) = self.simulator.games, np.zeros((2, self.num_games, 2), np.int64)
         if result is not None:

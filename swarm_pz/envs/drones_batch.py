@@ -21,30 +21,9 @@ Side = Literal["random", "red", "blue", "both"]
 
 
 class DronesBatch:
-    """E games whose learning side is flown drone by drone, by the control system `direct`.
+    """E games whose learning side is flown drone by drone, by the control system `direct`; keywords as of `DronesEnv`.
 
-    Parameters
-    ----------
-    config : GameConfig
-        Pairs are (learner, opponent), and (red, blue) where both sides learn. Of its `controllers` one flies for the
-        opponent, or of a pair ("direct", other) the second; `command_period` is how long its commands hold.
-    num_games : int
-    side, opponent, action, action_period, neighbours, grid, patch, max_cycles
-        As of `swarm_pz.envs.drones_env.DronesEnv`; opponents may be several, dealt to the games in turn.
-    threads : int
-
-    Attributes
-    ----------
-    batch : BatchEnv
-    view : DroneView
-    actions : DroneActions
-    duel : DuelBatch or None
-        Who learns against whom; None where both sides learn.
-
-    Raises
-    ------
-    ConfigError, PolicyError
-        If an option is out of range, or the opponent cannot be had.
+    Several opponents are dealt to the games in turn. `duel` is None where both sides learn.
     """
 
     def __init__(
@@ -95,7 +74,7 @@ class DronesBatch:
 
     @property
     def flies(self) -> NDArray[np.bool_]:
-        """(E, N) the drones whose agents play: those of a side that learns, that work. The others sit out."""
+        """(E, N) active drones: those of a side that learns, that work."""
         games = self.batch.simulator.games
         if self.duel is None:
             return ~games.failed
@@ -103,7 +82,7 @@ class DronesBatch:
 
     @property
     def sides(self) -> NDArray[np.int64]:
-        """(E, N) the team that each drone plays for, or would if it did not sit out."""
+        """(E, N) the team that each drone plays for, or would if it were active."""
         teams = self.batch.simulator.games.teams
         return teams.astype(np.int64) if self.duel is None else np.repeat(self.duel.sides[:, None], teams.shape[1], 1)
 
@@ -120,7 +99,7 @@ class DronesBatch:
             self.duel.reset(seeds, rows, scenario)
 
     def observe(self, rows: NDArray[np.int64] | None = None) -> NDArray[np.float32]:
-        """Return what the drones of some games see, (n, N, D)."""
+        """Return the drones' observations (n, N, D) of some games."""
         chosen = np.arange(self.batch.num_games) if rows is None else rows
         sides = np.full(len(chosen), BOTH) if self.duel is None else self.duel.sides[chosen]
         return self.view.observe(self.batch.simulator, sides, chosen)
@@ -128,15 +107,7 @@ class DronesBatch:
     def step(
         self, accelerations: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
     ) -> DuelResult:
-        """Hold accelerations (E, N, 2), as `DroneActions.read` returns them, for a step; of those who sit out, none.
-
-        Raises
-        ------
-        PolicyError
-            If an opponent's answer is not valid; no game is changed.
-        GameOverError
-            If no game is running.
-        """
+        """Hold accelerations (E, N, 2), as `DroneActions.read` returns them, for a step; inactive drones have none."""
         sides = self.sides
         # A drone that comes over in this step flies on without a push until its agent has seen something.
         commands = np.where(self.flies[:, :, None], accelerations, 0.0)
@@ -150,11 +121,7 @@ class DronesBatch:
         return DuelResult(rewards, result.terminated, result.truncated, result)
 
     def infos(self, result: DuelResult | None, row: int) -> list[dict[str, Any]]:
-        """Return the infos of each of one game's drones, plain numbers by name.
-
-        They are those of `BatchEnv.infos` for the team that the drone plays for; that team, `side` (0 red, 1 blue);
-        and `flies`, 1 for a drone that plays and 0 for one that sits out.
-        """
+        """Return the infos of one game's drones: `BatchEnv.infos` of its team, `side`, and `flies`, 0 or 1."""
         teams, rows = np.array([RED, BLUE]), np.array([row, row])
         of_team = by_game(self.batch.infos(None if result is None else result.result, teams, rows))
         flies = self.flies[row].astype(np.int64).tolist()

@@ -38,45 +38,36 @@ class DronesEnv(OneGameEnv):
     | Reward            | the team's, the same for all                                          |
     | Episode           | 1500 steps of 0.2 s, or until a team owns every drone                 |
 
-    **Agents.** An agent is a drone, named after the side with which it begins, and there for the whole game. While
-    its drone belongs to a side that learns, the agent plays. While the drone belongs to the opponent, whose control
-    system flies it then, or has failed, the agent *sits out*: it sees -1 and zeros, its action means nothing, and it
-    is not learned from. So the opponent's drones sit out from the start, and play once they are captured. Where both
-    sides learn, each drone plays for whoever owns it.
+    **Agents.** An agent is a drone, named after the side with which it begins, and there for the whole game. It is
+    *active* while its drone works and belongs to a side that learns. Otherwise it sees -1 and zeros, its action means
+    nothing, and it is not learned from. So the opponent's drones are inactive until they are captured.
 
     **Action.** An acceleration in units of the largest; a vector longer than 1 counts as one of length 1. With
     ``action="discrete"``, the number of one of `swarm_pz.spaces.drones.DIRECTIONS`. It is held for one step. A drone
-    that comes over within a step coasts until the next.
+    that is captured within a step coasts until the next.
 
-    **Observation.** One vector: the drone itself, the nearest of its own side and of the other, and the ground around
-    it; `swarm_pz.spaces.drones` has its parts, and `view.parts` where they stand.
+    **Observation.** One vector; `swarm_pz.spaces.drones` has its parts, and `view.parts` where they stand.
 
-    **Reward.** Every agent gets the whole reward of the team that it plays for when the step begins, also while it sits
-    out: where one side learns, all agents get the same at every step.
+    **Reward.** That of the team that the agent plays for when the step begins, for inactive agents, too.
 
-    **Ends.** For all agents at once, as of the game.
-
-    **Infos.** Numbers, the same names at every step: those of `CaptureEnv` for the team that the drone plays for;
-    ``side``, that team (0 red, 1 blue); and ``flies``, 1 for an agent that plays and 0 for one that sits out.
-
-    **Reset options.** A scenario, as of `CaptureEnv`.
+    **Infos.** Those of `CaptureEnv` for that team; ``side``, the team (0 red, 1 blue); and ``flies``, 1 for an active
+    agent, else 0.
 
     Parameters
     ----------
     config : GameConfig, optional
-        The rules. Pairs are (learner, opponent), and (red, blue) where both sides learn; learners of unequal teams have
+        The rules. Pairs are (learner, opponent), and (red, blue) where both sides learn; learners of unequal teams need
         a `side`. `controllers` flies for the opponent, or of a pair ("direct", other) the second does; its
         `command_period` is how long an opponent's command holds.
     side : {"random", "red", "blue", "both"}
-        Whose drones learn.
+        The side that learns.
     opponent : str, Path, Policy or model, optional
         As of `swarm_pz.envs.gymnasium_env.DuelEnv`, ``uniform`` if not given; there is none where both sides learn.
     action : {"acceleration", "discrete"}
     action_period : float
         Seconds of a step: whole control periods of 0.1 s, and a whole part of `command_period`.
     neighbours, grid, patch : int
-        How many others of each side a drone sees; how many coarse cells a side the square has, and what the drone sees
-        of it; see `swarm_pz.spaces.drones.DroneView`.
+        See `swarm_pz.spaces.drones.DroneView`.
     render_mode, max_cycles, **overrides
         As of `CaptureEnv`.
 
@@ -148,16 +139,7 @@ class DronesEnv(OneGameEnv):
         return self._observations(), self._infos(None)
 
     def step(self, actions: Mapping[str, Any]) -> DronesStep:
-        """Hold every agent's acceleration for one step, or until the game ends.
-
-        Parameters
-        ----------
-        actions : mapping
-            One action for each agent, as its action space says; also for those that sit out.
-
-        Returns
-        -------
-        observations, rewards, terminations, truncations, infos : dict by agent
+        """Hold one action of every agent, also of inactive ones, for a step, or until the game ends.
 
         Raises
         ------
@@ -173,7 +155,7 @@ class DronesEnv(OneGameEnv):
         agents = self.possible_agents
         if not isinstance(actions, Mapping) or actions.keys() != self.action_spaces.keys():
             raise CommandError(
-                f"actions must hold one for each agent, also of drones that sit out: {_key_mismatch(actions, agents)}"
+                f"actions must hold one for each agent, inactive ones too: {_key_mismatch(actions, agents)}"
             )
         read = self.drones.actions.read
         try:  # all at once, which is quicker
@@ -199,7 +181,7 @@ class DronesEnv(OneGameEnv):
 
 
 def _key_mismatch(actions: Any, agents: list[str]) -> str:
-    """Say what is wrong with the names of actions."""
+    """Return the difference between the names of actions and the agents."""
     if not isinstance(actions, Mapping):
         return f"got {type(actions).__name__} in place of a mapping"
     missing = [agent for agent in agents if agent not in actions]

@@ -20,10 +20,9 @@ from swarm_pz.spaces.observation import Observations, of_game
 class DuelEnv(OneLearner, gymnasium.Env[Any, Any]):
     """One learner against an opponent, as a Gymnasium environment.
 
-    Rules, observations and rewards are those of `swarm_pz.envs.parallel_env.CaptureEnv`, seen from the
-    learner's side. Infos hold its numbers, and the learner's ``share`` of all drones, its ``side``
-    (0 red, 1 blue, as of `swarm_pz.config.TEAM_NAMES`) and ``opponent``, a number into `opponent_names`; the
-    same names at every step.
+    Rules, observations and rewards are those of `swarm_pz.envs.parallel_env.CaptureEnv`, seen from the learner's side.
+    Infos also have the learner's ``share`` of all drones, its ``side`` (0 red, 1 blue) and ``opponent``, an index into
+    `opponent_names`.
 
     Parameters
     ----------
@@ -33,12 +32,10 @@ class DuelEnv(OneLearner, gymnasium.Env[Any, Any]):
         A name that `policies.names()` lists, a folder that training wrote, a policy, or a model with
         `predict` and spaces, as Stable-Baselines3's; see `swarm_pz.policy.load`.
     side : {"random", "red", "blue"}
-        Where the learner sits.
+        The learner's side.
     action : {"normalised", "command", "modes", "discrete"}
-        Box(-1, 1), whose softmax is the command, for Gaussian policies; the command itself; five weights of
-        cosines in [-2, 2]; or the number of one of `command_names`. See `swarm_pz.spaces.formats`.
     action_cells : int, optional
-        Cells a side of an action, interpolated to the command's; as many as these if not given.
+        See `swarm_pz.spaces.formats`.
     render_mode : str, optional
     max_cycles : int, optional
     **rules
@@ -86,10 +83,7 @@ class DuelEnv(OneLearner, gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Start a game; `options` may hold a scenario.
-
-        Without a seed it is the next game of the sequence that the last seed began: `np_random`'s.
-        """
+        """Start a game, without a seed the next of `np_random`'s sequence; `options` may hold a scenario."""
         scenario = check_scenario(options or {}, self.duel.config)  # what is refused leaves the seeds as they are
         if seed is not None:
             check_seed(seed)

@@ -92,27 +92,21 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
 
     @property
     def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]  # as of SyncVectorEnv
-        """What each game's generator was seeded with."""
+        """The seed of each game's generator."""
         return tuple(seeds_of(generator).entropy for generator in self._generators)  # type: ignore[misc]
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Start all games, or some.
+        """Start all games, or some; return observations and infos of all.
 
         Parameters
         ----------
         seed : int or sequence of int or None, optional
-            One seed s gives game i the seed s + i, as Gymnasium does; without one each game goes on with the
-            next of the sequence that its last seed began.
+            One seed s gives game i the seed s + i; without one each game goes on with the sequence of its last seed.
         options : mapping, optional
             A scenario; and ``reset_mask``, a bool array (num_envs,) of the games to start: the others go on
             as they are, and have no infos.
-
-        Returns
-        -------
-        observations, infos
-            Of all games.
 
         Raises
         ------
@@ -173,7 +167,7 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
         return self.duel.observe(), result.rewards, result.terminated, result.truncated, _masked(infos) | final
 
     def _finish(self, result: DuelResult, over: NDArray[np.bool_]) -> dict[str, Any]:
-        """Start the games that are over afresh, and return how they ended as Gymnasium wants it."""
+        """Start the games that are over afresh, and return their ends as Gymnasium has them."""
         rows = np.flatnonzero(over)
         last, infos = self.duel.observe(rows), self.duel.infos(result)
         observations = np.full(self.num_envs, None, dtype=object)
@@ -203,7 +197,7 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
             screen.after_control_period()
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return what the render mode asks for of each game; show the first in a window, and return nothing."""
+        """Return each game's picture as the render mode says; a window shows the first, and nothing is returned."""
         frames = tuple(screen.render() for screen in self.screens)
         return None if self.render_mode in (None, "human") else frames
 
@@ -232,7 +226,7 @@ def _check_mask(mask: Any, count: int) -> NDArray[np.bool_]:
 
 
 def _masked(infos: dict[str, NDArray[Any]], mask: NDArray[np.bool_] | None = None) -> dict[str, Any]:
-    """Put beside each info, as Gymnasium does, the games that it is of, all if not said; zero elsewhere."""
+    """Return infos with masks, as Gymnasium has them, of all games or of those in `mask`; others are zero."""
     masked: dict[str, Any] = {}
     for name, values in infos.items():
         chosen = np.ones(len(values), np.bool_) if mask is None else mask.copy()

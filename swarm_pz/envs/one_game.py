@@ -1,4 +1,4 @@
-"""What the PettingZoo wrappers share: one game of a batch, its seeds, its end, its board and its pictures."""
+"""The common base of the PettingZoo wrappers: one game of a batch, its seeds, board and pictures."""
 
 from __future__ import annotations
 
@@ -32,14 +32,7 @@ STATE_CHANNELS = (
 
 
 class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped base
-    """A PettingZoo environment over one game.
-
-    Parameters
-    ----------
-    batch : BatchEnv
-        Of one game.
-    render_mode : str, optional
-    """
+    """A PettingZoo environment over a batch of one game."""
 
     metadata = METADATA
 
@@ -65,7 +58,7 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
 
     @property
     def np_random_seed(self) -> Any:
-        """What `np_random` was seeded with."""
+        """The seed of `np_random`."""
         return seeds_of(self.np_random).entropy
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
@@ -84,10 +77,7 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
     def _asked(
         self, seed: int | None, options: Mapping[str, Any] | None
     ) -> tuple[np.random.SeedSequence, dict[str, NDArray[Any]]]:
-        """Return the seed that a reset asks for, or the next of the sequence that the last one began; and the scenario.
-
-        If one of them is refused, nothing has changed.
-        """
+        """Return the seed of the next game, and its scenario; if one is refused, nothing has changed."""
         scenario = check_scenario(options or {}, self.batch.config)
         return check_seed(seed) if seed is not None else next_seed(self.np_random), scenario
 

@@ -1,4 +1,4 @@
-"""One learner against an opponent in each of E games: what the wrappers for one learner share."""
+"""One learner against an opponent in each of E games: the base of the wrappers for one learner."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Opponents = Opponent | Sequence[Opponent]
 
 @dataclass(frozen=True)
 class DuelResult:
-    """What a step gave the learners: bool arrays (E,), rewards (E,), or (E, N) of drones; and the batch's result."""
+    """The result of a step for the learners: arrays (E,), rewards of drones (E, N); and the batch's result."""
 
     rewards: NDArray[np.float64]
     terminated: NDArray[np.bool_]
@@ -42,25 +42,11 @@ class _Opponent(NamedTuple):
 
 
 class DuelBatch:
-    """E games, each with a learner on one side and an opponent on the other.
+    """E games, each with a learner on one side and an opponent on the other; keywords as of `DuelVectorEnv`.
 
-    Parameters
-    ----------
-    config : GameConfig
-        Every pair in it is (learner, opponent), on either side: `drones_per_team`, `controllers` and `observation`.
-        Opponents say for themselves what they see; for a model, its side's `observation` says which channels it knows.
-    num_games : int
-    opponent, side, action, action_cells, threads, max_cycles
-        As of `swarm_pz.envs.gymnasium_vector_env.DuelVectorEnv`.
-    answer_ticks : int, optional
-        Ticks for which opponents' answers hold; a step if not given.
-
-    Attributes
-    ----------
-    format : Format
-        The learner's spaces.
-    opponent_names : list of str
-        Everybody who has been dealt so far; infos hold numbers into this list.
+    Every pair in `config` is (learner, opponent), on either side. Policies have an observation of their own;
+    of a model, its side's `observation` names the channels. An opponent's command holds for `answer_ticks`, by default
+    a step. `format` has the learner's spaces; infos hold numbers into `opponent_names`, all that were dealt so far.
     """
 
     def __init__(
@@ -94,18 +80,12 @@ class DuelBatch:
         self._numbers = np.zeros(num_games, np.int64)
 
     def deal(self, opponent: Opponents, names: Sequence[str] | None = None) -> None:
-        """Deal opponents to the games in turn, from each one's next start on.
-
-        Parameters
-        ----------
-        opponent : str, Policy or sequence of these
-        names : sequence of str, optional
-            What infos call them; their own names if not given.
+        """Deal opponents to the games in turn, from each game's next start on; infos call them `names`.
 
         Raises
         ------
         ConfigError, PolicyError
-            If none is given, or one cannot be had; the old ones stay.
+            If there is none, or one cannot be loaded; the old ones stay.
         """
         alone = isinstance(opponent, str) or not isinstance(opponent, Sequence)
         given: list[Opponent] = [opponent] if alone else list(opponent)  # type: ignore[list-item, arg-type]
@@ -125,7 +105,7 @@ class DuelBatch:
         self._dealt = [dealt[row % len(dealt)] for row in range(self.batch.num_games)]
 
     def _by_opponent(self, rows: NDArray[np.int64]) -> Iterable[tuple[Player, NDArray[np.int64]]]:
-        """Group rows by who plays there."""
+        """Group rows by their opponents."""
         groups: dict[int, list[int]] = {}
         for row in rows.tolist():
             groups.setdefault(id(self._playing[row].player), []).append(row)
@@ -153,7 +133,7 @@ class DuelBatch:
             policy.reset([streams_of[row] for row in mine.tolist()], mine)
 
     def observe(self, rows: NDArray[np.int64] | None = None) -> Observations:
-        """Return what the learners of some games see."""
+        """Return the learners' observations of some games."""
         chosen = self._games if rows is None else rows
         return self.batch.observe(self.format.observation, self.sides[chosen], chosen)
 
@@ -180,11 +160,7 @@ class DuelBatch:
         return DuelResult(result.rewards[self._games, self.sides], result.terminated, result.truncated, result)
 
     def infos(self, result: DuelResult | None = None, rows: NDArray[np.int64] | None = None) -> dict[str, NDArray[Any]]:
-        """Return the learners' infos of some games, of all if not given, by name: numbers alone.
-
-        They are those of `BatchEnv.infos`, and share, side (0 red, 1 blue) and opponent, a number into
-        `opponent_names`; the same names always.
-        """
+        """Return the learners' infos of some games, or of all: `BatchEnv.infos`, share, side and opponent."""
         chosen = self._games if rows is None else rows
         sides = self.sides[chosen]
         infos = self.batch.infos(None if result is None else result.result, sides, chosen)
@@ -207,14 +183,14 @@ def _child_seeds(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
 
 
 class OneLearner:
-    """What Gymnasium's wrappers of a `DuelBatch`, of one game or of many, say of themselves."""
+    """The properties of Gymnasium's wrappers of a `DuelBatch`."""
 
     duel: DuelBatch
     _spec: EnvSpec | None = None
 
     @property
     def spec(self) -> EnvSpec | None:
-        """What Gymnasium made this of, with the steps until a draw; a `TimeLimit` would not know `max_cycles`."""
+        """Gymnasium's spec, with the steps until a draw; a `TimeLimit` would not know `max_cycles`."""
         return self._spec
 
     @spec.setter
@@ -230,5 +206,5 @@ class OneLearner:
 
     @property
     def command_names(self) -> tuple[str, ...]:
-        """What each discrete action asks for; nothing for actions of other kinds."""
+        """The names of discrete actions; empty for others."""
         return self.duel.format.command_names

@@ -67,8 +67,7 @@ class CaptureEnv(OneGameEnv):
     draw, at the time limit.
 
     **Infos.** Numbers, the same names at every step: ``size``, ``captured``, ``lost``, ``recaptured`` (drones
-    taken back within a second), ``time_s``, and ``outcome``: 1 for the team that has won, -1 for the one that
-    has lost, 0 as long as the game goes on and for a draw.
+    taken back within a second), ``time_s``, and ``outcome``: 1 for a win, -1 for a loss, else 0.
 
     **Reset options.** ``positions`` (N, 2), ``velocities`` (N, 2), ``teams`` (N,) set up a
     scenario. A misspelt option is an error; others are not used.
@@ -127,24 +126,13 @@ class CaptureEnv(OneGameEnv):
 
     @property
     def command_names(self) -> tuple[str, ...]:
-        """What each of red's discrete actions asks for; nothing for actions of other kinds."""
+        """The names of red's discrete actions; empty for others."""
         return self.formats[AGENTS[RED]].command_names
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Observations], dict[str, dict[str, Any]]]:
-        """Start a game.
-
-        Parameters
-        ----------
-        seed : int, optional
-            The game's seed; without one the next of the sequence that the last seed began.
-        options : mapping, optional
-            A scenario: positions, velocities, teams.
-
-        Returns
-        -------
-        observations, infos : dict by agent
+        """Start a game, without a seed the next of the last seed's sequence; `options` may hold a scenario.
 
         Raises
         ------
@@ -157,16 +145,7 @@ class CaptureEnv(OneGameEnv):
         return self._observations(), self._infos(None)
 
     def step(self, actions: Mapping[str, Any]) -> Step:
-        """Hold both agents' commands for one command period, or until the game ends.
-
-        Parameters
-        ----------
-        actions : mapping
-            One command for each agent, as its action space says.
-
-        Returns
-        -------
-        observations, rewards, terminations, truncations, infos : dict by agent
+        """Hold one action of each agent for a command period, or until the game ends.
 
         Raises
         ------

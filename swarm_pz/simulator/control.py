@@ -1,4 +1,4 @@
-"""Who flies which team: the control systems of a configuration, their commands in force, and their solves."""
+"""The control systems of a configuration: their teams, commands and solves."""
 
 from __future__ import annotations
 
@@ -29,29 +29,24 @@ _SOLVES = 10
 _HARDEST = 1e18
 """Acceleration that no system needs, and whose square is finite in float32."""
 _TIMING = threading.Lock()
-"""Held while what a solve took is counted, by one thread of all: a simulator that held one could not be copied."""
+"""Guards the timings of solves; one for all, since a simulator with a lock of its own could not be copied."""
 
 
 class Control:
     """The control systems that fly the teams of some games.
 
-    Parameters
-    ----------
-    config : GameConfig
-
     Attributes
     ----------
     numbers : (int, int)
-        What `Games.flown_by` holds for the first and the second of the pair.
+        The values of `Games.flown_by` for the first and the second of the pair.
     systems : dict
         The systems by these numbers.
     command_shape : tuple of int
-        Of any command among others in an array: (A, A) where all are densities, else one axis that has room for the
-        longest; the others begin it, and zeros fill it up.
+        The padded shape that all systems share: (A, A) if all take densities, else one axis as long as the longest.
     is_given : bool
-        Whether any team is flown by another system than the ergodic controller.
+        True if a team is flown by another system than the ergodic controller.
     solves : bool
-        Whether any is flown by a system of Python's, and not by the kernels.
+        True if a system of Python's flies, and not the kernels alone.
     """
 
     def __init__(self, config: GameConfig) -> None:
@@ -102,11 +97,7 @@ class Control:
         return np.ascontiguousarray(flat).reshape(len(packed), *shape)
 
     def parse(self, commands: Any, flown_by: NDArray[np.int8], name: str) -> NDArray[np.float64]:
-        """Check commands as people write them, one for each of the games that are flown by these (n,).
-
-        Returns
-        -------
-        float64 array (n, *command_shape)
+        """Return checked commands (n, *command_shape), written as people do, one for each system in `flown_by` (n,).
 
         Raises
         ------
@@ -128,11 +119,7 @@ class Control:
     def read(
         self, answer: Any, games: Games, rows: NDArray[np.int64], teams: ArrayLike, kind: str, name: str
     ) -> NDArray[np.float64]:
-        """Check commands of one kind for a team, or for each its own, of games in these rows (n,).
-
-        Returns
-        -------
-        float64 array (n, *command_shape)
+        """Return checked commands (n, *command_shape) of one kind, for teams (one, or one each) of the rows (n,).
 
         Raises
         ------
@@ -199,12 +186,12 @@ class Control:
     def pictures(
         self, games: Games, commands: NDArray[np.float64], rows: NDArray[np.int64], teams: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Return commands (n, t, *command_shape) of t teams as densities (n, t, A, A) for those who watch.
+        """Return commands (n, t, *command_shape) of t teams as densities (n, t, A, A), to show them.
 
         Raises
         ------
         FlightError
-            If a system cannot say that.
+            If a system fails to convert them.
         """
         densities = np.ones((*commands.shape[:2], *self._densities))
         for place, team in enumerate(teams.tolist()):
@@ -223,12 +210,12 @@ class Control:
     # --- flying -------------------------------------------------------------------------------
 
     def fly(self, games: Games, rows: NDArray[np.int64], team: int) -> None:
-        """Let the systems of Python's choose a team's accelerations of the control period that begins in some games.
+        """Store a team's accelerations of the control period that begins, as the systems of Python's choose them.
 
         Raises
         ------
         FlightError
-            If one raises, answers anything but finite accelerations, or cannot keep up with the game.
+            If a system raises, returns other than finite accelerations, or is slower than the game.
         """
         for number, chosen in self._by_system(games.flown_by[rows, team]):
             if number >= GIVEN:
@@ -256,7 +243,7 @@ class Control:
         self._time(team, system, rows, number, time.perf_counter() - began, time.thread_time() - busy)
 
     def flight_of(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> Flight:
-        """Return what a system is shown of one team of some games."""
+        """Return a system's view of one team of some games."""
         own = (games.teams[rows] == team) & ~games.failed[rows]
         unknown = np.float32(np.nan)
         heard = own[:, :, None] & own[:, None, :]
@@ -277,10 +264,9 @@ class Control:
     def _time(
         self, team: int, system: ControlSystem, rows: NDArray[np.int64], number: int, seconds: float, busy: float
     ) -> None:
-        """Keep what a solve took of a game's time, and raise if the system cannot keep up; its first may compile.
+        """Store the time of a solve, and raise if the system is slower than the game; its first solve may compile.
 
-        It cannot if the processor worked longer for it than it may, or if each single solve took longer: one may have
-        waited for a busy machine, and games are the same on a fast one and a slow one.
+        It is if its mean processor time is too long, or every single solve: one may have waited for a busy machine.
         """
         spent, period = self._spent[number], CONTROL_PERIOD * len(rows)
         with _TIMING:  # the simulator's threads fly games of their own with the same systems
@@ -295,13 +281,7 @@ class Control:
 
 @contextmanager
 def reading(system: ControlSystem, name: str) -> Iterator[None]:
-    """Let a system refuse commands, as those that it does not take, and whatever else goes wrong while it reads them.
-
-    Raises
-    ------
-    CommandError
-        Which names the system.
-    """
+    """Turn errors of a system that reads commands into a CommandError that names it."""
     try:
         yield
     except CommandError as error:
@@ -316,7 +296,7 @@ def command_shape(system: ControlSystem, config: GameConfig) -> tuple[int, ...]:
     Raises
     ------
     ConfigError
-        If what it takes is not told by a Box, or the command that it begins with is none of these.
+        If its space is no bounded Box, or its default command is outside of it.
     """
     with _refusing(system, "cannot say what it takes"):
         space, begins = system.space(config), np.asarray(system.default(config), np.float64)
@@ -343,7 +323,7 @@ def command_shape(system: ControlSystem, config: GameConfig) -> tuple[int, ...]:
 
 @contextmanager
 def _refusing(system: ControlSystem, said: str) -> Iterator[None]:
-    """Refuse a configuration with a system that raises in here, with what is said of it."""
+    """Turn errors of a system into a ConfigError."""
     try:
         yield
     except FAULTS as error:
@@ -353,7 +333,7 @@ def _refusing(system: ControlSystem, said: str) -> Iterator[None]:
 
 @contextmanager
 def flight_errors(team: int, system: ControlSystem, rows: NDArray[np.int64]) -> Iterator[None]:
-    """Turn whatever a control system raises in here into a FlightError that says where."""
+    """Turn errors of a control system into a FlightError that says where."""
     try:
         yield
     except FAULTS as error:
@@ -364,7 +344,7 @@ def flight_errors(team: int, system: ControlSystem, rows: NDArray[np.int64]) -> 
 
 
 def flight_error(team: int, system: ControlSystem, rows: NDArray[np.int64], said: str) -> FlightError:
-    """Return what to raise of a system that flies a team of some games, with what is said of it."""
+    """Return a FlightError of a system that flies a team of some games."""
     told = f"{system.name}, which flies {TEAM_NAMES[team]}, {said}"
     return FlightError(team, system.name, tuple(rows.tolist()), told)
 

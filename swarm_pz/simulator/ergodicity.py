@@ -1,8 +1,6 @@
-"""Looking inside the controller: what a team has covered, what it was asked to, what pushes its drones.
+"""The controller's coefficients, in plain float64 NumPy: coverage, target, potential. After Mathew & Mezic (2011).
 
-In plain float64 NumPy, to read and to draw; the games themselves are flown by `swarm_pz.kernels`. The
-basis is that of the controller, F_k(x, y) = cos(pi k1 x) cos(pi k2 y), without normalisation, and
-coefficients are indexed `[k1 (x), k2 (y)]`. Equations after Mathew & Mezic (2011).
+The basis is F_k(x, y) = cos(pi k1 x) cos(pi k2 y), without normalisation; coefficients are `[k1 (x), k2 (y)]`.
 """
 
 from __future__ import annotations
@@ -19,19 +17,7 @@ from swarm_pz.simulator import Simulator
 
 
 def basis(places: ArrayLike, modes: int) -> NDArray[np.float64]:
-    """Return F_k at places.
-
-    Parameters
-    ----------
-    places : array_like (..., 2)
-        x and y in map widths.
-    modes : int
-        Modes a side, K.
-
-    Returns
-    -------
-    float64 array (..., K, K)
-    """
+    """Return F_k (..., K, K) at places (..., 2) in map widths."""
     along_x, along_y = _cosines(places, modes)
     return along_x[..., :, None] * along_y[..., None, :]
 
@@ -43,16 +29,10 @@ def at_work(simulator: Simulator, row: int, team: int) -> NDArray[np.int64]:
 
 
 def shared_coefficients(simulator: Simulator, row: int, team: int) -> NDArray[np.float64]:
-    """Return what a solve would take for a team's coverage if it came now: steps 1 to 4 of the controller.
+    """Return the coverage cbar_k (K, K) of a team in a solve now: steps 1 to 4 of the controller; cbar_0 = 1.
 
-    Every drone's memory, decayed once and extended by the present, and the points that its plan takes it to,
-    c_k = (m_k + sum_h F_k(x_h)) / (w + H); the mean over the team's drones at work, also where each of
-    them hears only some, and before a new command makes them forget. Nothing is changed.
-
-    Returns
-    -------
-    float64 array (K, K)
-        cbar_k; cbar_0 = 1.
+    Of every drone c_k = (m_k + sum_h F_k(x_h)) / (w + H): its memory, decayed once and extended by the present, and the
+    points of its plan. cbar is the mean over the team's drones at work, whatever each of them hears.
 
     Raises
     ------
@@ -144,19 +124,10 @@ def potential(simulator: Simulator, row: int, team: int, cells: int) -> tuple[ND
 
 
 class ErgodicMetric:
-    """How far a team's true past is from its target, in all games of a simulator.
+    """The distance of a team's past from its target, in all games of a simulator.
 
-    E = sum_k (1 + |k|^2)^(-3/2) (c_k - phi_k)^2: 0 where the past is spread exactly as the target
-    asks. c is the mean of F_k over all places of the team's drones at the moments observed; whoever
-    changes sides counts for the team that it was of at each moment, and a failed drone for none. phi is
-    the target in force now.
-
-    Parameters
-    ----------
-    simulator : Simulator
-    team : int
-    window : int, optional
-        Latest observations that count; all of them if not given.
+    E = sum_k (1 + |k|^2)^(-3/2) (c_k - phi_k)^2. c is the mean of F_k over all places of the team's working drones at
+    the latest `window` observations, or at all; phi is the target in force.
 
     Examples
     --------

@@ -18,7 +18,7 @@ _ENDLESS = 2**40
 
 
 def rule_parameters(config: GameConfig) -> RuleParameters:
-    """Return what a tick needs."""
+    """Return the numbers of a tick."""
     tick = 1 / TICKS_PER_SECOND
     # What is compiled must not depend on a game's length, so trails as long as it count as the longest.
     trail_ticks = config.trail_ticks if config.memory.trail is not None else _ENDLESS
@@ -35,7 +35,7 @@ def rule_parameters(config: GameConfig) -> RuleParameters:
 
 
 def rule_variants(config: GameConfig) -> RuleVariants | None:
-    """Return what differs from the preset `paper` in kind, None if nothing does."""
+    """Return the rules that the preset `paper` does not have, None if there are none."""
     memory, dynamics = config.memory, config.dynamics
     capture_forgets, command_forgets, sending_forgets = (
         (occasion in memory.trail_forgotten_on, occasion in memory.controller_forgotten_on)

@@ -47,19 +47,10 @@ _RANGES = {
 
 
 class Simulator:
-    """E independent games, advanced together.
+    """E = `num_games` independent games, advanced together by `threads`.
 
     Row e of a batch is the same game, bit for bit, as that game alone, whatever the number of
     games or threads (on one kind of processor and one version).
-
-    Parameters
-    ----------
-    config : GameConfig, optional
-        The rules.
-    num_games : int
-        Number E of games.
-    threads : int
-        Threads that share the games.
 
     Examples
     --------
@@ -78,14 +69,14 @@ class Simulator:
         self._pool = self._make_pool()
         self._rules, self._variants = rule_parameters(self.config), rule_variants(self.config)
         self.control = Control(self.config)
-        """Who flies the teams."""
+        """The control systems of the teams."""
         self._target_mass, self._tells_sending = float(self.config.controller.target_mass), self.config.tells_sending
         self.controller = ergodic_parameters(self.config)
         check_finite(self._rules)
         check_finite(self.controller)
         self._all_rows = np.arange(num_games)
         self._solved = np.full((num_games, 2), _NEVER, np.int64)
-        """Ticks at whose solve a control system of Python's has chosen accelerations already."""
+        """(E, 2) ticks whose accelerations a control system of Python's has chosen already."""
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
         self.reset()
@@ -162,11 +153,9 @@ class Simulator:
             Any of `positions` (N, 2) in [0, 1], `velocities` (N, 2) and `teams` (N,), the same for
             all rows, in place of the random start; N as in the configuration.
         swapped : bool or array_like of bool (n,)
-            Whether red is flown by the controller that the configuration has for blue, and blue by red's, in
-            all or in each of the games: players who change sides take their controllers along.
+            True where the pair `controllers` of the configuration is (blue, red).
         with_sizes : bool
-            Whether players take their number of drones along, too: then both pairs, `controllers` and
-            `drones_per_team`, are of red and blue where games are not swapped, and of blue and red where they are.
+            The same for the pair `drones_per_team`.
 
         Raises
         ------
@@ -236,13 +225,12 @@ class Simulator:
         ----------
         team : int
             0 red, 1 blue.
-        commands : array_like (n, ...) or sequence (n,)
-            One command for each of the games in `rows`, as the system that flies the team there takes it (densities,
-            for most): an array, or a list of what its `parse` reads.
+        commands : array_like (n, ...), sequence (n,) or CheckedCommands
+            One for each of the games in `rows`, in a form that the `parse` of the team's system reads.
         rows : sequence of int, optional
-            Games commanded; all of them if not given.
+            All games if not given.
         holds : bool
-            As in a step: a command that asks for what is in force holds it, and sends nothing.
+            As in a step: a command that is in force already is held, not sent.
 
         Raises
         ------
@@ -297,14 +285,14 @@ class Simulator:
         ticks : int or array_like of int (E,)
             Ticks of 1/30 s, for all games or for each its own; 0 leaves a game as it is.
         commands : CheckedCommands (E, 2, *control.command_shape), optional
-            Of red and blue, for the games that advance. What is in force already is held; anything else is sent.
+            Of red and blue, for the games that advance. A command that is in force already is held, not sent.
 
         Raises
         ------
         CommandError
             If a number of ticks is negative or not whole, or the commands are of another shape or type.
         FlightError
-            If a control system raises, answers nonsense, or cannot keep up; games stand where they are then.
+            If a control system raises, answers nonsense, or is slower than the game; games stay where they are then.
         """
         amounts = np.asarray(ticks)
         shape_fits = amounts.shape in ((), (self.num_games,))
@@ -326,14 +314,9 @@ class Simulator:
         self.for_rows(rows, work)
 
     def solve(self, team: int, rows: ArrayLike | None = None) -> None:
-        """Let a control system of Python's choose a team's accelerations now, where a control period begins.
+        """Choose a team's accelerations by its control system of Python's, where a control period begins.
 
-        `advance` does so itself; who calls this before may do it in a thread, while others read the games.
-
-        Raises
-        ------
-        FlightError
-            As `advance`.
+        `advance` does so itself; a call before may run in a thread, while others read the games. Raises as `advance`.
         """
         chosen = self.rows(rows)
         self._solve(team, chosen[self.games.ticks[chosen] % self._rules.ticks_per_control_period == 0])

@@ -1,4 +1,4 @@
-"""How a game begins: at random near the corners, or as a scenario says."""
+"""The start of a game: at random near the corners, or a scenario."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ _MISSPELT = 0.76
 
 
 FASTEST = 1e6
-"""What no drone's velocity comes near to, and nothing that is reckoned from it is infinite."""
+"""A velocity beyond that of any drone, from which all computations are finite."""
 
 
 def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dict[str, NDArray[Any]]:
@@ -134,12 +134,12 @@ def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dic
 def check_numbers(
     name: str, numbers: ArrayLike, low: float, high: float, shape: tuple[int, ...]
 ) -> NDArray[np.float64]:
-    """Return what drones are or have, one row a drone, as an array of some shape.
+    """Return numbers of drones from `low` to `high` as an array of this shape.
 
     Raises
     ------
     CommandError
-        If it has another shape, or a number is none from `low` to `high`.
+        If they have another shape or range.
     """
     expected = f"{name} must be numbers in [{low:g}, {high:g}] of shape {shape}"
     values = as_floats(numbers, expected)

@@ -1,4 +1,4 @@
-"""What a side or a drone sees and how it answers: observations, named densities, the forms libraries want."""
+"""Observations and actions of sides and of drones, and densities that have names."""
 
 from swarm_pz.spaces.actions import command_from_action
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands

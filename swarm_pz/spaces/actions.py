@@ -1,4 +1,4 @@
-"""How wrappers read actions as the commands of a control system."""
+"""Actions of wrappers, read as the commands of a control system."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Actions(ABC):
 
     space: spaces.Space[Any]
     names: tuple[str, ...] = ()
-    """What each discrete action asks for; nothing for others."""
+    """The names of discrete actions."""
 
     @abstractmethod
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
@@ -49,7 +49,7 @@ class Actions(ABC):
 
 
 def make_actions(config: GameConfig, system: ControlSystem, kind: ActionKind, cells: int | None) -> Actions:
-    """Return how the commands of a system are written; arguments as of `swarm_pz.spaces.formats.Format`.
+    """Return the actions for commands of a system; arguments as of `swarm_pz.spaces.formats.Format`.
 
     Raises
     ------
@@ -114,19 +114,10 @@ def _fractions(commands: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: bool) -> NDArray[np.float64]:
-    """Turn actions into densities: interpolate them, and take the softmax of log-densities.
+    """Turn actions (n, a, a) into densities (n, A, A): interpolate them, and take the softmax of log-densities.
 
-    Parameters
-    ----------
-    actions : float64 array (n, a, a)
-        Densities in [0, 1], or log-densities in [-1, 1] whose unit is `LOG_DENSITY_RANGE`.
-    cells : int
-        Cells A a side of a command.
-    is_log : bool
-
-    Returns
-    -------
-    float64 array (n, A, A), in [0, 1]; of log-densities the largest value is 1
+    Actions are densities in [0, 1], or log-densities in [-1, 1] whose unit is `LOG_DENSITY_RANGE`; the largest value of
+    a density made of these is 1.
     """
     fine = interpolation_matrix(cells, actions.shape[-1])
     values = actions if actions.shape[-1] == cells else fine @ actions @ fine.T

@@ -32,7 +32,7 @@ COMMAND_NAMES: tuple[str, ...] = (
     "top",
     *(f"{shape}_{x}_{y}" for shape in ("ring", "disc") for x in _PERCENT for y in _PERCENT),
 )
-"""What each discrete action asks for, in their order."""
+"""The densities of discrete actions, in their order."""
 
 
 def ring(distance: Array, radius: float = 0.25, width: float = 0.08) -> Array:

@@ -1,4 +1,4 @@
-"""What one drone sees, and how it answers, where every drone is an agent of its own.
+"""Observations and actions of drones that are agents.
 
 An observation is one float32 vector, all of it in [-1, 1]. Its parts stand one after the other:
 
@@ -11,7 +11,7 @@ An observation is one float32 vector, all of it in [-1, 1]. Its parts stand one 
 
 Where there are fewer than k others, rows of zeros fill the list, their first number 0 in place of 1. Velocities are in
 units of sqrt(2 a), the fastest that a drone gets from wall to wall with its largest acceleration a; those from its own
-in twice that; more counts as that. A drone that sits out sees -1 in place of the first 1, and zeros.
+in twice that; more counts as that. An inactive drone sees -1 in place of the first 1, and zeros.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.spaces.observation import observe
 
 GROUND = ("own_trail_age", "opposing_trail_age", "own_capture_field", "opposing_capture_field")
-"""What a drone sees of the ground around it: channels of `swarm_pz.spaces.observation`, over 255."""
+"""The channels that a drone sees of the ground around it; see `swarm_pz.spaces.observation`."""
 _HALF = math.sqrt(0.5)
 DIRECTIONS = {
     "coast": (0.0, 0.0),
@@ -50,13 +50,13 @@ DroneAction = Literal["acceleration", "discrete"]
 
 
 class DroneView:
-    """What drones see of a game, each from its own place.
+    """The observations of drones, each from its own place.
 
     Parameters
     ----------
     config : GameConfig
     neighbours : int
-        How many others of each side a drone sees: k above.
+        Others of each side that a drone sees: k above.
     grid : int
         Coarse cells a side of the square; divides 50.
     patch : int
@@ -67,7 +67,7 @@ class DroneView:
     space : Box
         Of one drone's observation.
     parts : dict of (slice, tuple of int)
-        Where each part stands in it, and its shape.
+        Place and shape of each part.
 
     Raises
     ------
@@ -98,15 +98,9 @@ class DroneView:
         self.space = spaces.Box(-1.0, 1.0, (size,), np.float32)
 
     def observe(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float32]:
-        """Return fresh observations (n, N, D) of all drones of some games; those that a team does not fly sit out.
+        """Return fresh observations (n, N, D) of all drones of the games `rows` (n,).
 
-        Parameters
-        ----------
-        simulator : Simulator
-        teams : int64 array (n,)
-            The team, in each of the games; -1 for both: each drone plays for its own.
-        rows : int64 array (n,)
-            The games.
+        Drones of other teams than `teams` (n,) are inactive; -1 stands for both teams.
         """
         games = simulator.games
         images = observe(simulator, self._images, np.full(len(rows), RED), rows, np.zeros(len(rows)))
@@ -128,24 +122,7 @@ class DroneView:
 
 
 class DroneActions:
-    """How drones say their accelerations.
-
-    Parameters
-    ----------
-    kind : {"acceleration", "discrete"}
-        Box(-1, 1, (2,)), in units of the largest, a longer vector counting as one of length 1; or the number of one of
-        `DIRECTIONS`.
-
-    Attributes
-    ----------
-    space : Box or Discrete
-        Of one drone's action.
-
-    Raises
-    ------
-    ConfigError
-        If the kind is unknown.
-    """
+    """The actions of drones: accelerations Box(-1, 1, (2,)) in units of the largest, or numbers of `DIRECTIONS`."""
 
     def __init__(self, kind: DroneAction = "acceleration") -> None:
         check_choice(kind, "action", get_args(DroneAction))
@@ -155,7 +132,7 @@ class DroneActions:
         )
 
     def read(self, actions: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:
-        """Return actions of drones, of which there are as many as `shape` says, as accelerations (*shape, 2).
+        """Return actions of drones, an array of this shape, as accelerations (*shape, 2).
 
         Raises
         ------

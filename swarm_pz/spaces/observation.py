@@ -1,7 +1,7 @@
-"""What a side sees: grid images, lists of drones or a row for each, always from its own side.
+"""Observations of a side: grid images, lists of drones or a row for each, always from its own side.
 
 Grid observations are images, channel first, of brightness 0 to 255, `[channel, row = y, column = x]`.
-Which of these channels a side sees, and in which order, says its `ObservationConfig`:
+`ObservationConfig(channels=...)` selects channels and their order:
 
 | channel                  | shows                                                    | coarsening |
 |--------------------------|----------------------------------------------------------|------------|
@@ -21,11 +21,10 @@ Which of these channels a side sees, and in which order, says its `ObservationCo
 |                          | velocity: with `own_now`, where it is going              |            |
 | `opposing_soon`          | the same of the other team                               | as given   |
 
-The first nine are what a side sees if nothing is said (`swarm_pz.config.CHANNELS`); the others
-(`swarm_pz.config.MOTION_CHANNELS`) are shown to who asks for them.
+The first nine are the default (`swarm_pz.config.CHANNELS`); the others (`swarm_pz.config.MOTION_CHANNELS`) are opt-in.
 
-Observations of kind `drones` have a row for every drone of either side, at its number: x, y, vx, vy, and 1 if it is
-an own one or -1 if it is not. Who commands each drone by its number, as `direct` has it, needs them.
+Observations of kind `drones` have a row for every drone of either side, at its number: x, y, vx, vy, and 1 for an own
+drone or -1. Use them with `direct`, where each drone is commanded separately.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
 
 _WORTH_THREADS = 256
-"""Images from which on it is quicker to share them out among threads than to paint them at once."""
+"""Number of images from which on threads are quicker."""
 
 Observations = Any
 """uint8 array (n, C, G', G'), float32 array (n, N, 5), or a dict of arrays with first axis n; n sides of n games."""
@@ -89,8 +88,7 @@ def observe(
 ) -> Observations:
     """Return fresh observations of the games `rows` (n,), each from the side of one of `teams` (n,).
 
-    `time_left` (n,) is the fraction of the time that is left in each. The observations are as `observation_space` says:
-    uint8 images (n, C, G', G'), float32 rows of drones (n, N, 5), or a dict of arrays (n, ...).
+    `time_left` (n,) is the fraction of the time that is left. Observations are as `observation_space` says.
     """
     if observation.kind == "drones":
         return _rows_of_drones(simulator, teams, rows)
@@ -134,13 +132,13 @@ def of_game(observations: Observations, place: int) -> Observations:
 
 @cache
 def _numbers(channels: tuple[str, ...]) -> NDArray[np.int64]:
-    """Tell each channel's place among all."""
+    """Return each channel's place among all."""
     return np.array([(CHANNELS + MOTION_CHANNELS).index(channel) for channel in channels])
 
 
 @cache
 def _coarse_cells(grid: int) -> NDArray[np.uint16]:
-    """Tell which cell of a coarser grid holds each cell of the full one; all counted row by row."""
+    """Return the cell of a coarser grid that holds each cell of the full one; all counted row by row."""
     line = np.arange(GRID_CELLS) // (GRID_CELLS // grid)
     return (line[:, None] * grid + line).ravel().astype(np.uint16)
 
@@ -160,7 +158,7 @@ def coarse_interpolation(grid: int, cells: int) -> NDArray[np.float64]:
 
 
 def _rows_of_drones(simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float32]:
-    """Put every drone into the row of its number."""
+    """Return a row for every drone."""
     games = simulator.games
     side = np.where(games.teams[rows] == teams[:, None], np.float32(1.0), np.float32(-1.0))
     velocities = _cut(games.velocities[rows], simulator.config)
