@@ -189,7 +189,7 @@ class BatchEnv:
         rows: NDArray[np.int64],
         clock: AbstractContextManager[None] | None = None,
     ) -> NDArray[np.float64]:
-        """Return the checked commands (n, *command_shape) of a policy, which leads a team (n,) in each of the rows (n,).
+        """Return checked commands (n, *command_shape) of a policy, which leads a team (n,) in each of the rows (n,).
 
         `clock` is entered while the policy computes them, and at no other time.
 
