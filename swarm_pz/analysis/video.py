@@ -27,7 +27,7 @@ from swarm_pz.rendering.painter import FILM, PICTURE, Overlay, Painter
 FORMATS = (".gif", ".mp4")
 STILL = ".png"
 FILM_RATE = 20
-"""Pictures a second of film, about."""
+"""Pictures a second of film, roughly."""
 
 
 def film_game(
@@ -44,35 +44,13 @@ def film_game(
     overlays: Sequence[Overlay] = (),
     progress: Callable[[float, float], None] | None = None,
 ) -> str:
-    """Play one game of a match and write it as a film, or the board at one moment as a picture.
+    """Play one game of a match and write it as a film, or the board at one moment as a picture; return its standing.
 
-    Both players are named, and an outline for each shows what it asks its drones to cover. The
-    file is there when it is complete; where something fails nothing is left.
-
-    Parameters
-    ----------
-    policy, opponent : str or Policy
-    path : Path
-        Where to; its suffix chooses the format: .gif or .mp4, or .png for a picture.
-    config : GameConfig, optional
-    seed : int
-        Of the match.
-    pair : int
-    side : {"red", "blue"}
-        Which game of the pair: whose drones the policy commands.
-    seconds : float, optional
-        Show this much of the game at most; all of it if not given. The moment of a picture.
-    speed : float
-        Seconds of game a second of film.
-    overlays : sequence of Overlay, optional
-        What to show on the ground; see `swarm_pz.rendering.overlays`.
-    progress : callable, optional
-        Called with the seconds of game shown so far, and those that it may become.
-
-    Returns
-    -------
-    str
-        How the game stood at the last picture, in words.
+    The suffix chooses the format: .gif or .mp4, or .png for a picture. `seed`, `pair` and the policy's `side` choose
+    the game of the match. `seconds` of game are shown at most, or are the moment of a picture; `speed` is in seconds of
+    game a second of film. `overlays` are as of `swarm_pz.rendering.overlays`, in place of outlines of targets.
+    `progress` is called with the seconds of game shown so far, and their maximum. Where something fails no file is
+    left.
 
     Raises
     ------
@@ -118,7 +96,7 @@ def _write_film(
 
         show(game)
         game.play(seconds, after_control_period=show, after_step=report)
-        if (count - 1) % every:  # how it ended, which would be left out
+        if (count - 1) % every:  # the end would be left out
             append(painter.draw(game.simulator))
 
 
@@ -141,28 +119,16 @@ def _write_still(game: Rollout, path: Path, seconds: float | None, overlays: Seq
 
 @contextmanager
 def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callable[[NDArray[np.uint8]], object]]:
-    """Give a function that appends a picture to the film; the file is there, and whole, when the block ends.
+    """Yield a function that appends a picture to the film; the file is there, and whole, when the block ends.
 
-    Parameters
-    ----------
-    path : Path
-    rate : float
-        Pictures a second.
-    size : (int, int)
-        Width and height of every picture, even.
-
-    Raises
-    ------
-    RenderError
-        If the suffix names no format that can be written, or the encoder fails.
-    OutputError
-        If the file cannot be written, as where the disk is full.
+    `rate` is in pictures a second, `size` the width and height of every picture, both even. Raises RenderError if the
+    suffix names no format that can be written, or the encoder fails, and OutputError if the file cannot be written.
     """
     if path.suffix not in FORMATS:
         raise RenderError(f"a film's file name must end in {' or '.join(FORMATS)}, got {str(path)!r}")
     program = require_extra("imageio_ffmpeg", "render").get_ffmpeg_exe()
     pictures = f"-f rawvideo -pix_fmt rgb24 -s {size[0]}x{size[1]} -r {rate} -i -".split()
-    with draft_of(path) as draft, TemporaryDirectory() as folder, Path(folder, "said").open("w+") as said:
+    with draft_of(path) as draft, TemporaryDirectory() as folder, Path(folder, "errors").open("w+") as errors:
         if path.suffix == ".gif":
             palette = Path(folder, "palette.png")
             require_extra("PIL.Image", "render").fromarray(_palette()).save(palette)
@@ -173,7 +139,7 @@ def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callab
             [program, "-y", "-v", "error", *pictures, *coding, str(draft.absolute())],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
-            stderr=said,
+            stderr=errors,
             start_new_session=True,  # Ctrl-C is for this process, which ends that one
         )
         pipe = cast("IO[bytes]", encoder.stdin)
@@ -190,15 +156,15 @@ def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callab
                 pipe.close()
             encoder.wait()
         if has_failed:
-            said.seek(0)
-            _explain(path, said.read().strip(), encoder.returncode)
+            errors.seek(0)
+            _explain(path, errors.read().strip(), encoder.returncode)
 
 
-def _explain(path: Path, told: str, status: int) -> NoReturn:
-    """Say why the encoder has failed, of a full disk as `draft_of` does."""
-    if any(os.strerror(number) in told for number in FULL) or status == -getattr(signal, "SIGXFSZ", 0):
+def _explain(path: Path, output: str, status: int) -> NoReturn:
+    """Raise the error of an encoder that has failed; a full disk is an OSError."""
+    if any(os.strerror(number) in output for number in FULL) or status == -getattr(signal, "SIGXFSZ", 0):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    raise RenderError(f"the film {str(path)!r} could not be encoded: {told or f'the encoder ended with {status}'}")
+    raise RenderError(f"the film {str(path)!r} could not be encoded: {output or f'the encoder ended with {status}'}")
 
 
 def _palette() -> NDArray[np.uint8]:

@@ -1,4 +1,4 @@
-"""What a picture of the board is made of: a canvas, ground, outlines of targets and texts.
+"""Parts of a picture of the board: a canvas, ground, outlines of targets and texts.
 
 Every layer is a mask, laid with a colour over three planes of a byte a pixel: Pillow does that several
 times faster than over one image of three bytes a pixel. Row 0 of every grid is at the bottom.
@@ -24,7 +24,7 @@ TEAM_COLOURS: tuple[Colour, Colour] = ((214, 40, 57), (29, 98, 214))
 SHADE_COLOURS: tuple[Colour, Colour] = ((84, 8, 22), (8, 30, 84))
 GROUND_COLOURS: tuple[Colour, Colour] = ((248, 195, 199), (189, 211, 246))
 ASKED: Colour = (11, 110, 79)
-"""What teams are asked for. The page of the table has the same colours and signs."""
+"""Colour of targets. The page has the same colours and signs."""
 INK: Colour = (33, 37, 41)
 LEVELS = (0.5, 1.2, 2.0, 4.0, 8.0)
 """Densities at which shades change and lines run, in multiples of uniform coverage; uniform coverage is between two."""
@@ -141,7 +141,7 @@ def hatched(team: int) -> Any:
 
 
 def outline(team: int, density: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return strengths (cells, cells) of what shows a target: a line at half its maximum, and a tint inside.
+    """Return strengths (cells, cells) of a target's outline: a line at half its maximum, and a tint inside.
 
     Red's line is whole, blue's is dashed, and a target that is the whole square has none.
     """
@@ -162,7 +162,7 @@ def lines(image: NDArray[np.float64], levels: ArrayLike, widths: ArrayLike) -> N
 
 
 def cells_per_unit(image: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how many cells away, to first order, an image is higher by 1."""
+    """Return the distance in cells, to first order, at which an image is higher by 1."""
     by_y, by_x = np.gradient(image)
     return np.asarray(1.0 / np.maximum(np.hypot(by_x, by_y), 1e-6))
 
@@ -176,7 +176,7 @@ def mask_of(strength: NDArray[np.floating[Any]], side: int) -> Any:
 
 @contextmanager
 def smoothly(arena: Canvas, colour: Colour, side: int) -> Iterator[tuple[Any, int]]:
-    """Give a pen (of Pillow) whose strokes of 255 are laid with a colour, and how much finer its pixels are."""
+    """Yield a pen (of Pillow) whose strokes of 255 are laid with a colour, and the fineness of its pixels."""
     mask = _image().new("L", (side * _FINE, side * _FINE))
     yield require_extra("PIL.ImageDraw", "render").Draw(mask), _FINE
     arena.lay(colour, mask.reduce(_FINE))
@@ -196,9 +196,8 @@ def _written(text: str, size: float, anchor: str) -> tuple[Any, tuple[int, int]]
     """Write a text into a mask of its size; return that and where it lies, seen from the anchor."""
     left, top, right, bottom = (int(edge) for edge in font(size).getbbox(text, anchor=anchor))
     mask = _image().new("L", (max(right - left, 1), max(bottom - top, 1)))
-    require_extra("PIL.ImageDraw", "render").Draw(mask).text(
-        (-left, -top), text, fill=255, font=font(size), anchor=anchor
-    )
+    pen = require_extra("PIL.ImageDraw", "render").Draw(mask)
+    pen.text((-left, -top), text, fill=255, font=font(size), anchor=anchor)
     return mask, (left, top)
 
 

@@ -1,12 +1,11 @@
 """Drones and their trails, as pictures of the board show them.
 
-A drone's shadow tells its altitude, which nothing else depends on: the higher, the farther off and the larger.
+A drone's shadow shows its altitude: the higher, the farther off and the larger.
 """
 
 from __future__ import annotations
 
 import itertools
-from contextlib import ExitStack
 from functools import cache
 from typing import Any
 
@@ -19,7 +18,7 @@ from swarm_pz.rendering.board import INK, TEAM_COLOURS, Canvas, blank, smoothly
 from swarm_pz.simulator import Simulator
 
 LONGEST_LINE = 300
-"""Ticks of a trail that are drawn at most: lines of a whole game would hide it."""
+"""Most ticks of a trail that are drawn: lines of a whole game would hide it."""
 _DRONE = 6.5 / 600
 """A drone's radius, in map widths."""
 _PHASES = 4
@@ -27,11 +26,11 @@ _PHASES = 4
 _FINENESS = 2 * _PHASES
 """Drones are drawn so many times as large and averaged, which smooths edges."""
 _OUTLINE, _DIAMOND = 9.0 / 6.5, 1.25
-"""How far a drone's white outline reaches, and a diamond's corners, in its radii."""
+"""Reach of a drone's white outline, and of a diamond's corners, in its radii."""
 _NEAR, _FAR = 0.4, 1.2
 """Radii that a shadow is off along each axis: of a drone on the ground, and more for one at altitude 1."""
 _GROWN, _SOFT = 0.3, 0.3
-"""How much larger a shadow is at altitude 1, and how soft its edge, in its radii."""
+"""Growth of a shadow up to altitude 1, and softness of its edge, in its radii."""
 _SHADOW, _LEVELS = 90, 8
 """Strength of a shadow, of 255, and the sizes that it is drawn in."""
 _BANDS = 8
@@ -45,9 +44,9 @@ def paint_trails(arena: Canvas, simulator: Simulator, row: int, side: int) -> No
     paths = _paths(simulator, row)
     if not len(paths):
         return
-    with ExitStack() as stack:
-        given = [stack.enter_context(smoothly(arena, colour, side)) for colour in TEAM_COLOURS]
-        _draw_trails([pen for pen, _ in given], simulator.teams[row].tolist(), paths, side * given[0][1])
+    red, blue = TEAM_COLOURS
+    with smoothly(arena, red, side) as (pen, scale), smoothly(arena, blue, side) as (other, _):
+        _draw_trails([pen, other], simulator.teams[row].tolist(), paths, side * scale)
 
 
 def _draw_trails(pens: list[Any], teams: list[int], paths: NDArray[np.float64], side: int) -> None:
@@ -66,7 +65,7 @@ def _draw_trails(pens: list[Any], teams: list[int], paths: NDArray[np.float64], 
 
 
 def _paths(simulator: Simulator, row: int) -> NDArray[np.float64]:
-    """Return where drones were (points, N, 2), the oldest first; NaN where a trail does not reach."""
+    """Return past places of drones (points, N, 2), the oldest first; NaN where a trail does not reach."""
     trails, tick = simulator.games.trails[row], int(simulator.games.ticks[row])
     ages = np.arange(min(tick, len(trails), LONGEST_LINE))[::-1]
     cells = trails[(tick - 1 - ages) % len(trails)].astype(np.int64)

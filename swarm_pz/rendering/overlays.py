@@ -1,4 +1,4 @@
-"""Overlays: what a team was asked to cover, what it covers, where it captures, and what pushes its drones.
+"""Overlays: a team's target, its coverage, its capture ground, and the potential that pushes its drones.
 
 Densities are in multiples of uniform coverage, and cut at the same levels for targets and coverage, so
 that lines of a team's coverage can be laid over the shades of its target.
@@ -47,21 +47,16 @@ _BOX = 25
 """Pixels of a box in the legend."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class _OfTeam:
     team: int
 
-    @property
-    def _name(self) -> str:
-        return TEAM_NAMES[self.team]
-
-    @property
-    def _dark(self) -> tuple[int, int, int]:
-        return SHADE_COLOURS[self.team]
+    def __post_init__(self) -> None:
+        self._name, self._dark = TEAM_NAMES[self.team], SHADE_COLOURS[self.team]
 
 
 class Target(_OfTeam):
-    """Shades: what a team was asked to cover, as far as the controller's modes tell."""
+    """Shades of a team's target, from the controller's modes."""
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Shade the target in force."""
@@ -78,7 +73,7 @@ class Target(_OfTeam):
 
 
 class Coverage(_OfTeam):
-    """Lines: what a team's drones have covered and will, as its controller sees it, memory and look-ahead."""
+    """Lines of a team's coverage in its controller's memory and look-ahead."""
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Draw a line at each level, the wider the denser."""
@@ -116,7 +111,7 @@ class Captures(_OfTeam):
 
 
 class Potential(_OfTeam):
-    """Grey hills, lines of equal height, and arrows: the way that a team's drones are pushed."""
+    """Grey hills, lines of equal height, and arrows down them, in which a team's drones are pushed."""
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Draw the landscape, and arrows along its falling gradient, the longer the steeper."""
@@ -158,16 +153,13 @@ KINDS: dict[str, Callable[[int], Overlay]] = {
     "coverage": Coverage,
     "captures": Captures,
 }
-"""What there is, the lowest first."""
+"""All kinds, the lowest first."""
 
 
 def make_overlays(kinds: Sequence[str], teams: Sequence[int]) -> list[Overlay]:
     """Return overlays of teams (0 red, 1 blue), the lowest first; kinds are any of `KINDS`.
 
-    Raises
-    ------
-    RenderError
-        If a kind is unknown, or potentials of both teams are asked for: nobody could tell them apart.
+    Raises RenderError if a kind is unknown, or for potentials of both teams, which would look alike.
     """
     for kind in kinds:
         if kind not in KINDS:

@@ -1,8 +1,7 @@
-"""Pictures of the board, as the page of the table shows it: ground where each team captures, drones and their trails.
+"""Pictures of the board, as the page shows it: ground where each team captures, drones and their trails.
 
-Told apart without colour, too: red drones are discs and its capture ground is striped, blue ones are
-diamonds on dotted ground. A drone's shadow tells its altitude. Row 0 of every grid is
-drawn at the bottom.
+Shapes differ, not only colours: red drones are discs on striped ground, blue ones diamonds on dotted ground. A shadow
+shows a drone's altitude. Row 0 of every grid is drawn at the bottom.
 """
 
 from __future__ import annotations
@@ -57,13 +56,13 @@ PICTURE = Layout(arena=600, margin=20, header=56, footer=20, text=20, small=13.5
 FILM = Layout(arena=480, margin=16, header=44, footer=16, text=17, small=12)
 ARENA, MARGIN, HEADER = PICTURE.arena, PICTURE.margin, PICTURE.header
 ENTRY_WIDTH, ENTRY_HEIGHT = ARENA // 2, 28
-"""Pixels that an overlay's entry in the legend has."""
+"""Pixels of an overlay's entry in the legend."""
 _LINE = 22
 """Pixels of a team's line in the legend of signs."""
 
 
 class Overlay(Protocol):
-    """Something to see on the ground, beneath trails and drones, with an entry in a legend below the arena."""
+    """A layer on the ground, beneath trails and drones, with an entry in a legend below the arena."""
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Paint one game onto an arena of so many pixels a side, in which y = 1 is at the top."""
@@ -73,23 +72,10 @@ class Overlay(Protocol):
 
 
 class Painter:
-    """Draws moments of games, one after the other.
+    """Draws moments of games, one after the other, with the `names` of red's and blue's players.
 
-    Parameters
-    ----------
-    names : (str, str), optional
-        Who plays red and blue.
-    targets : bool
-        Outline what both teams were asked for, in place of shades of the fields, and explain the signs below.
-    overlays : sequence of Overlay, optional
-        What to show on the ground, the lowest first, in place of targets and of the ground where teams capture.
-    layout : Layout
-        `PICTURE`, or `FILM`, which is smaller.
-
-    Raises
-    ------
-    MissingExtraError
-        If Pillow is not installed.
+    `targets` outlines both targets, in place of shades of the fields, and explains the signs below. `overlays` are on
+    the ground, the lowest first, in place of targets and captures. Raises MissingExtraError if Pillow is not installed.
     """
 
     def __init__(
@@ -118,7 +104,7 @@ class Painter:
         for overlay in self._overlays:
             overlay.paint(arena, simulator, row, side)
         if not self._overlays:
-            if not self._targets:  # both would be too much
+            if not self._targets:  # both together are unreadable
                 paint_fields(arena, simulator, row, side)
             paint_captures(arena, simulator, row, side)
         paint_trails(arena, simulator, row, side)
@@ -219,21 +205,9 @@ def ansi(simulator: Simulator, row: int = 0) -> str:
 
 
 class Screen:
-    """What an environment shows in its render mode: of one game of a simulator.
+    """One game of a simulator in the render mode of an environment, which is in `METADATA["render_modes"]` or None.
 
-    Parameters
-    ----------
-    mode : str or None
-        One of `METADATA["render_modes"]`.
-    simulator : Simulator
-    row : int
-
-    Raises
-    ------
-    ConfigError
-        If the mode is unknown.
-    RenderError
-        If `mode` is "human" and no window can be opened here.
+    Raises ConfigError if the mode is unknown, and RenderError if "human" finds no display.
     """
 
     def __init__(self, mode: str | None, simulator: Simulator, row: int = 0) -> None:
@@ -254,7 +228,7 @@ class Screen:
             self._window = Window("swarm-pz", METADATA["render_fps"])
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out the window, which no copy can have; it opens its own unless this one is closed."""
+        """Leave out the window: a copy opens its own unless this one is closed."""
         return self.__dict__ | {"_window": self._window is not None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -270,7 +244,7 @@ class Screen:
 
     @property
     def after_control_period(self) -> Any:
-        """What a step should call after every control period: something only if frames are wanted."""
+        """Function that a step calls after every control period; None if no frames are wanted."""
         return self._show if self._mode in ("human", "rgb_array_list") else None
 
     def begin(self) -> None:
@@ -288,10 +262,8 @@ class Screen:
 
     def render(self) -> Any:
         """Return a picture, the pictures of a step (not those already returned), or text; None for a window."""
-        if self._mode == "rgb_array":
-            return draw(self._simulator, self._row)
-        if self._mode == "ansi":
-            return ansi(self._simulator, self._row)
+        if self._mode in ("rgb_array", "ansi"):
+            return (draw if self._mode == "rgb_array" else ansi)(self._simulator, self._row)
         if self._mode == "rgb_array_list":
             frames = list(self._frames)
             self._frames.clear()

@@ -13,20 +13,9 @@ from swarm_pz.errors import RenderError, require_extra
 
 
 class Window:
-    """A window, opened by the first picture.
+    """A window, opened by the first picture, with at most `rate` pictures a second.
 
-    Parameters
-    ----------
-    title : str
-    rate : int
-        Pictures a second, at most.
-
-    Raises
-    ------
-    RenderError
-        If this machine has no display.
-    MissingExtraError
-        If pygame is not installed.
+    Raises RenderError if this machine has no display, and MissingExtraError if pygame is not installed.
     """
 
     def __init__(self, title: str, rate: int) -> None:

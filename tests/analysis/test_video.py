@@ -171,7 +171,7 @@ FULL = "#!/bin/sh\necho 'Error muxing a packet: No space left on device' >&2\nex
 @pytest.mark.parametrize("suffix", ["gif", "mp4"])
 @pytest.mark.parametrize("encoder", [None, FULL])
 def test_a_full_disk_is_said_to_be_full_in_one_line_and_leaves_nothing(tmp_path, monkeypatch, suffix, encoder):
-    """What the encoder said of it were seven lines about muxers, or none."""
+    """The encoder writes seven lines about muxers, or none."""
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # of what is imported meanwhile, Python would keep torn code
     films, limits = tmp_path / "films", resource.getrlimit(resource.RLIMIT_FSIZE)
     pictures = np.random.default_rng(0).integers(255, size=(400, 64, 64, 3), dtype=np.uint8)
