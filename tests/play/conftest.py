@@ -23,7 +23,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, TARGET, decode_frame
 
 SLOW_MS = 120_000
-"""What pages wait for anything, games and their recordings too, on the slowest machine."""
+"""Longest wait of pages, for games and their recordings, on the slowest machine."""
 expect.set_options(timeout=SLOW_MS)
 OLDEST_NODE = (20, 19)
 COMMAND = """

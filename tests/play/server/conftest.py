@@ -15,7 +15,7 @@ def anyio_backend():
 
 @pytest.fixture
 def clock(request, monkeypatch):
-    """Give the limits, and the module that a file tests, a clock that goes on when it is told."""
+    """Give the limits, and the module that a file tests, a clock that a test moves."""
     made = SimpleNamespace(now=1000.0)
     name = "swarm_pz.play.server." + request.module.__name__.rpartition(".test_")[2]
     for tested in {limits, importlib.import_module(name)} if name.rpartition(".")[2] != "attacks" else {limits}:

@@ -67,7 +67,7 @@ def peaceful(hall):
 
 
 async def plays_on(guest):
-    """Whether a game goes on, no tick left out."""
+    """Return true if a game goes on without a gap."""
     count = len(guest.frames)
     await until(lambda: len(guest.frames) > count + 10)
     sequences = [sequence for _, sequence in guest.frames]

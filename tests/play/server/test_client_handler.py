@@ -1,4 +1,4 @@
-"""What one client does, message by message, without a network."""
+"""One client, message by message, without a network."""
 
 import asyncio
 import json
@@ -139,14 +139,6 @@ async def test_an_opponent_faces_whoever_opens_a_room_and_two_policies_are_watch
         assert guest.say(protocol.Leave()) is None and not hall.rooms
     guest.say(protocol.Create(seat="watch", player="ring", opponent="uniform"))
     assert [seat.policy for seat in hall.room().seats] == ["ring", "uniform"] and guest.say(dot(1)) == "out_of_turn"
-
-
-async def test_who_opens_a_room_whose_drawings_would_steer_nothing_is_told(hall):
-    for mapping, told in ((None, []), ("firm", []), ("paper", ["firm"])):
-        guest = Guest(hall)
-        guest.say(protocol.Create(settings=protocol.Settings(mapping=mapping)))
-        assert [notice.rpartition(" ")[2] for notice in guest.notices] == told
-        guest.say(protocol.Leave())
 
 
 async def test_what_a_client_says_reaches_its_room_and_its_connection(hall):
@@ -441,7 +433,7 @@ async def test_what_clients_say_on_the_protocols_page_is_answered_as_it_says(hea
         guest.say(protocol.Ready())
 
     def came(expected):
-        """Whether a message came that is as expected but for what is of its time."""
+        """Return true if a message came as expected but for times and tokens."""
         told = [json.loads(protocol.encode(message)) for message in guest.messages]
         same = {key: value for key, value in expected.items() if key not in OF_THEIR_TIME}
         return any(set(one) == set(expected) and same.items() <= one.items() for one in told)

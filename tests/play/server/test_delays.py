@@ -37,14 +37,6 @@ async def test_without_a_delay_it_is_done_at_once_and_what_still_waits_at_the_en
     assert done == ["now", "a", "b"]
 
 
-def test_what_was_got_is_the_median():
-    measured = Measured(50.0)
-    assert (measured.summary().got_ms, measured.summary().count) == (None, 0)
-    for ms in (50.0, 52.0, 900.0):
-        measured.note(ms)
-    assert (measured.summary().got_ms, measured.summary().count) == (52.0, 3)
-
-
 # --- what is shown --------------------------------------------------------------------------------
 
 

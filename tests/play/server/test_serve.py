@@ -1,4 +1,4 @@
-"""The server as it starts: what it is called, what it says, and what it is handed."""
+"""The start of the server: its names, its lines, and its parts."""
 
 import asyncio
 import socket
@@ -31,7 +31,7 @@ def started(monkeypatch):
 
 
 def greeted(app, host):
-    """Return what a client that comes in by a name is told first."""
+    """Return the first message to a client that connects by a name."""
     heard, said = [], iter([{"type": "websocket.connect"}, {"type": "websocket.receive", "text": '{"type":"hello"}'}])
 
     async def receive():

@@ -1,4 +1,4 @@
-"""A study as participants' pages, its games and its monitor meet it: who is let in, and what is kept."""
+"""A study's pages, games and monitor."""
 
 import asyncio
 import contextlib
@@ -18,7 +18,6 @@ from swarm_pz.play import protocol
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.server import studies
-from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.studies import StudyHost, Visitor
 from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S, StudyGames
@@ -71,7 +70,7 @@ def planned(folder, text=PLAN):
 
 
 def lines_of(study, code):
-    """Return what is kept of a participant."""
+    """Return the lines of a participant's file."""
     text = (study.folder / "participants" / f"{code}.jsonl").read_text()
     return [json.loads(line) for line in text.splitlines()]
 
@@ -283,7 +282,7 @@ def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, clock):
 
         tries = [status(f"X{guess}", "w", "there") for guess in range(studies.MOST_WRONG_CODES + 2)]
         assert tries == [404] * studies.MOST_WRONG_CODES + [429] * 2
-        assert status("P02", "w", "there") == 429, "else a right guess is told from a wrong one"
+        assert status("P02", "w", "there") == 429, "else a right guess is known by its answer"
         assert status("P01", "", "there") == 429, "a window without a name is nobody's"
         assert status("P02", "known", "there") == 1 and status("P02", "w", "elsewhere") == 1
         clock.now += studies.WRONG_CODES_S
@@ -366,7 +365,7 @@ def study(tmp_path_factory):
 
 
 def shape(value):
-    """Return what kinds of values an answer holds, and the values of short texts."""
+    """Return an answer without what changes from game to game."""
     if isinstance(value, dict):
         return {name: shape(one) for name, one in value.items() if name not in ("token", "room", "html")}
     return [shape(one) for one in value] if isinstance(value, list) else value
@@ -424,18 +423,3 @@ def test_the_monitor_opens_with_its_token_alone_and_other_pages_are_not_there(st
     assert "<title>Study</title>" in study.ask("/")[1] and study.ask("/recordings")[0] == 404
     for path in ("/study/..%2F..%2Fetc/state", "/study/%2e%2e/state"):
         assert study.ask(path, {"window": "w"})[0] in (404, 405)
-
-
-def test_the_page_names_every_request_that_a_studys_server_answers(tmp_path):
-    """A lab that scripts a study knows only what the page says."""
-    lines = re.findall(r"^(GET|POST) (.*)", (STUDY / "participant.py").read_text(), re.M)
-    named = [(method, path) for method, paths in lines for path in paths.split()]
-    with begun(tmp_path) as folder:
-        server = Server(SimpleNamespace(embedders=()), StudyHost(folder, None))
-        routes = server.app(["localhost"])._app.routes
-    there = [
-        (method, route.path.replace("{code}", "CODE"))
-        for route in routes
-        for method in (getattr(route, "methods", None) or {"GET"}) - {"HEAD"}
-    ]
-    assert sorted(named) == sorted(there)

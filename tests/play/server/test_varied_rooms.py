@@ -1,4 +1,4 @@
-"""Rooms in which an experimenter varies something: who sees what, who shares the command, and what is written."""
+"""Rooms with factors: hidden things, delays, shared commands, and their recordings."""
 
 import asyncio
 
@@ -88,15 +88,6 @@ async def test_who_comes_back_is_shown_the_game_as_before(tmp_path):
         assert len(red.frames) == shown, "what was on its way to a lost connection is lost with it"
     first = next(data for data in again.bytes if data[0] == 1)
     assert all(decode_frame(data).hidden == 1 for data in (first, *(data for data, _ in again.frames)))
-
-
-async def test_a_room_without_factors_writes_nothing_of_them(tmp_path):
-    with opened(tmp_path, time_limit=None) as room:
-        red, _ = await running(room)
-        room.stop()
-        assert red.heard(protocol.Seated)[0].factors is None and read(room).end.delays is None
-        told = room.session.delays()[0].command
-        assert (told.asked_ms, told.got_ms, told.count) == (0.0, None, 0)
 
 
 async def test_a_game_goes_by_its_speed_and_is_taken_over_without_the_other_factors(tmp_path):
@@ -219,7 +210,7 @@ async def test_delayed_commands_count_later_in_order_and_the_recording_verifies(
         give(room, blue, command(1))
         for number, density in ((1, CORNER), (2, RIM), (3, CORNER)):
             give(room, red, command(number, density))
-        assert len(red.heard(protocol.Received)) == 3, "that they arrived is told at once"
+        assert len(red.heard(protocol.Received)) == 3, "each is confirmed at once"
         assert [line.team for line in read(room).of(SeatCommand)] == [1], "nothing of red counts yet"
         await until(lambda: 3 in [message.number for message in red.heard(protocol.InForceMessage)])
         delays = room.session.delays()

@@ -1,11 +1,10 @@
-"""What clients are shown besides drones: whose ground is whose, and which way up a target is."""
+"""Capture fields and targets, as clients see them."""
 
 import numpy as np
 import pytest
 
 from swarm_pz.config import BLUE, RED, GameConfig
-from swarm_pz.play.frames import decode_frame
-from swarm_pz.play.server.views import capture_fields, frame_of, target_message
+from swarm_pz.play.server.views import capture_fields, target_message
 from swarm_pz.simulator import Simulator
 
 
@@ -24,12 +23,6 @@ def test_fields_are_reds_and_blues_and_at_least_192_exactly_where_they_capture(s
     expected = 255 * field / field.max(axis=(1, 2), keepdims=True)
     assert np.abs(shown - expected).max() <= 1.01
     assert (shown[RED] != shown[BLUE]).any()
-
-
-def test_a_frame_holds_its_moment_and_nothing_that_was_not_asked_for(simulator):
-    plain = decode_frame(frame_of(simulator, 7, 12.5))
-    assert (plain.sequence, plain.tick, plain.server_ms) == (7, 60, 12.5)
-    assert plain.altitudes is None and plain.fields is None
 
 
 @pytest.mark.parametrize("team", [RED, BLUE])

@@ -61,7 +61,7 @@ async def test_what_hangs_is_given_up_and_its_client_waits_until_it_comes_back(s
 
 
 class EscapeError(BaseException):
-    """What nobody expects."""
+    """An error that nobody expects."""
 
 
 async def test_what_would_end_the_event_loop_is_an_error_like_others(worker):
