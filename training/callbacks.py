@@ -1,4 +1,4 @@
-"""What happens beside PPO: schedules, progress, evaluation without exploration, checkpoints.
+"""Callbacks of a run: schedules, progress, evaluation without exploration, checkpoints.
 
 Curves have Stable-Baselines3's names; `share` is the share of drones at the end.
 """
@@ -31,24 +31,16 @@ _RECENT = 256
 
 @dataclass
 class RunState:
-    """What has happened in a run; its callbacks share it.
-
-    Attributes
-    ----------
-    config : TrainConfig
-    records : list of dict
-        One of each evaluation: step, seconds, and of `evaluation_games` games without exploration against the first
-        opponent win_rate, its interval, loss_rate and share; of the latest training games training_share.
-    seconds : float
-        Time spent training, over all sittings.
-    recent : deque of (bool, float)
-        Of the latest training games, with exploration: won, and the final share of drones.
-    """
+    """The history of a run, which its callbacks share."""
 
     config: TrainConfig
     records: list[dict[str, float]] = field(default_factory=list)
+    """One of each evaluation against the first opponent: step, seconds, win_rate, its interval, loss_rate and share; of
+    the latest training games training_share."""
     seconds: float = 0.0
+    """Time spent training, over all sittings."""
     recent: deque[tuple[bool, float]] = field(default_factory=lambda: deque(maxlen=_RECENT))
+    """Won, and the final share of drones, of the latest training games, with exploration."""
 
     def exploration(self, steps: int) -> float:
         """Return the standard deviation that the learner explores with after so many steps."""
@@ -88,7 +80,6 @@ class Account(RunCallback):
                 self.state.recent.append((bool(info["outcome"] > 0), float(info["share"])))
         return True
 
-    # Beside what SB3 says of its own buffer, which no success is in.
     def _on_rollout_end(self) -> None:
         self.logger.record("rollout/success_rate", self.state.training_win_rate())
         self.logger.record("rollout/share", self.state.training_share())
@@ -106,20 +97,19 @@ class Schedules(RunCallback):
 
 
 class PeriodicEvaluation(RunCallback):
-    """Plays the tactic without exploration every so often, from the start on; `policy` returns it as it stands."""
+    """Plays the tactic, which `policy` returns, without exploration now and then, from the start on."""
 
     def __init__(self, state: RunState, policy: Callable[[], Player]) -> None:
         super().__init__(state)
         self._policy = policy
 
-    # At the start of a rollout: at its end the update that it is for is still to come.
     def _on_rollout_start(self) -> None:
         records = self.state.records
         if not records or self.num_timesteps >= records[-1]["step"] + self.state.config.evaluate_every:
             self.evaluate()
 
     def evaluate(self) -> None:
-        """Play the tactic as it stands and record the result."""
+        """Play the tactic and record the result."""
         config = self.state.config
         with random_streams_kept():  # an evaluation more or less changes nothing in the run
             match = play_match(
@@ -157,7 +147,7 @@ def _mean_reward(match: MatchResult) -> float:
 
 
 class Checkpoint(RunCallback):
-    """Saves a run every so often, and before it stops; `standing` says how far the run is."""
+    """Saves a run now and then, and before it stops with the sentence of `standing`."""
 
     def __init__(
         self, state: RunState, save: Callable[[], None], should_stop: Callable[[], bool], standing: Callable[[], str]
@@ -168,7 +158,6 @@ class Checkpoint(RunCallback):
     def _on_training_start(self) -> None:
         self._next = self.num_timesteps + self.state.config.checkpoint_every
 
-    # Between two rollouts nothing is half done, so a checkpoint changes nothing in the run.
     def _on_rollout_start(self) -> None:
         stops = self._should_stop()
         if stops or self.num_timesteps >= self._next:
@@ -179,7 +168,7 @@ class Checkpoint(RunCallback):
 
 
 class Progress(RunCallback):
-    """Says how far the run is: a line in place on a terminal, a line every tenth elsewhere."""
+    """Prints the progress: a line in place on a terminal, a line every tenth elsewhere."""
 
     def __init__(self, state: RunState, say: Callable[[str], None]) -> None:
         super().__init__(state)

@@ -1,4 +1,4 @@
-"""Stable-Baselines3's view of drones that are agents: parameters shared, one row for each drone of each game."""
+"""Drones as agents for Stable-Baselines3: shared parameters, one row for each drone of each game."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a folder holds of earlier runs, so that none is lost, and where the next one may go."""
+"""Folders of runs: a description of an earlier run, so that none is lost, and the next free folder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SETTINGS = "config.json"
 
 
 def held_by(folder: Path) -> str | None:
-    """Say what a folder holds that a new run would replace; None if nothing."""
+    """Return a description of the run in a folder that a new one would replace; None if there is none."""
     try:
         if (folder / LEAGUE).is_file():
             inner = held_by(folder / LEARNER)
@@ -74,7 +74,7 @@ def next_free(first: Path) -> Path:
 
 
 def choose(out: Path | None, default: Path, *, resume: bool, overwrite: bool) -> Path:
-    """Return the folder that is meant: as given, or the next free one, or, to resume, the latest."""
+    """Return the folder that is given, the next free one, or, to resume, the latest."""
     if resume and overwrite:
         raise ConfigError("resume goes on with a run, overwrite replaces it: give one of them")
     if out is not None:

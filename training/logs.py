@@ -1,4 +1,4 @@
-"""Where a run's curves go: TensorBoard's files, and trackers of experiments, which no extra of swarm-pz installs."""
+"""Loggers of a run's curves: TensorBoard's files, and trackers of experiments, which no extra of swarm-pz installs."""
 
 from __future__ import annotations
 

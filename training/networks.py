@@ -20,7 +20,7 @@ _CRITIC_FEATURES = 16
 
 
 class _GridFeatures(nn.Module):
-    """What SB3 calls the MLP extractor: latent features of the actor and of the critic, flat."""
+    """Flat latent features of the actor and of the critic: SB3's MLP extractor."""
 
     def __init__(self, actor: Actor, cells: int, width: int) -> None:
         super().__init__()
@@ -101,17 +101,7 @@ class _ActorPolicy(ActorCriticPolicy):
 class GridPolicy(_ActorPolicy):
     """SB3 actor-critic whose action is an image: one convolutional trunk, one output a cell.
 
-    Parameters
-    ----------
-    *args, **kwargs
-        Of `ActorCriticPolicy`.
-    width : int
-        Channels of the hidden layers, a multiple of eight.
-
-    Attributes
-    ----------
-    actor : Actor
-        The part that plays.
+    `width` is the number of channels of hidden layers, a multiple of eight.
     """
 
     actor: Actor
@@ -126,20 +116,7 @@ class GridPolicy(_ActorPolicy):
 
 
 class DronesPolicy(_ActorPolicy):
-    """SB3 actor-critic whose observation is a row for each drone and whose action is any Box.
-
-    Parameters
-    ----------
-    *args, **kwargs
-        Of `ActorCriticPolicy`.
-    width : int
-        Features of the hidden layers.
-
-    Attributes
-    ----------
-    actor : DronesActor
-        The part that plays.
-    """
+    """SB3 actor-critic whose observation is a row for each drone and whose action is any Box."""
 
     actor: DronesActor
 
@@ -167,21 +144,7 @@ def as_policy(
     command: str = "",
     ancestors: Sequence[dict[str, Any]] = (),
 ) -> LearnedPolicy:
-    """Return the tactic of a network as it stands: it plays, and `write` makes the folder that others start from.
-
-    Parameters
-    ----------
-    network : GridPolicy or DronesPolicy
-    config : TrainConfig
-        What it was trained with; its game and width are the network's.
-    name : str
-    steps, seconds : int, float
-        That it was trained for.
-    command : str
-        What was called.
-    ancestors : sequence of dict
-        The lineage of the policy that the training started from.
-    """
+    """Return the tactic of a network; steps and seconds of training, command and ancestors stand on its card."""
     game = config.game
     system, observation = game.team_systems[0], game.observations[0]
     if isinstance(network, DronesPolicy):

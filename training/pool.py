@@ -16,23 +16,16 @@ _REMEMBERED_GAMES = 200.0
 
 @dataclass
 class Member:
-    """An opponent of the pool, and how the learner has done against it lately.
-
-    Attributes
-    ----------
-    name : str
-    source : str
-        Name of the policy, or its folder within the league's.
-    kind : {"script", "initial", "snapshot", "exploiter"}
-    games, score : float
-        Games of late, and the learner's score in them; a draw is half a win.
-    """
+    """An opponent of the pool, and the learner's latest results against it."""
 
     name: str
     source: str
+    """Name of the policy, or its folder within the league's."""
     kind: str
+    """"script", "initial", "snapshot" or "exploiter"."""
     games: float = _PRIOR_GAMES
     score: float = _PRIOR_GAMES / 2
+    """The learner's points in these games; a draw is half a win."""
 
     @property
     def beaten(self) -> float:
@@ -49,33 +42,21 @@ class Member:
 
 @dataclass
 class Pool:
-    """The members of a league and what has been done so far.
-
-    Attributes
-    ----------
-    members : list of Member
-    config_hash : str
-        Of the settings that the league is played under.
-    snapshot_step, exploiter_step : int
-        Steps of the learner at the latest of each; of an exploiter, where it began.
-    exploiters : int
-        How many have been trained to their end.
-    target : str
-        The snapshot that an exploiter is being trained against, or none.
-    until : int
-        Steps of the learner at which those dealt last have been met for long enough.
-    unrated : str
-        The snapshot whose rating is not known yet, or none.
-    """
+    """The members of a league and its state."""
 
     members: list[Member] = field(default_factory=list)
     config_hash: str = ""
     snapshot_step: int = 0
     target: str = ""
+    """Snapshot that an exploiter is being trained against."""
     exploiters: int = 0
+    """Exploiters whose training has ended."""
     exploiter_step: int = 0
+    """Steps of the learner at the beginning of the latest exploiter."""
     until: int = 0
+    """Steps of the learner at which opponents are dealt anew."""
     unrated: str = ""
+    """Snapshot whose rating is not known yet."""
 
     @classmethod
     def from_dict(cls, plain: dict[str, Any]) -> Pool:

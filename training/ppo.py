@@ -47,7 +47,7 @@ class _Learner(PPO):
 
 
 def clear(folder: Path) -> None:
-    """Take away what a run has left in a folder, as far as another run could take it for its own."""
+    """Delete the files of a run that another run could take for its own."""
     for name in (CHECKPOINT, HISTORY, RUN_NAME, WEIGHTS, CARD):
         (folder / name).unlink(missing_ok=True)
     shutil.rmtree(folder / TENSORBOARD, ignore_errors=True)
@@ -57,30 +57,8 @@ class Training:
     """One training run in a folder, begun afresh or resumed from its last checkpoint.
 
     The folder holds ``config.json``, ``checkpoint.safetensors``, ``history.json``, the curves and, in the end,
-    ``policy.safetensors`` with ``policy.json``. A resumed run has the weights, the optimizer and the counters of its
-    checkpoint, and plays new games.
-
-    Parameters
-    ----------
-    config : TrainConfig
-    folder : Path
-    resume : bool
-        Go on from the folder's checkpoint.
-    overwrite : bool
-        Replace what the folder holds of another run.
-    say : callable, optional
-        Where lines of progress go.
-    command : str
-        What was called to begin the run; it stands on the card of the policy.
-    log : sequence of str
-        Where the curves go, of `swarm_pz.training.logs.LOGS`.
-
-    Attributes
-    ----------
-    state : RunState
-        What has happened so far, which callbacks share.
-    stored : dict
-        The story of the checkpoint that this run was resumed from.
+    ``policy.safetensors`` with ``policy.json``, whose card names the `command`. A resumed run has the weights, the
+    optimizer and the counters of its checkpoint, and plays new games. `log` names places for the curves, of `LOGS`.
 
     Raises
     ------
@@ -147,7 +125,7 @@ class Training:
 
     @property
     def history(self) -> list[dict[str, float]]:
-        """The evaluations so far, as of `RunState.records`."""
+        """Evaluations so far, as of `RunState.records`."""
         return self.state.records
 
     def exploration(self) -> float:
@@ -166,7 +144,7 @@ class Training:
             raise CheckpointError(f"{name!r} has another network than this run trains: {_first_line(error)}") from error
 
     def untrained(self) -> LearnedPolicy:
-        """Return the tactic of a network that has learned nothing yet, of this seed."""
+        """Return the tactic of this seed's network before any training."""
         with checkpoint.random_streams_kept():
             torch.manual_seed(self.config.seed)
             fresh = policy_class(self.config.game)(
@@ -192,21 +170,13 @@ class Training:
         return self.model.num_timesteps >= self.config.total_steps
 
     def standing(self) -> str:
-        """Say how far the run is."""
+        """Return a sentence with the steps so far."""
         return f"{self.folder} is saved at step {self.model.num_timesteps:,} of {self.config.total_steps:,}"
 
     def run(self, should_stop: Callable[[], bool] = never) -> LearnedPolicy:
-        """Train to the end, write the policy and return it; of a finished run, say so.
+        """Train to the end, write the policy and return it.
 
-        Parameters
-        ----------
-        should_stop : callable, optional
-            Says between two rollouts whether to stop there.
-
-        Raises
-        ------
-        Stopped
-            If it should stop; a checkpoint has been written.
+        Between two rollouts, Stopped is raised after a checkpoint if `should_stop` returns True.
         """
         if self.is_finished:
             self._say(
@@ -229,7 +199,7 @@ class Training:
 
     @functools.cached_property
     def logger(self) -> Logger:
-        """What writes the curves of this sitting."""
+        """Logger of this sitting's curves."""
         return open_logs(self._log, self.folder, self.config.to_dict())
 
     def deal(self, opponents: Sequence[Player], names: Sequence[str]) -> None:
@@ -254,7 +224,7 @@ class Training:
     # --- checkpoints ------------------------------------------------------------------------------
 
     def save_checkpoint(self, **more: Any) -> None:
-        """Write the learner, its history and what else is given, atomically; between two rollouts only."""
+        """Write the learner, its history and `more`, atomically; between two rollouts only."""
         learner, arrays = checkpoint.learner_state(self.model)
         told = {"seconds": self.state.seconds, "records": self.state.records}
         story = {
@@ -329,9 +299,6 @@ def _first_line(error: Exception) -> str:
 
 
 def _identity_of(config: TrainConfig, opponents: Sequence[Player]) -> str:
-    """Return what a checkpoint belongs to: all but how long and on how many threads the run is.
-
-    A learned opponent counts by its digest, and not only by its folder's name.
-    """
+    """Return a digest of all settings but `MAY_CHANGE`, and of learned opponents."""
     digests = {player.digest for player in opponents if isinstance(player, LearnedPolicy)}
     return "-".join([config.replace(**MAY_CHANGE).hash, *(digest[:16] for digest in sorted(digests))])

@@ -1,4 +1,4 @@
-"""How a league's newest snapshot is rated: among the latest of the pool, by games of their own."""
+"""The rating of a league's newest snapshot among the latest of the pool, by games of their own."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Rating:
         self._is_left = False
 
     def begin(self) -> None:
-        """Have the games played: by others meanwhile, or here and now."""
+        """Begin to play the games: on workers, or here and now."""
         if isinstance(self._workers, SerialExecutor):
             self._tournament.play()
             return
@@ -79,7 +79,7 @@ class Rating:
         return float(ratings.values[names.index(self._newest)])
 
     def leave(self) -> None:
-        """Begin no more games; those that began are finished and kept, unless the workers were ended."""
+        """Begin no more games; games that began are finished and kept, unless the workers were ended."""
         self._is_left = True
         if self._thread is not None:
             self._thread.shutdown()

@@ -1,4 +1,4 @@
-"""What a training run ends with: the learning curve, and the table beside the baselines."""
+"""The end of a training run: the learning curve, and the table beside the baselines."""
 
 from __future__ import annotations
 
@@ -35,13 +35,8 @@ def compare(
 ) -> tuple[MatchResult, list[Comparison]]:
     """Play the trained tactic and its baselines against uniform coverage, on the same seeds.
 
-    Returns
-    -------
-    match : MatchResult
-        The trained tactic's.
-    comparisons : list of Comparison
-        With its untrained network, `noise` and the best constant script; in place of these two with `hold`, where
-        its control system takes no densities.
+    Baselines are its untrained network, `noise` and the best constant script; `hold` in place of these two, where its
+    control system takes no densities.
     """
 
     def play(policy: Any) -> MatchResult:

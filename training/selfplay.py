@@ -1,11 +1,9 @@
 """A league: one learner against a growing pool of scripts, its own snapshots and exploiters.
 
-Opponents are drawn by how seldom the learner beats them (prioritised fictitious self-play, Vinyals et
-al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575, 2019): with
-weight (1 - p)^k for an opponent that is beaten in a share p of the games. A learner that forgets how
-to beat somebody meets them again. Scripts have a fixed share, however many snapshots there are: they
-are what tactics are measured against. Exploiters start from the learner's weights and learn to beat
-just that tactic; those that do join the pool.
+An opponent that is beaten in a share p of the games is drawn with weight (1 - p)^k (prioritised fictitious self-play,
+Vinyals et al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575, 2019). Scripts
+have a fixed share: tactics are measured against them. Exploiters start from the learner's weights and learn to beat
+that tactic alone; those that do join the pool.
 """
 
 from __future__ import annotations
@@ -58,30 +56,11 @@ class _Scores(RunCallback):
 
 
 class League:
-    """One league in a folder, begun afresh or resumed.
+    """One league in a folder, begun afresh or resumed; errors are as of `Training`.
 
     The folder holds ``config.json`` (its settings), ``league.json`` (the pool, for readers), ``main/`` (the learner's
     run, whose checkpoint holds the pool, too), ``pool/`` (snapshots), ``exploiters/``, and ``ratings/``, a tournament
-    of the latest of them.
-
-    Parameters
-    ----------
-    config : LeagueConfig
-    folder : Path
-    resume, overwrite : bool
-        Go on with the folder's league, or replace it.
-    say : callable, optional
-        Where lines of progress go.
-    command : str
-        What was called to begin the league; it stands on the card of the policy.
-    workers : Executor, optional
-        It trains exploiters and plays for ratings, as `open_pool` gives it; this process, if not given.
-
-    Raises
-    ------
-    CheckpointError
-        If there is nothing to resume, or it is corrupt or of other settings; or if a fresh league would
-        replace another.
+    of the latest of them. `workers` train exploiters and play for ratings; this process does, if none are given.
     """
 
     def __init__(
@@ -134,15 +113,7 @@ class League:
     def run(self, should_stop: Callable[[], bool] = never) -> LearnedPolicy:
         """Play the league to its end, write the learner's tactic and return it.
 
-        Parameters
-        ----------
-        should_stop : callable, optional
-            Says now and then whether to stop there.
-
-        Raises
-        ------
-        Stopped
-            If it should stop; all that is needed to go on has been written.
+        Stopped is raised after a checkpoint if `should_stop` returns True.
         """
         total = self.config.learner.total_steps
         if self.main.is_finished:
@@ -176,7 +147,7 @@ class League:
 
     @contextmanager
     def _working(self) -> Iterator[None]:
-        """Let workers do what is sent; an error in the block ends their work."""
+        """Open the workers' queue; an error in the block ends their work."""
         try:
             with BackgroundTasks(self._workers) as self._background:
                 yield
@@ -186,10 +157,7 @@ class League:
             self.main.logger.close()
 
     def _follow_up(self, should_stop: Callable[[], bool]) -> int:
-        """Begin what is due, and wait for what is to be known by now; return the learner's steps.
-
-        What has been done is not due again, so a league that was killed here goes on where it was.
-        """
+        """Begin ratings and exploiters that are due, wait for those that join now, and return the learner's steps."""
         step = self.main.model.num_timesteps
         is_over = step >= min(self.pool.until, self.config.learner.total_steps)
         since = step - self.pool.snapshot_step
@@ -222,7 +190,7 @@ class League:
         return step
 
     def _is_awaited(self, began: int, step: int) -> bool:
-        """Tell whether what began at a step joins at this one: between two deals, so that it is always the same one."""
+        """Return whether work that began at a step joins now: between two deals, at a step that is always the same."""
         total, after = self.config.learner.total_steps, self.config.async_delay
         return after == 0 or step >= total or (step >= self.pool.until and step >= began + after)
 
@@ -261,7 +229,7 @@ class League:
         return player
 
     def _snapshot(self, *, is_rated: bool = False) -> None:
-        """Put the learner as it stands into the pool, and save the league before anybody plays it."""
+        """Put the learner into the pool, and save the league before anybody plays it."""
         number = sum(member.kind == "snapshot" for member in self.pool.members)
         source = f"pool/snapshot_{number:03d}"
         self.main.policy().write(self.folder / source)
@@ -276,7 +244,7 @@ class League:
         return f"exploiter_{self.pool.exploiters:03d}"
 
     def _begin_exploiter(self, should_stop: Callable[[], bool]) -> None:
-        """Have a best response to the pool's target trained, or one finished, unless somebody is at it."""
+        """Send the training of a best response to the pool's target to the workers, unless it is there."""
         name, learner, steps = self._exploiter, self.config.learner, self.config.exploiter_steps
         if name in self._background:
             return
@@ -315,14 +283,14 @@ class League:
         self._save()
 
     def _begin_rating(self) -> Rating:
-        """Have the newest snapshot rated, unless somebody is at it."""
+        """Begin to rate the newest snapshot, unless that has begun."""
         if self._rating is None:
             self._rating = Rating(self.pool, self.folder, self._game, self._workers)
             self._rating.begin()
         return self._rating
 
     def _end_rating(self, should_stop: Callable[[], bool]) -> None:
-        """Record the rating that is due, if any; before the pool changes, since it is a rating among that."""
+        """Record the rating that is due, if any, before the pool changes."""
         if self.pool.unrated:
             self.main.logger.record("league/rating", self._begin_rating().end(should_stop))
             self._rating, self.pool.unrated = None, ""

@@ -32,30 +32,10 @@ def sweep(
     show: Callable[[float, float], None] = lambda *_: None,
     command: str = "",
 ) -> list[LearnedPolicy]:
-    """Train a policy with each seed; stopped runs are resumed, and trained ones stay.
+    """Train a policy with each seed, and return them in that order; stopped runs are resumed, and trained ones stay.
 
-    Parameters
-    ----------
-    config : TrainConfig
-        Of all runs but for the seed.
-    seeds : sequence of int
-    folder : Path
-        The run of seed 3 is in its folder ``seed-3``.
-    pool : Executor
-        Trains, as `swarm_pz.evaluation.workers.open_pool` gives it; the policies do not depend on it.
-    should_stop : callable, optional
-        Called now and then: whether to stop there.
-    say : callable, optional
-        Where lines of progress go.
-    show : callable, optional
-        Called now and then with the steps that all runs have had, as their checkpoints say, and those that there are.
-    command : str
-        What was called.
-
-    Returns
-    -------
-    list of LearnedPolicy
-        In the order of the seeds.
+    The run of seed 3 is in ``seed-3``. The policies do not depend on the `pool`, which `open_pool` opens. `show` gets
+    the steps of all runs so far, as their checkpoints say, and in the end.
 
     Raises
     ------
@@ -64,7 +44,7 @@ def sweep(
     ConfigError
         If seeds are not different, or a player is a folder, which machines elsewhere do not have.
     Stopped
-        If it should stop; what was trained so far, and checkpoints, are kept.
+        If `should_stop` returns True; checkpoints are kept.
     WorkerError
         If a worker died.
     """
@@ -101,7 +81,7 @@ def sweep(
 def train_one(
     config: TrainConfig, folder: Path | None, command: str, should_stop: Callable[[], bool] = never, say: Say = print
 ) -> PolicyBundle | None:
-    """Train one policy, or resume that: a task of a pool. Without a folder the policy is returned instead."""
+    """Train one policy, or resume it: a task of a pool. Without a folder the policy is returned."""
     with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
         where = Path(place, f"seed-{config.seed}") if folder is None else folder
         run = Training(config, where, resume=(where / CHECKPOINT).is_file(), say=say, command=command)
@@ -124,7 +104,7 @@ def _check_players(config: TrainConfig) -> None:
 
 
 def _steps_of(place: Path) -> int:
-    """Return how many steps a run has had at its latest checkpoint; 0 where there is none yet."""
+    """Return the steps of a run at its latest checkpoint; 0 where there is none yet."""
     try:
         return int(read_story(place / CHECKPOINT)["learner"]["steps"])
     except (CheckpointError, LookupError):
@@ -142,7 +122,7 @@ def _is_trained(place: Path, config: TrainConfig) -> bool:
 
 
 def _tell_evaluations(place: Path, told: int, say: Say) -> int:
-    """Say what a run that others are at has written of its evaluations since; return how many have been told."""
+    """Print the new evaluations of a run in another process; return the number of all printed so far."""
     try:
         records = json.loads((place / HISTORY).read_text())["records"]
     except (OSError, ValueError, LookupError):  # has not begun, or is elsewhere

@@ -1,4 +1,4 @@
-"""Stable-Baselines3's view of the environment: native VecEnvs over batches of duels."""
+"""The environment for Stable-Baselines3: native VecEnvs over batches of duels."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class SwarmVecEnv(BatchVecEnv):
 
     @property
     def command_names(self) -> tuple[str, ...]:
-        """What each discrete action asks for; nothing for actions of other kinds."""
+        """Names of discrete actions; none for actions of other kinds."""
         return self.duel.format.command_names
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
