@@ -17,7 +17,7 @@ from benchmarks.paper.figure import PRESETS, Figure, Finding, Setting, verdict
 from benchmarks.paper.style import COLUMNS, PRINT, RASTER
 from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.intervals import LEVEL
-from swarm_pz.evaluation.provenance import provenance
+from swarm_pz.evaluation.provenance import versions
 
 OPENING = (
     "How much of what *A Game Benchmark for Real-Time Human-Swarm Control* says about its game is reproduced, by the "
@@ -51,7 +51,10 @@ def to_dict(figure: Figure, finding: Finding, setting: Setting, command: str = "
         ],
         "interval": {"level": LEVEL, "method": finding.method},
         "config_hash": {name: config.hash for name, config in finding.configs.items()},
-        **provenance(finding.configs, command),
+        "rules": {name: config.rules for name, config in finding.configs.items()},
+        "rules_hash": {name: config.rules_hash for name, config in finding.configs.items()},
+        "versions": versions(),
+        "command": command,
         "seed": setting.seed,
         "size": setting.size,
         "seeds": finding.seeds,

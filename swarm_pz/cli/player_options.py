@@ -20,19 +20,19 @@ Player = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="PLAYER")]
 Players = Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[PLAYER ...]")]
 Opponent = Annotated[str, tyro.conf.arg(metavar="PLAYER")]
 REGISTRY = ConstructorRegistry()
-"""What tyro has to know of control systems."""
+"""Rules by which tyro reads control systems."""
 
 
 @REGISTRY.primitive_rule
-def _by_name(told: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[ControlSystem] | None:
+def _by_name(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[ControlSystem] | None:
     """Read a control system by its name, with its default numbers."""
-    if told.type is not ControlSystem:
+    if info.type is not ControlSystem:
         return None
     return PrimitiveConstructorSpec(
         nargs=1,
         metavar="SYSTEM",
         instance_from_str=lambda words: system_of(words[0]),
-        is_instance=lambda given: isinstance(given, ControlSystem),
+        is_instance=lambda value: isinstance(value, ControlSystem),
         str_from_instance=lambda system: [system.name],
     )
 

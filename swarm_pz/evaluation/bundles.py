@@ -1,4 +1,4 @@
-"""Policies on their way to other machines: the files of their folders, and a loader that checks them there."""
+"""Files of policies for other machines, and a loader that checks digests."""
 
 from __future__ import annotations
 
@@ -16,34 +16,34 @@ from swarm_pz.files import draft_of, explain
 from swarm_pz.policy import Player, digest_of, load
 
 MOST_BYTES = 2**26
-"""Of the files of a bundle."""
+"""Of a bundle."""
 
 
 @dataclass(frozen=True)
 class PolicyBundle:
-    """The files of a policy's folder: its name, and name and content of each, without folders in it."""
+    """The files of a policy's folder, by name and content; folders in it are left out."""
 
     name: str
     files: tuple[tuple[str, bytes], ...]
 
     @classmethod
     def of(cls, folder: Path) -> PolicyBundle:
-        """Read a folder; raise a PolicyError if its files are too large to travel, or cannot be read."""
+        """Read a folder; raise a PolicyError if it is too large or cannot be read."""
         try:
             found = (path for path in folder.iterdir() if path.is_file() and not path.name.startswith("."))
-            paths = sorted(found, key=lambda path: (path.suffix == ".json", path.name))  # a card never stands alone
+            paths = sorted(found, key=lambda path: (path.suffix == ".json", path.name))  # the card last
             size = sum(path.stat().st_size for path in paths)
             if size > MOST_BYTES:
                 raise PolicyError(
-                    f"{folder} is too large for the way to other machines: expected {MOST_BYTES:,} bytes or fewer, got "
-                    f"{size:,}; name a folder with the policy's own files alone"
+                    f"{folder} is too large to send: expected {MOST_BYTES:,} bytes or fewer, got {size:,}; name a "
+                    "folder with the policy's files alone"
                 )
             return cls(folder.resolve().name, tuple((path.name, path.read_bytes()) for path in paths))
         except OSError as error:
             raise PolicyError(f"{folder} cannot be read: {explain(error)}") from error
 
     def unpack(self, where: Path) -> Path:
-        """Write the folder into another one; return where it is."""
+        """Write the folder into another one, and return its path."""
         folder = where / self.name
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in self.files:
@@ -84,15 +84,9 @@ class VerifyingLoader:
 
 @contextmanager
 def unpacked_policy(name: str, game: GameConfig, digest: str | None, bundle: PolicyBundle | None) -> Iterator[str]:
-    """Have a policy where a task is done, checked by its digest if that is given; yield its name or folder there.
-
-    Raises a WorkerError if it cannot be had, or is another.
-    """
-    if digest is not None or bundle is not None:
-        digests, bundles = {} if digest is None else {name: digest}, {} if bundle is None else {name: bundle}
-        VerifyingLoader(load, digests, bundles)(name, game)
-    if bundle is None:
-        yield name
-        return
+    """Yield the name of a policy, or its folder on this machine; raise a WorkerError if its digest is another."""
     with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
-        yield str(bundle.unpack(Path(place)))
+        here = name if bundle is None else str(bundle.unpack(Path(place)))
+        if digest is not None or bundle is not None:
+            VerifyingLoader(load, {} if digest is None else {here: digest}, {})(here, game)
+        yield here

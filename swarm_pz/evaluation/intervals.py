@@ -18,7 +18,7 @@ _TAILS = ((1 - LEVEL) / 2, (1 + LEVEL) / 2)
 
 
 def middle(drawn: ArrayLike) -> tuple[Array, Array]:
-    """Return the ends of the interval that holds the middle `LEVEL` of draws along the first axis."""
+    """Return the ends of the central `LEVEL` of draws along the first axis."""
     low, high = np.quantile(np.asarray(drawn, np.float64), _TAILS, axis=0)
     return np.asarray(low), np.asarray(high)
 
@@ -33,9 +33,9 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
 
 
 def bootstrap(values: ArrayLike, statistic: Callable[[Any], Any] | None = None) -> tuple[Array, Array, Array]:
-    """Return a statistic (by default the mean) of samples (n, ...) along the first axis, and the ends of its interval.
+    """Return a statistic of samples (n, ...), by default the mean, and its percentile bootstrap interval.
 
-    Percentiles over always the same resamples (Efron, Annals of Statistics 7, 1979).
+    The resamples are always the same (Efron, Annals of Statistics 7, 1979).
     """
     samples = _samples(values)
     compute = statistic if statistic is not None else (lambda drawn: drawn.mean(axis=0))

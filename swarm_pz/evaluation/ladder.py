@@ -1,8 +1,4 @@
-"""The ladder of a tournament as plain values, as a Markdown page, and as a picture.
-
-It has ratings, Nash averages, the results of every two players, and the cyclic part of these that ratings cannot
-explain.
-"""
+"""The ladder of a tournament as plain values, a Markdown page and a picture."""
 
 from __future__ import annotations
 
@@ -20,11 +16,7 @@ _ANCHOR = "uniform"
 
 
 def make_ladder(tournament: Tournament) -> dict[str, Any]:
-    """Return the figures of a tournament, best player first, as plain values.
-
-    `payoffs` are each player's (row) share of the points against each other (column). A pair of games that came out the
-    same counts as one in every number.
-    """
+    """Return the figures of a tournament, best player first; `payoffs` are shares of points, row against column."""
     results = tournament.results()
     anchor = _ANCHOR if _ANCHOR in tournament.players else None
     ratings = rate(results, anchor)
@@ -132,7 +124,7 @@ def to_markdown(ladder: dict[str, Any], picture: str) -> str:
 
 
 def figure(value: float | None, digits: int) -> str:
-    """Return a number as tables show it, or a dash for none."""
+    """Return a number for a table, or a dash for None."""
     return "-" if value is None else f"{value:.{digits}f}"
 
 

@@ -25,11 +25,10 @@ _OPPOSITE = {"win": "loss", "draw": "draw", "loss": "win"}
 
 @dataclass(frozen=True, kw_only=True)
 class PlayedGame:
-    """One game of a tournament, as its line in the file.
+    """One game of a tournament, a line of the file.
 
-    `one` and `other` are in alphabetical order, and `outcome` and `share` (final, of all drones) are of `one`. Number
-    2p is pair p with `one` as red, 2p + 1 with it as blue. Of both players, `sent` are commands that differed from the
-    one before, and `thinking_ms` mean milliseconds a command. Games that ended alike have the same fingerprint.
+    `one` and `other` are in alphabetical order; `outcome` and `share` are those of `one`, which is red if the number is
+    even. The other fields are as of `rollout.Game`.
     """
 
     one: str
@@ -58,11 +57,11 @@ class PlayedGame:
 
     @property
     def key(self) -> tuple[str, str, int]:
-        """What no two games share."""
+        """Names and number, which are unique."""
         return self.one, self.other, self.number
 
     def outcome_of(self, player: str) -> str:
-        """Return how the game ended for one of the two: "win", "draw" or "loss"."""
+        """Return the outcome for one of the two: "win", "draw" or "loss"."""
         return self.outcome if player == self.one else _OPPOSITE[self.outcome]
 
 
@@ -77,7 +76,7 @@ G = TypeVar("G", bound=_OfPair)
 
 
 def distinct(games: Iterable[G]) -> list[list[G]]:
-    """Return the games that count, each as a list: of both games, if a pair played the same game twice."""
+    """Return the games that count, each as a list: of both games of a pair, if they are identical."""
     found: dict[tuple[int, str], list[G]] = {}
     for game in games:
         found.setdefault((game.number // 2, game.fingerprint), []).append(game)
@@ -86,7 +85,7 @@ def distinct(games: Iterable[G]) -> list[list[G]]:
 
 @contextlib.contextmanager
 def folder_lock(folder: Path) -> Iterator[None]:
-    """Keep other processes from working in a folder: a ResultsError. The system's lock ends with the process."""
+    """Lock a folder; raise a ResultsError if another process has. The system's lock ends with the process."""
     filelock = require_extra("filelock", "cli")
     folder.mkdir(parents=True, exist_ok=True)
     lock, holder = filelock.FileLock(folder / ".lock"), folder / ".holder"
@@ -117,10 +116,10 @@ def recorded_digests(folder: Path) -> dict[str, str]:
 
 
 class Ledger:
-    """A folder with one line for every finished game, in ``games.jsonl``, and the settings in ``tournament.json``.
+    """A tournament's folder.
 
-    Nothing is changed before the folder's lock is taken. A folder of another tournament, with players of other
-    digests or with corrupt files raises a ResultsError.
+    Nothing is changed before the folder's lock is taken. A ResultsError is raised for a folder of another tournament,
+    with players of other digests, or with corrupt files.
     """
 
     def __init__(self, folder: Path, *, seed: int, budget_ms: float, game: GameConfig, digests: dict[str, str]) -> None:
@@ -156,7 +155,7 @@ class Ledger:
         return learned
 
     def take_up(self, command: str) -> dict[tuple[str, str, int], PlayedGame]:
-        """With the lock: check again, write the settings, cut off a line that was not finished, return the games."""
+        """Check again, write the settings, cut off an unfinished line, and return the games; needs the lock."""
         settings = {
             **self._settings,
             "config_hash": self._game.hash,
@@ -192,7 +191,7 @@ class Ledger:
         return games
 
     def append(self, games: Iterable[PlayedGame]) -> None:
-        """Add finished games, so that even a system that crashes keeps them."""
+        """Add finished games, which even a crash of the system keeps."""
         lines = "".join(json.dumps(dataclasses.asdict(game)) + "\n" for game in games)
         path = self.folder / GAMES
         with named_if_full(path, path), path.open("ab") as file:

@@ -1,7 +1,6 @@
 """Matches: two policies, both sides, the same seeds for both.
 
-Games come in pairs: the policy plays red and then blue from the same start. If both games of a pair are the same game
-(two deterministic policies that play alike), the pair counts once.
+The policy plays a pair of games from each start: as red, and as blue. A pair whose games are identical counts once.
 """
 
 from __future__ import annotations
@@ -29,15 +28,12 @@ _BATCH = 256
 """Games played side by side; results do not depend on it."""
 _RESAMPLES = 10_000
 POINTS = {"win": 1.0, "draw": 0.5, "loss": 0.0}
-"""What an outcome is worth where games are added up."""
+"""Points of each outcome."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MatchResult:
-    """The games of a match and the settings behind them.
-
-    `limit_s` are seconds until a draw, and `privileged` are those of the two players that see the simulator itself.
-    """
+    """The games and settings of a match; `privileged` are players that read the simulator."""
 
     policy: str
     opponent: str
@@ -49,17 +45,17 @@ class MatchResult:
 
     @property
     def unique(self) -> list[Game]:
-        """The games that count: of a pair that is the same game twice, the one with the policy as red."""
+        """The games that count: of two identical ones, that with the policy as red."""
         return list({(game.pair, game.fingerprint): game for game in reversed(self.games)}.values())[::-1]
 
     @property
     def lost(self) -> list[Game]:
-        """The games that count and that the policy lost."""
+        """Games that count and that the policy lost."""
         return [game for game in self.unique if game.outcome == "loss"]
 
     @property
     def forfeits(self) -> list[Game]:
-        """The games that a side lost because its control system failed."""
+        """Games that a side lost by a fault."""
         return [game for game in self.games if game.forfeit]
 
     def count(self, outcome: str) -> int:
@@ -71,17 +67,13 @@ class MatchResult:
         return f"{self.count('win')}-{self.count('draw')}-{self.count('loss')}"
 
     def score(self) -> float:
-        """Return the share of the points, a draw being half a win."""
+        """Return the share of the points; a draw is half a win."""
         return float(np.mean([POINTS[game.outcome] for game in self.unique]))
 
     def win_rate_interval(self) -> tuple[float, float]:
-        """Return the 95 % interval of the win rate.
-
-        Wilson's where all pairs are two different games, or where all or none are won; a bootstrap
-        over pairs otherwise.
-        """
+        """Return the 95 % interval of the win rate: Wilson's, or a bootstrap over pairs if some are identical games."""
         games = self.unique
-        # Where all games or none are won, a bootstrap has nothing to draw from.
+        # A bootstrap of games that are all won, or all lost, has no width.
         if len(games) == len(self.games) or self.count("win") in (0, len(games)):
             return wilson(self.count("win"), len(games))
         totals: dict[int, NDArray[np.float64]] = defaultdict(lambda: np.zeros(2))
@@ -93,25 +85,22 @@ class MatchResult:
         return float(low), float(high)
 
     def share(self) -> float:
-        """Return the mean final share of the drones, over all games."""
+        """Return the mean final fraction of the drones over all games."""
         return float(np.mean([game.share for game in self.games]))
 
     def share_interval(self) -> tuple[float, float]:
-        """Return the 95 % interval of the mean final share, from a bootstrap over pairs.
-
-        Both sides' shares add up to one: a policy whose whole interval is above 0.5 ends with more drones.
-        """
+        """Return the 95 % interval of the mean final fraction, from a bootstrap over pairs."""
         return _mean_interval(self.share_by_pair())
 
     def share_by_pair(self) -> NDArray[np.float64]:
-        """Return the mean final share of each pair of games."""
+        """Return the mean final fraction of each pair of games."""
         by_pair = np.zeros(len(self.games) // 2)
         for game in self.games:
             by_pair[game.pair] += game.share / 2
         return by_pair
 
     def summary(self) -> dict[str, Any]:
-        """Return the figures of the match as plain values, ready for JSON."""
+        """Return the figures of the match as plain values."""
         games = self.unique
         seconds = np.array([game.seconds if game.outcome != "draw" else self.limit_s for game in games])
         low, high = self.win_rate_interval()
@@ -138,7 +127,7 @@ class MatchResult:
         }
 
     def write(self, path: Path, command: str = "") -> None:
-        """Write the summary as JSON, with the lost and forfeited games, and its origin (`evaluation.provenance`)."""
+        """Write the summary as JSON, with lost and forfeited games and the `provenance`."""
         figures = self.summary()
         figures["lost"] = [{"pair": game.pair, "side": game.side, "seconds": game.seconds} for game in self.lost]
         if forfeits := self.forfeits:
@@ -159,7 +148,7 @@ def play_match(
 ) -> MatchResult:
     """Play a match, half of the games from each side.
 
-    A game in which a control system raises, answers nonsense or takes too long is a forfeit of the side that it flies.
+    A side whose control system or program fails or takes too long forfeits the game.
 
     Parameters
     ----------
@@ -167,12 +156,11 @@ def play_match(
     games : int
         Even.
     seed : int
-        Of the match; games and both policies' random streams follow from it.
     config : GameConfig, optional
         The rules, as of `Rollout`.
     threads : int
     progress : callable, optional
-        Called with (games finished, games in all) after every step.
+        Called with games finished and games in all after every step.
 
     Raises
     ------
@@ -184,12 +172,7 @@ def play_match(
     games = check_count(games, "games", 2, 10**9)
     check(games % 2 == 0, "games", games, "an even number, half for each side")
     config = config if config is not None else GameConfig()
-    players = load_players(policy, opponent, config)
-    loaded, played = [players], list[Game]()
-
-    def make() -> tuple[Player, Player]:
-        # After a forfeit a program has ended, and is started again.
-        return loaded.pop() if loaded else load_players(policy, opponent, config)
+    players, played = load_players(policy, opponent, config), list[Game]()
 
     def report(ended: int) -> None:
         if progress is not None:
@@ -197,7 +180,7 @@ def play_match(
 
     for start in range(0, games, _BATCH):
         numbers = range(start, min(start + _BATCH, games))
-        played += play_or_forfeit(make, numbers, progress=report, seed=seed, config=config, threads=threads)
+        played += play_or_forfeit(lambda: players, numbers, progress=report, seed=seed, config=config, threads=threads)
     names = name_of(policy), name_of(opponent)
     return MatchResult(
         policy=names[0],
@@ -211,7 +194,7 @@ def play_match(
 
 
 def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) -> tuple[float, float, float]:
-    """Compare the mean final share of two policies that played the same opponent on the same seeds.
+    """Compare the mean final fraction of two policies that played the same opponent on the same seeds.
 
     Returns
     -------
@@ -231,7 +214,7 @@ def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) ->
 
 
 def _mean_interval(values: NDArray[np.float64], seed: int = 0) -> tuple[float, float]:
-    """Return the interval of the mean of values (n,), one a pair of games, from a bootstrap."""
+    """Return the bootstrap interval of the mean of values (n,), one for each pair of games."""
     drawn = np.random.default_rng(seed).integers(len(values), size=(_RESAMPLES, len(values)))
     low, high = middle(values[drawn].mean(axis=1))
     return float(low), float(high)

@@ -1,4 +1,4 @@
-"""What a process needs that runs other people's policies: a limit to their time, and an end of its own."""
+"""Processes that run policies: a time limit, and an end with their parent."""
 
 from __future__ import annotations
 
@@ -17,26 +17,21 @@ from pathlib import Path
 from types import FrameType
 
 _WAITS = Path("/proc/thread-self/schedstat")
-"""Where Linux tells how long a thread waited for a processor: the second number, in nanoseconds."""
+"""Linux writes the nanoseconds for which a thread waited for a processor here, as the second number."""
 _AGAIN_S = 0.5
-"""Seconds at most between two rings of an alarm, for code that catches one or must not be interrupted yet."""
+"""Most seconds until an alarm rings again, for code that catches one or cannot be interrupted yet."""
 
 
 class LostTaskError(BrokenExecutor):
-    """Several workers died of one task; other tasks of the pool are well."""
+    """Several workers died of one task; the pool still works."""
 
 
 @contextmanager
 def alarm(seconds: float) -> Iterator[None]:
-    """Interrupt Python code that takes longer, where the system has alarms; elsewhere raise afterwards.
+    """Raise a TimeoutError in Python code that takes longer; afterwards, where the system has no alarms.
 
-    Time spent waiting for a busy processor does not count, where the system tells it. Imports and compilation are
-    finished first: an interrupt would leave half a library, or half a function, for all who use it later.
-
-    Raises
-    ------
-    TimeoutError
-        If the code takes longer.
+    Time spent waiting for a busy processor does not count on Linux. Imports and compilation are finished first: an
+    interrupt would leave half a library, or half a function.
     """
     late = f"no command within {seconds:g} s"
     entered = sys._getframe(2)  # of who calls this; the first is contextlib's
@@ -61,16 +56,16 @@ def alarm(seconds: float) -> Iterator[None]:
 
 
 def _own_time() -> float:
-    """Return seconds that pass while this thread works or sleeps, and not while it waits for a processor."""
+    """Return seconds for which this thread worked or slept, and did not wait for a processor."""
     try:
         waited = int(_WAITS.read_bytes().split()[1]) / 1e9
-    except (OSError, LookupError, ValueError):  # not every system tells
+    except (OSError, LookupError, ValueError):  # only on Linux
         waited = 0.0
     return time.monotonic() - waited
 
 
 def _gets_ready(frame: FrameType | None, until: FrameType | None) -> bool:
-    """Return whether something is being imported or compiled by what was called after a frame."""
+    """Return True if calls above a frame import or compile something."""
     numba = sys.modules.get("numba.core.compiler_lock")
     if numba is not None and numba.global_compiler_lock.is_locked():  # by this thread
         return True
@@ -83,7 +78,7 @@ def _gets_ready(frame: FrameType | None, until: FrameType | None) -> bool:
 
 @contextmanager
 def interrupts_blocked() -> Iterator[None]:
-    """Let processes that are started here begin with SIGINT blocked, until `prepare_process` ignores it."""
+    """Start processes with SIGINT blocked, until `prepare_process` ignores it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -102,7 +97,7 @@ def end_processes() -> None:
 
 
 def prepare_process() -> None:
-    """Make this process end with the one that started it, ignore Ctrl-C, and leave other cores to others."""
+    """Make this process end with its parent, ignore Ctrl-C, and use one core."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         # A terminal sends Ctrl-C to all processes; only the one that shares out the work decides what to do.

@@ -1,4 +1,4 @@
-"""Where results come from: the rules that were played, their hash, the versions, and the command."""
+"""Origin of results: rules, their hash, versions, and the command."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import hashlib
 import importlib.metadata
 import importlib.util
 import platform
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,29 +17,24 @@ from swarm_pz.config.registry import GROUP as SYSTEMS
 from swarm_pz.policy import FOLDERS, GROUP
 
 _PACKAGES = ("swarm-pz", "numpy", "numba", "torch", "stable-baselines3")
-"""What results depend on; the last two where somebody learned."""
+"""Packages that results depend on; the last two, those of training."""
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that results depend on, as far as they are installed."""
-    return {"python": platform.python_version(), **dict(_packages(importlib.metadata.version))}
+    """Return the versions of Python and of the installed packages that results depend on."""
+    return {"python": platform.python_version()} | {name: v for name in _PACKAGES if (v := _version(name)) is not None}
 
 
-@functools.lru_cache(maxsize=2)  # to look takes tens of milliseconds, and every checkpoint asks; what runs is loaded
-def _packages(look: Callable[[str], str]) -> tuple[tuple[str, str], ...]:
-    found = []
-    for name in _PACKAGES:
-        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            found.append((name, look(name)))
-    return tuple(found)
+@functools.cache  # to look takes tens of milliseconds, and every checkpoint asks
+def _version(name: str) -> str | None:
+    with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+        return importlib.metadata.version(name)
+    return None
 
 
 @functools.cache
 def required_versions() -> dict[str, str]:
-    """Return the versions that must be alike on machines that share work: packages, plug-ins, swarm-pz's source.
-
-    What is installed later does not count, since it has not been loaded.
-    """
+    """Return the versions that machines must share to share work: of packages, plug-ins, and swarm-pz's source."""
     found = {name: version for name, version in versions().items() if name != "python"}
     found["swarm-pz"] = f"{found.get('swarm-pz', 'in a folder')}, source {_source()}"
     for group in (GROUP, FOLDERS, SYSTEMS):
@@ -49,7 +43,7 @@ def required_versions() -> dict[str, str]:
 
 
 def _source() -> str:
-    """Return a hash of the code, wherever its folders are installed."""
+    """Return a hash of the code of all folders."""
     content = hashlib.sha256()
     for package in ("swarm_pz", "swarm_pz.policies", "swarm_pz.training"):
         spec = importlib.util.find_spec(package)
@@ -61,11 +55,10 @@ def _source() -> str:
     return content.hexdigest()[:12]
 
 
-def provenance(config: GameConfig | Mapping[str, GameConfig], command: str = "") -> dict[str, Any]:
-    """Return what every file of results carries: the rules, their hash, versions and the command.
+def provenance(config: GameConfig, command: str = "") -> dict[str, Any]:
+    """Return rules, their hash, versions and the command, for a file of results.
 
-    Of several games, a mapping by names, rules and hashes are dicts by these names. Results may be compared where the
-    hashes are equal.
+    Results may be compared where the hashes are equal.
 
     Examples
     --------
@@ -73,8 +66,4 @@ def provenance(config: GameConfig | Mapping[str, GameConfig], command: str = "")
     >>> GameConfig.from_dict(found["rules"]).rules_hash == found["rules_hash"]
     True
     """
-    if isinstance(config, GameConfig):
-        of_game: dict[str, Any] = {"rules": config.rules, "rules_hash": config.rules_hash}
-    else:
-        of_game = {key: {name: getattr(game, key) for name, game in config.items()} for key in ("rules", "rules_hash")}
-    return {**of_game, "versions": versions(), "command": command}
+    return {"rules": config.rules, "rules_hash": config.rules_hash, "versions": versions(), "command": command}

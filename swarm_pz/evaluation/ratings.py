@@ -1,9 +1,7 @@
-"""Ratings of a field from its games, with intervals, what they leave out, and Nash averaging.
+"""Ratings of a field, with intervals, their cyclic rest, and Nash averaging.
 
-The Bradley-Terry model gives player i a strength r_i such that i beats j with probability
-1 / (1 + exp(r_j - r_i)) (Bradley & Terry, "Rank analysis of incomplete block designs", Biometrika 39, 1952).
-Strengths cannot describe a field in which a beats b, b beats c and c beats a: see `intransitivity`. They also depend on
-who else plays: see `nash_average`.
+In the Bradley-Terry model player i beats j with probability 1 / (1 + exp(r_j - r_i)) (Biometrika 39, 1952). Strengths r
+cannot describe cycles, see `intransitivity`, and depend on the other players, see `nash_average`.
 """
 
 from __future__ import annotations
@@ -21,26 +19,21 @@ from swarm_pz.evaluation.intervals import middle, wilson
 Array = NDArray[np.float64]
 
 SCALE = 400.0 / np.log(10.0)
-"""Rating points of one unit of r: 400 points are odds of ten to one, as in Elo's ratings."""
+"""Rating points of one unit of r: 400 points are odds of ten to one, as in Elo."""
 ANCHOR = 1000.0
-"""Rating of the player that the scale is fixed to."""
+"""Rating of the anchor."""
 PRIOR = 0.5
-"""Points that everybody has from everybody before the first game; else a player without a loss would be infinitely
-strong."""
+"""Points of each player from each other before the first game, so that ratings are finite."""
 _RESAMPLES = 400
 _SIMULATIONS = 100
 _LP = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 _SLACKS, _TIGHT = (1e-9, 1e-8, 1e-7, 1e-6), 1e-6
-"""By how much a level may be exceeded later (rounding may ask for more), and the least dual value of a tight row."""
+"""Tolerances of a level that was found, tried in turn, and the least dual value of a tight row."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """The points of a round robin of n players.
-
-    For players i < j, `points[i, j]` (pairs, 2) has i's points, a draw being half a point, and the number of games that
-    count, for each pair of games from the same start.
-    """
+    """A round robin: for players i < j, `points[i, j]` (pairs, 2) has i's points and the games of each pair."""
 
     players: tuple[str, ...]
     points: dict[tuple[int, int], Array]
@@ -56,10 +49,9 @@ class Results:
         return points, games
 
     def reweighted(self, generator: np.random.Generator) -> Array:
-        """Return points (n, n) in which every pair of games, and every prior game, counts at random.
+        """Return points (n, n) with exponential weights of pairs of games and of the prior.
 
-        The Bayesian bootstrap (Rubin, Annals of Statistics 9, 1981), with exponential weights. Unlike samples with
-        replacement it is not certain of a result that was always the same.
+        This is the Bayesian bootstrap (Rubin, Annals of Statistics 9, 1981), which has a width even for equal results.
         """
         n = len(self.players)
         points = np.zeros((n, n))
@@ -91,9 +83,9 @@ def _with_prior(points: Array) -> Array:
 
 
 def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
-    """Rate a field: the anchor has 1000 points, or else the mean; `seed` is that of the bootstrap over pairs of games.
+    """Rate a field; the anchor, or else the mean, has 1000 points. `seed` is of the bootstrap over pairs of games.
 
-    A CommandError is raised for fewer than two players, a pairing without games, or an anchor that does not play.
+    A CommandError is raised for fewer than two players, a pairing without games, or an unknown anchor.
     """
     points, games = results.payoffs()
     n = len(results.players)
@@ -113,12 +105,18 @@ def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
 
 @dataclass(frozen=True)
 class Intransitivity:
-    """How far a field is from a ladder.
+    """The distance of a field from a ladder.
 
-    `cyclic_share` of the squared log-odds between players is not explained by any rating (1: pure rock-paper-scissors);
-    `expected` is what it would be by chance, in as many games of a field that ratings describe truly. Of `triples` of
-    players with three decided pairings (95 % intervals above one half), `cycles` are cyclic. `strongest` is the cycle
-    whose closest pairing is the clearest: each beats the next.
+    Attributes
+    ----------
+    cyclic_share : float
+        Fraction of the squared log-odds that no rating explains; 1 is pure rock-paper-scissors.
+    expected : float
+        The same by chance, in as many games of a field that ratings describe.
+    cycles, triples : int
+        Cycles among the triples of players with three decided pairings (95 % intervals above one half).
+    strongest : tuple of str
+        The clearest cycle: each beats the next.
     """
 
     cyclic_share: float
@@ -138,11 +136,10 @@ def _cyclic_share(points: Array, games: Array) -> float:
 
 
 def intransitivity(results: Results) -> Intransitivity:
-    """Measure how far a field is from a ladder.
+    """Measure the distance of a field from a ladder.
 
-    The log-odds L (n, n) are antisymmetric. Their part that ratings explain is r_i - r_j with
-    r_i = mean_j L_ij; the rest is cyclic (the combinatorial Hodge decomposition; Balduzzi et al.,
-    "Re-evaluating evaluation", NeurIPS 2018).
+    Ratings explain the part r_i - r_j, r_i = mean_j L_ij, of the log-odds L; the rest is cyclic (combinatorial Hodge
+    decomposition; Balduzzi et al., "Re-evaluating evaluation", NeurIPS 2018).
     """
     points, games = results.payoffs()
     n = len(results.players)
@@ -180,24 +177,20 @@ def intransitivity(results: Results) -> Intransitivity:
 def nash_average(shares: Array) -> tuple[Array, Array]:
     """Return the equilibrium mixture of a field, and every player's skill against it.
 
-    Two sides each choose a player, and the points decide: a symmetric zero-sum game of value 0. Clones of a player
-    share its part of the mixture and change no skill.
-
-    Several equilibria may exist. Linear programs in a row choose one: they make the largest skill as small as possible,
-    then the next largest, and so on; then likewise the shares, so that equal players have equal ones. Both results are
-    unique. Players in the mixture of any equilibrium have skill 0, all others a negative one. (Maximum entropy, the
-    choice of Balduzzi et al., gives skills that clones may change.)
+    Of several equilibria of the game in which both sides choose a player, linear programs choose one: they minimise the
+    largest skill, then the next largest, and so on, and then likewise the shares. Both results are unique, and clones
+    of a player change no skill (Marris et al., "Deviation ratings", arXiv 2502.11645, 2025), which maximum entropy
+    does not grant (Balduzzi et al., "Re-evaluating evaluation", NeurIPS 2018).
 
     Parameters
     ----------
     shares : ndarray (n, n)
-        Each player's (row) share of the points against each other (column), a draw being half a point. The diagonal
-        does not count.
+        Each player's (row) share of the points against each other (column). The diagonal does not count.
 
     Returns
     -------
     mixture : ndarray (n,)
-        Share of each player, at least 0; the sum is 1.
+        Share of each player; the sum is 1.
     skills : ndarray (n,)
         Each player's share of the points against the mixture less one half, at most 0 within 1e-6.
 
@@ -205,11 +198,6 @@ def nash_average(shares: Array) -> tuple[Array, Array]:
     ------
     ResultsError
         If rounding keeps the linear programs from being solved.
-
-    References
-    ----------
-    Balduzzi, Tuyls, Perolat & Graepel, "Re-evaluating evaluation", NeurIPS 2018. Levels one after another: Marris, Liu,
-    Gemp, Piliouras & Lanctot, "Deviation ratings: a general, clone-invariant rating method", arXiv 2502.11645, 2025.
     """
     linprog = require_extra("scipy.optimize", "cli").linprog
     n = len(shares)

@@ -1,7 +1,7 @@
 """A Ray cluster as a pool of workers.
 
-Each task is a Ray task of one processor, which Ray gives out again if its worker or machine dies. Its arguments travel
-with it, folders of players only once. A machine with other versions is left out, by name.
+Ray repeats a task if its worker or machine dies. Folders of players travel once. A machine with other versions is left
+out and named.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from swarm_pz.evaluation.provenance import required_versions
 from swarm_pz.kernels.cache import processor
 
 _RETRIES = 2
-"""How often Ray gives a task out again that its worker died of."""
+"""Repetitions of a task after its worker died."""
 _MOST_TASKS = 10_000
 _LOOK_S = 1.0
 """Seconds between two looks whether a task was ended."""
@@ -38,14 +38,14 @@ def _print(line: str) -> None:
 
 
 class RayPool(ThreadPoolExecutor):
-    """The machines of a Ray cluster that this one is part of; each task has a thread here that waits for it.
+    """The machines of the Ray cluster of this one; each task has a thread here that waits for it.
 
     `address` is "auto", or HOST:PORT of the cluster's head; `say` takes lines about machines, from any thread. A
     WorkerError is raised if there is no such cluster, or it runs another version of Ray or Python.
     """
 
     elsewhere = True
-    """Workers may be on machines that have none of this one's files."""
+    """Workers may lack this machine's files."""
 
     def __init__(self, address: str, say: Callable[[str], None] = _print) -> None:
         super().__init__(_MOST_TASKS, thread_name_prefix="ray-pool")
@@ -67,11 +67,11 @@ class RayPool(ThreadPoolExecutor):
 
     @property
     def slots(self) -> int:
-        """Tasks that it can be given before the first is done: one more than processors, so that a cluster grows."""
+        """Tasks that may wait: one more than processors, so that a cluster grows."""
         return int(sum(self._machines().values())) + 1
 
     def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
-        """Give a task to whichever machine is free."""
+        """Give a task to the cluster."""
         places = [place for place, value in enumerate(args) if isinstance(value, PolicyBundle)]
         bare = [None if place in places else value for place, value in enumerate(args)]
         work = self._ray.cloudpickle.dumps((fn, bare, kwargs))
@@ -84,7 +84,7 @@ class RayPool(ThreadPoolExecutor):
             self._ray.cancel(ref, force=True)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Take no more tasks, and leave the cluster when the given ones are done."""
+        """Leave the cluster when the tasks are done."""
         super().shutdown(wait, cancel_futures=cancel_futures)
         if wait and self._is_ours:
             with _handlers_kept():
@@ -96,7 +96,7 @@ class RayPool(ThreadPoolExecutor):
         return self._bundles[bundle]
 
     def _machines(self) -> dict[str, float]:
-        """Return the processors of every machine that may work, by its number."""
+        """Return the processors of each machine that may work, by its id."""
         try:
             nodes = [node for node in self._ray.nodes() if node["Alive"] and node["NodeID"] not in self._refused]
         except Exception as error:
@@ -106,7 +106,7 @@ class RayPool(ThreadPoolExecutor):
         return {node["NodeID"]: node["Resources"]["CPU"] for node in nodes if node["Resources"].get("CPU", 0.0)}
 
     def _do(self, work: bytes, places: list[int], bundles: list[Any]) -> Any:
-        """Have a task done by a machine with the same versions, and return its result."""
+        """Return the result of a task, from a machine with the same versions."""
         while True:
             run = self._run
             if self._refused:
@@ -141,7 +141,7 @@ class RayPool(ThreadPoolExecutor):
         )
 
     def _refuse(self, node: str, host: str, found: dict[str, str]) -> None:
-        """Leave a machine out from now on; raise if none is left."""
+        """Leave a machine out from now on; raise a WorkerError if none is left."""
         with self._lock:
             if node not in self._refused:
                 differing = [
@@ -162,10 +162,7 @@ def _make_runner() -> Callable[..., tuple[str, str, str | dict[str, str], Any]]:
     def run(
         expected: dict[str, str], work: bytes, places: list[int], *bundles: Any
     ) -> tuple[str, str, str | dict[str, str], Any]:
-        """Do a task where versions are as expected; return node, host, processor (else the versions) and result.
-
-        It travels as code, since nothing may be installed there.
-        """
+        """Return node, host, processor (other versions, where they differ) and result of a task; travels as code."""
         import importlib
         import os
         import pickle

@@ -1,7 +1,7 @@
-"""The loop that plays games between two policies: for matches, films and curves.
+"""The loop that plays games between two policies.
 
-Every game has a number in its match: 2p is pair p with the policy as red, 2p + 1 the same start with the policy as
-blue. Seed and number determine a game, so a film shows the game that a match counted.
+In a match, game 2p is pair p with the policy as red, and 2p + 1 the same start with the policy as blue. Seed and number
+determine a game.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ _MATCH = 7
 
 
 def game_number(pair: int, side: str = TEAM_NAMES[RED]) -> int:
-    """Return the number of a game: of a pair, with the policy on a side ("red" or "blue")."""
+    """Return the number of a pair's game with the policy on a side, "red" or "blue"."""
     check_count(pair, "pair", 0, 10**9)
     check_choice(side, "side", TEAM_NAMES)
     return 2 * pair + TEAM_NAMES.index(side)
 
 
 def _streams(seed: int, number: int) -> list[np.random.SeedSequence]:
-    """Return the seeds of a game's start, of its policy and of its opponent: both games of a pair share them."""
+    """Return the seeds of a game's start, policy and opponent, which both games of a pair share."""
     return [np.random.SeedSequence(seed, spawn_key=(_MATCH, number // 2, place)) for place in range(3)]
 
 
@@ -52,26 +52,18 @@ class Game:
 
     Attributes
     ----------
-    pair : int
-        Number of the seed that this game shares with another, sides swapped.
-    side : {"red", "blue"}
-    outcome : {"win", "draw", "loss"}
     share : float
-        The policy's final share of all drones.
-    seconds : float
-        Length of the game.
+        The policy's final fraction of all drones.
     captures, recaptures : int
-        Drones taken by both teams together, and those taken back within a second.
+        Of both teams together; a recapture is within a second.
     fingerprint : bytes
-        Equal for two games with the same final positions and teams, unless they were forfeited.
+        Final positions and teams.
     sizes : list of int
         Red's drones at the start and after every step.
-    sent : (int, int)
-        Commands of the policy and of its opponent that differed from the one before.
-    thinking_ms : (float, float)
-        Mean milliseconds a command of the policy and of its opponent.
+    sent, thinking_ms : pair
+        Of the policy and its opponent: commands that differed from the one before, and mean milliseconds a command.
     forfeit : str
-        Why the game was forfeited; else empty.
+        The reason, if the game was forfeited.
     """
 
     pair: int
@@ -89,13 +81,7 @@ class Game:
 
 
 class FaultError(PolicyError):
-    """A policy raised, or answered nonsense or too late.
-
-    Attributes
-    ----------
-    place : int
-        0 for the policy, 1 for its opponent.
-    """
+    """A policy (place 0) or its opponent (1) raised, or answered nonsense or too late."""
 
     def __init__(self, place: int, reason: str) -> None:
         super().__init__(place, reason)  # all arguments, so that it can be pickled
@@ -106,15 +92,15 @@ class FaultError(PolicyError):
 
 
 class GroundedError(FaultError):
-    """A control system or a player's program failed, answered nonsense or took too long: its side forfeits."""
+    """A control system or a program failed, answered nonsense or took too long: its side forfeits."""
 
 
 @contextmanager
 def policy_errors(place: int, name: str) -> Iterator[None]:
-    """Turn whatever a policy does wrong in this context into a FaultError that says where."""
+    """Turn errors of a policy in this context into a FaultError with the place."""
     try:
         yield
-    except (FlightError, ForfeitError) as error:  # a control system may be unable to serve the policy's densities
+    except (FlightError, ForfeitError) as error:  # a control system may not serve the policy's densities
         raise GroundedError(place, str(error)) from error
     except PolicyError as error:
         raise FaultError(place, str(error)) from error
@@ -131,12 +117,12 @@ class Rollout:
     ----------
     policy, opponent : str or Policy
     numbers : sequence of int
-        The games, as of `game_number`. A game does not depend on the games played beside it.
+        The games, as of `game_number`. A game does not depend on the games beside it.
     seed : int
-        Of the match; starts and both policies' random streams follow from it.
+        Starts and both policies' random streams follow from it.
     config : GameConfig, optional
-        The rules. Handicaps belong to red and blue. Of two different controllers the first
-        flies for the policy and the second for its opponent, on either side.
+        The rules. Handicaps belong to red and blue. The first of two controllers flies for the policy, the second for
+        its opponent, on either side.
     threads : int
     clock : callable, optional
         From a number of games and whether they begin, to a context for a policy's reset or commands, which raises if
@@ -144,13 +130,11 @@ class Rollout:
 
     Attributes
     ----------
-    config : GameConfig
     batch : BatchEnv
         The games, in the order of `numbers`.
     simulator : Simulator
-        Theirs.
     rows : int64 array (n,)
-        Games that were still running before the latest step; all at the start.
+        Games that ran before the latest step; all at the start.
 
     Raises
     ------
@@ -205,18 +189,10 @@ class Rollout:
         after_step: Watch | None = None,
         after_control_period: Watch | None = None,
     ) -> None:
-        """Play on until the step in which so many seconds of game are over, or to the end.
+        """Play on to the end, or to the step in which so many seconds of game are over.
 
-        Parameters
-        ----------
-        seconds : float, optional
-        after_step, after_control_period : callable, optional
-            Called with this object. Looking does not change a game.
-
-        Raises
-        ------
-        FaultError
-            If a policy raises, answers nonsense or too late; a GroundedError if a control system does.
+        `after_step` and `after_control_period` are called with this object. A FaultError is raised if a policy fails, a
+        GroundedError if a control system does.
         """
         end = math.inf if seconds is None else seconds
         look = None if after_control_period is None else functools.partial(after_control_period, self)
@@ -231,7 +207,7 @@ class Rollout:
 
     @contextmanager
     def _flying(self) -> Iterator[None]:
-        """Turn what a control system does wrong in this context into a GroundedError."""
+        """Turn errors of a control system in this context into a GroundedError."""
         try:
             yield
         except FlightError as error:
@@ -256,7 +232,7 @@ class Rollout:
 
     @property
     def finished(self) -> int:
-        """How many games have ended."""
+        """Number of games that have ended."""
         return int((~self.batch.running).sum())
 
     def games(self) -> list[Game]:
@@ -285,17 +261,17 @@ class Rollout:
         )
 
     def names(self, row: int = 0) -> tuple[str, str]:
-        """Return what red and blue are called in a game."""
+        """Return the names of red and blue in a game."""
         policy, opponent = self._names
         return (policy, opponent) if self._sides[0, row] == RED else (opponent, policy)
 
     def result(self, row: int = 0) -> str:
-        """Return how a game ended, in words."""
+        """Return the result of a game in words."""
         outcomes = {None: "unfinished", "win": "red won", "loss": "blue won", "draw": "a draw"}
         return outcomes[self.batch.outcome(row, RED)]
 
     def standing(self, row: int = 0) -> str:
-        """Return how a game stands, in words."""
+        """Return the state of a game in words."""
         red, blue = self.simulator.sizes[row]
         return f"{self.result(row)} ({self.simulator.time_s[row]:.1f} s, red {red}, blue {blue})"
 
@@ -315,7 +291,7 @@ def play_games(
     clock: Clock | None = None,
     after_step: Watch | None = None,
 ) -> list[Game]:
-    """Play games of a match to their ends; parameters and errors as of `Rollout` and its `play`."""
+    """Play games of a match to their ends; arguments and errors as of `Rollout` and its `play`."""
     rollout = Rollout(policy, opponent, numbers, seed=seed, config=config, threads=threads, clock=clock)
     with closing(rollout):
         rollout.play(after_step=after_step)
@@ -330,10 +306,10 @@ def play_or_forfeit(
     progress: Callable[[int], None] = lambda _: None,
     **options: Any,
 ) -> list[Game]:
-    """Play games as `play_games` does; a side that is at fault loses its game. Faults of other types are raised.
+    """Play games as `play_games` does; a side with a fault of type `forfeits` loses its game, other faults are raised.
 
-    Players answer many games at once. So after a fault each game is played again on its own, with players from `make`,
-    to see in which they fail. `progress` is called with the number of games that have ended.
+    Players answer many games at once. So after a fault each game is played again alone, with players from `make`.
+    `progress` is called with the number of games that have ended.
     """
     try:
         return play_games(*make(), numbers, after_step=lambda rollout: progress(rollout.finished), **options)

@@ -1,7 +1,6 @@
-"""A season: players that were sent in, each a folder, whom a tournament plays; it goes on when one more comes.
+"""A season: a tournament of players that strangers send in, each a folder.
 
-Who sends a folder is a stranger. Policies in it are safetensors or ONNX, which run no code; programs do, and only play
-where the host allows them.
+Policies are safetensors or ONNX, which run no code. Programs do, and play only if the host allows them.
 """
 
 from __future__ import annotations
@@ -23,39 +22,33 @@ from swarm_pz.policy import Player, Program, digest_of, load, registered
 ENTRIES, CARD, PAGE = "entries", "entry.toml", "index.html"
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 FIELDS = {"by": 60, "link": 200, "exec": 300, "digest": 32}
-"""Fields of a card, and the letters that each may have."""
+"""Fields of a card, and their most letters."""
 _MOST_REASONS, _MOST_LETTERS = 3, 300
-"""Of a player's forfeits on the page, and of each reason."""
+"""Limits of the page: reasons of a player's forfeits, and letters of each."""
 
 
 @dataclass(frozen=True)
 class Entries:
-    """The entries of a season by name, which load as players; other names are those of installed policies.
+    """The entries of a season by name: a loader of players, which knows installed policies, too.
 
     Attributes
     ----------
     folders : dict of str to Path
     cards : dict of str to dict
-        What `entry.toml` of each says, nothing where it has none.
+        The `entry.toml` of each.
     left_out : dict of str to str
-        Folders that do not play, and why.
+        Reasons, by folders that do not play.
     """
 
     folders: dict[str, Path] = field(default_factory=dict)
     cards: dict[str, dict[str, str]] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     _made: dict[str, Player] = field(default_factory=dict)
-    """Players that were made to see whether they can be, until somebody asks for them: programs start once."""
+    """Players that were made as a trial, and are used first: programs start once."""
 
     @classmethod
     def read(cls, season: Path, game: GameConfig, *, allow_programs: bool) -> Entries:
-        """Read the folders in `entries` of a season; one that cannot play is left out.
-
-        Raises
-        ------
-        ResultsError
-            If there is no such folder.
-        """
+        """Read the folders in `entries`, and leave out those that cannot play; raise a ResultsError without them."""
         place, found, played = season / ENTRIES, cls(), recorded_digests(season)
         if not place.is_dir():
             raise ResultsError(f"{season} must hold a folder {ENTRIES}, with a folder of each entry in it")
@@ -86,12 +79,12 @@ class Entries:
         return player
 
     def folder_of(self, name: str) -> Path | None:
-        """Return an entry's folder, for other machines."""
+        """Return an entry's folder."""
         return self.folders.get(name)
 
 
 def _check(folder: Path, *, allow_programs: bool) -> dict[str, str]:
-    """Return an entry's card; raise what is wrong with the folder."""
+    """Return an entry's card; raise a SwarmError if the folder is no entry."""
     if folder.is_symlink() or not folder.is_dir() or not _NAME.fullmatch(folder.name):
         raise ResultsError("an entry is a folder, no link, named by 1 to 40 of a to z, 0 to 9 and '-'")
     if folder.name in registered():
@@ -111,7 +104,7 @@ def _check(folder: Path, *, allow_programs: bool) -> dict[str, str]:
 
 
 def reasons_of(games: Iterable[PlayedGame]) -> dict[str, list[tuple[str, int]]]:
-    """Return the commonest reasons of each player's forfeits, with the number of games."""
+    """Return the most frequent reasons of each player's forfeits, with the number of games."""
     found: dict[str, Counter[str]] = {}
     for game in games:
         if game.forfeit:

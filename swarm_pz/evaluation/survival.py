@@ -1,9 +1,4 @@
-"""How long games last where some end undecided: a draw says only that a win takes longer.
-
-Kaplan and Meier, "Nonparametric estimation from incomplete observations", J. Am. Stat. Assoc. 53, 1958: the share
-S(t) of games undecided at t is the product, over the times of decisions up to t, of the share of the games still
-running then that go on.
-"""
+"""Times to a decision, where a draw is a lower bound (Kaplan & Meier, J. Am. Stat. Assoc. 53, 1958)."""
 
 from __future__ import annotations
 
@@ -20,10 +15,9 @@ _HALF = 0.5 * (1 + 1e-12)
 
 
 def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[float | None, float]:
-    """Return the median time to a decision, and its mean restricted to the longest time seen: the area under S.
+    """Return the median time to a decision, and the mean restricted to the longest time: the area under S(t).
 
-    A game that was not decided has a lower bound of its length. The median is the first time with S(t) <= 1/2, as in
-    lifelines (R's `survfit` takes the middle to the next decision where S is one half), or None if there is none.
+    The median is the first time at which the share S(t) of undecided games is at most one half, or None.
     """
     times, shares = _survival(seconds, decided)
     below = times[shares <= _HALF]
@@ -32,10 +26,7 @@ def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[flo
 
 
 def survival_curve(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[list[float], list[float]]:
-    """Return the times at which games were decided, and the share undecided from each on; see `kaplan_meier`.
-
-    Both begin with the start, 0 and 1, and end with the longest time seen.
-    """
+    """Return the times of decisions and the share undecided from each on, from (0, 1) to the longest time."""
     times, shares = _survival(seconds, decided)
     undecided = [1.0, *shares.tolist()]
     return [0.0, *times.tolist(), float(np.max(seconds))], [*undecided, undecided[-1]]
@@ -46,8 +37,7 @@ def _survival(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[Array,
     lengths, ended = np.asarray(seconds, np.float64), np.asarray(decided, bool)
     if lengths.ndim != 1 or lengths.shape != ended.shape or not len(lengths):
         raise ResultsError(
-            "survival is that of at least one game, each with a length and whether it was decided, got shapes "
-            f"{lengths.shape} and {ended.shape}"
+            f"expected a length of each game and if it was decided, got shapes {lengths.shape} and {ended.shape}"
         )
     if not (np.isfinite(lengths) & (lengths >= 0)).all():
         raise ResultsError(f"lengths of games must be finite and not below 0, got {lengths.tolist()}")

@@ -1,7 +1,7 @@
 """A tournament: every player against every other, both sides, the same starts.
 
-Games are played in blocks, and a finished block is appended to a file, one line a game. So a tournament that was
-stopped goes on where it was, and one with more players plays only what is missing.
+Finished blocks of games are appended to a file. So a tournament that was stopped goes on, and one with more players
+plays only what is missing.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from swarm_pz.policy import Player, digest_of, folder_of, sort_of
 _BLOCK = 20
 """Games that one process plays side by side."""
 _PATIENCE = 600.0
-"""Seconds that a reset and a first command may take on top, for what is loaded and compiled only then."""
+"""Seconds more for a reset and a first command, which may load and compile."""
 
 _OUTCOMES = tuple(POINTS)
 
@@ -43,18 +43,17 @@ Loader = Callable[[str, GameConfig], Player]
 
 @dataclass(frozen=True, kw_only=True)
 class TournamentConfig(Config):
-    """What every game of a tournament shares.
+    """Settings of all games of a tournament.
 
     Attributes
     ----------
     games : int
-        Games of every two players, even; more may be asked for later.
+        Of every two players, even; more may be asked for later.
     seed : int
     budget_ms : float
-        Milliseconds that a command may take; a player that takes longer forfeits the game.
+        Milliseconds for a command; a player that takes longer forfeits the game.
     game : GameConfig
-        The rules. Of two different controllers the first flies for the player whose name comes first in the alphabet,
-        in all games of the two.
+        The rules. The first of two controllers flies for the player whose name is first in the alphabet.
     """
 
     games: Annotated[int, Range(2, 10**6)] = 40
@@ -66,9 +65,6 @@ class TournamentConfig(Config):
         super().__post_init__()
         check(self.games % 2 == 0, "games", self.games, "even, half for each side")
         self.game.to_dict()  # refuses what the folder cannot name
-
-
-# --- playing ----------------------------------------------------------------------------------------
 
 
 def play_block(
@@ -137,20 +133,19 @@ class Tournament:
     Parameters
     ----------
     players : sequence of str
-        Names that the loader knows, at least two.
+        At least two.
     config : TournamentConfig
     folder : Path
         Holds ``tournament.json``, the settings, and ``games.jsonl``, the finished games.
     loader : callable
-        From a name and a game to a policy; importable by its name in other processes. A loader with names of its own
-        has a method `folder_of`, from a name to its folder or None, for other machines.
+        From a name and a game to a policy; picklable. It may have a method `folder_of` from a name to its folder.
     command : str
-        What was called; it stands in the tournament's files.
+        The command line, for the tournament's files.
 
     Attributes
     ----------
     sorts : dict of str to str
-        What each player is, as of `sort_of`.
+        The `sort_of` each player.
 
     Raises
     ------
@@ -181,11 +176,11 @@ class Tournament:
         return list(itertools.combinations(sorted(self.players), 2))
 
     def rules_of(self, one: str, other: str) -> TournamentConfig:
-        """Return what the games of two players share: the same for all."""
+        """Return the settings of the games of two players: here, those of all."""
         return self.config
 
     def missing(self) -> list[tuple[str, str, list[int]]]:
-        """Return what is still to be played: blocks of games of two players."""
+        """Return the blocks of games that are still to be played."""
         blocks = []
         planned = {name for name, sort in self.sorts.items() if sort == "planned"}
         for one, other in self.pairings():
@@ -202,18 +197,18 @@ class Tournament:
         should_stop: Callable[[], bool] = lambda: False,
         pool: Executor | None = None,
     ) -> None:
-        """Play what is missing, with processes or, if it is given, a pool, which is left open.
+        """Play the missing games, with processes or in a pool, which is left open.
 
-        `progress` is called with games finished and games that were missing, `should_stop` between blocks of games.
+        `progress` is called with games finished and games that were missing, `should_stop` between blocks.
 
         Raises
         ------
         ResultsError
             If another process plays in the folder, or the folder holds another tournament.
         WorkerError
-            If a process died; the finished games are kept.
+            If a process died, or a player changed; the finished games are kept.
         Stopped
-            If it was asked to; every game that began is finished and kept.
+            If `should_stop`; every game that began is finished and kept.
         """
         with (
             nullcontext(pool) if pool is not None else open_pool(processes) as workers,
@@ -253,22 +248,17 @@ class Tournament:
             rules = self.rules_of(one, other)
             yield self._loader, one, other, numbers, rules, digests, bundles.get(one), bundles.get(other)
 
-    # --- what the games say -----------------------------------------------------------------------
-
     def between(self, one: str, other: str) -> list[PlayedGame]:
-        """Return the finished games of two players in the order of their numbers, as the file has them."""
+        """Return the finished games of two players by number."""
         keys = [(*sorted((one, other)), number) for number in range(self.config.games)]
         return [self.games[key] for key in keys if key in self.games]
 
     def counting(self, one: str, other: str) -> list[list[PlayedGame]]:
-        """Return the games of two players that count, as of `distinct`."""
+        """Return the `distinct` games of two players."""
         return distinct(self.between(one, other))
 
     def tally(self, player: str, other: str) -> NDArray[np.float64]:
-        """Return how many games of every pair a player won, drew and lost against another: (pairs, 3).
-
-        A game that was played twice counts once, half of it from each side.
-        """
+        """Return a player's wins, draws and losses in each pair of games (pairs, 3); identical games are halved."""
         pairs: dict[int, list[float]] = {}
         for alike in self.counting(player, other):
             row = pairs.setdefault(alike[0].number // 2, [0.0] * len(_OUTCOMES))
@@ -277,7 +267,7 @@ class Tournament:
         return np.array(list(pairs.values())).reshape(-1, len(_OUTCOMES))
 
     def results(self) -> Results:
-        """Return the points of every pairing, from the same counts as `tally`."""
+        """Return the points of every pairing."""
         points = {}
         for i, j in itertools.combinations(range(len(self.players)), 2):
             counts = self.tally(self.players[i], self.players[j])

@@ -1,7 +1,6 @@
-"""Executors that share work out: to this process, to others of this machine, or to the machines of a cluster.
+"""Executors that share work among processes of this machine or the machines of a cluster.
 
-A pool is whatever has `submit(function, *arguments)` and returns futures, as the executors of `concurrent.futures`
-do. The process that shares the work out is the only one that keeps and writes results.
+A pool is any executor of `concurrent.futures`. Only the process that shares the work keeps and writes results.
 """
 
 from __future__ import annotations
@@ -27,12 +26,9 @@ _LOOK_S = 0.2
 
 
 class SerialExecutor(Executor):
-    """Does each task in this process, as soon as it is given."""
+    """Does each task in this process, at once; `slots` are the tasks that may wait, `count` the processes."""
 
-    slots = 1
-    """Tasks that it can be given before the first is done."""
-    count = 1
-    """Processes."""
+    slots = count = 1
 
     def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
         """Do a task; the future is done."""
@@ -62,9 +58,9 @@ class Processes(ProcessPoolExecutor):
 
 
 def open_pool(processes: int = 1, ray: str | None = None) -> Executor:
-    """Return a pool, a context: this process (1), others, or a Ray cluster ("auto", or HOST:PORT of its head).
+    """Return a pool, a context: this process (1), several, or a Ray cluster ("auto", or HOST:PORT of its head).
 
-    A WorkerError is raised if there is no such cluster, or this machine cannot work with it.
+    A WorkerError is raised if there is no such cluster.
     """
     check_count(processes, "processes", 1, 1024)
     if ray is not None:
@@ -82,12 +78,10 @@ def share(
     name: Callable[[Task], str] = str,
     verb: str = "played",
 ) -> None:
-    """Give tasks to a pool, in their order, and keep results as they come.
+    """Give tasks, the long ones first, to a pool, and keep results as they come.
 
-    `work` is importable by its name elsewhere, and called with the arguments of each task; long tasks should come
-    first. `keep` is called with each task and its result, in this thread alone. Once `should_stop`, what was begun is
-    finished and kept. Errors call a task by `name`, and say that it was `verb`. A worker that dies raises a
-    WorkerError; what was finished is kept.
+    `keep` is called with each task and its result, in this thread. Once `should_stop`, tasks that began are finished
+    and kept. A worker that dies raises a WorkerError, which calls tasks by `name` and says that they were `verb`.
     """
     left = iter(tasks)
     waiting: dict[Future[Result], Task] = {}
@@ -127,16 +121,16 @@ def _died(verb: str, names: Iterable[str]) -> WorkerError:
 
 
 def never() -> bool:
-    """Say not to stop, for tasks that are done elsewhere."""
+    """Return False: a `should_stop` that can be pickled."""
     return False
 
 
 def silent(_: str) -> None:
-    """Drop a line of progress, for tasks that are done elsewhere."""
+    """Drop a line of progress: a `say` that can be pickled."""
 
 
 class BackgroundTasks:
-    """Long tasks that a pool does while this process does something else; a context, which ends what is still done."""
+    """Long tasks that a pool does in the background; a context, which ends those that still run."""
 
     def __init__(self, pool: Executor) -> None:
         self.pool = pool
@@ -155,25 +149,25 @@ class BackgroundTasks:
 
     @property
     def is_here(self) -> bool:
-        """Whether tasks are done by this process, as soon as they are sent."""
+        """True if this process does the tasks, at once."""
         return isinstance(self.pool, SerialExecutor)
 
     @property
     def is_elsewhere(self) -> bool:
-        """Whether they may be done where this machine's files are missing."""
+        """True if other machines may do the tasks."""
         return bool(getattr(self.pool, "elsewhere", False))
 
     def send(self, name: str, work: Callable[..., Any], *arguments: Any) -> None:
-        """Give a task to the pool; it is fetched by the name."""
+        """Give a task to the pool under a name."""
         self._sent[name] = self.pool.submit(work, *arguments)
 
     def check(self) -> None:
-        """Raise the error of a task that has failed, if any."""
+        """Raise the error of a task that failed, if any."""
         for name in [name for name, future in self._sent.items() if future.done() and future.exception() is not None]:
             self.fetch(name)
 
     def fetch(self, name: str, should_stop: Callable[[], bool] = never) -> Any:
-        """Wait for a task, and return its result; raise Stopped if it should stop, a WorkerError if the worker died."""
+        """Return the result of a task; raise Stopped if `should_stop`, a WorkerError if the worker died."""
         future = self._sent[name]
         while not wait([future], timeout=_LOOK_S).done:
             if should_stop():

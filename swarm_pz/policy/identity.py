@@ -21,7 +21,7 @@ _OWN = ("swarm_pz.policies.", "swarm_pz.spaces.densities")
 
 
 def sort_of(player: Player) -> str:
-    """Return what tables call a player: "planned" (it sees the simulator), "learned", "scripted" or "program"."""
+    """Return the sort of a player: "planned" (it reads the simulator), "learned", "scripted" or "program"."""
     if isinstance(player, Program):
         return "program"
     if isinstance(player, PrivilegedPolicy):
@@ -54,7 +54,7 @@ def identity_of(name: str, player: Player) -> str:
 
 
 def _is_tactic(made: Any) -> bool:
-    """Return whether something is a `swarm_pz.policies.scripted.Tactic`, which this layer cannot import."""
+    """Return True for a `swarm_pz.policies.scripted.Tactic`, which this layer cannot import."""
     return callable(getattr(made, "play", None)) and hasattr(made, "observation")
 
 
@@ -70,7 +70,7 @@ def source_digest(tactic: Any) -> str:
 
 
 def _gather(part: Any, seen: dict[str, Any]) -> None:
-    """Add the tree of a function or class, and of what it names, under where they stand."""
+    """Add the trees of a function or class and of all that it names, by module and name."""
     key = f"{part.__module__}.{part.__qualname__}"
     if key in seen:
         return
@@ -95,7 +95,7 @@ def _words(tree: ast.AST) -> Iterator[str]:
 
 
 def _named(tree: ast.AST, space: dict[str, Any]) -> Iterator[Any]:
-    """Yield what the names in some code stand for, those in modules that it names, too."""
+    """Yield the values of names in some code, also of those in modules that it names."""
     for name in _words(tree):
         if name in space:
             yield space[name]

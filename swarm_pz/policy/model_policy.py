@@ -18,7 +18,7 @@ from swarm_pz.spaces.formats import Format
 from swarm_pz.spaces.observation import Observations
 
 _ROWS = 8
-"""Observations that a model is shown at once."""
+"""Observations in a batch."""
 
 
 @runtime_checkable

@@ -1,11 +1,9 @@
-"""How a name becomes a policy.
+"""Policies by name.
 
-Names resolve through the entry-point group `swarm_pz.policies`, so that other packages can add
-their own: each entry point is a callable that takes the game's `GameConfig` and returns a policy.
-Folders resolve through the group `swarm_pz.policy_folders`: each entry point is named as a file that such
-a folder holds, and is a callable that takes the folder and the `GameConfig`.
-A tactic in a file of Python is named FILE.py:NAME, a program in any language exec:PROGRAM. These run code, so `load`
-takes those alone that the command line named: see `allow_files`.
+Names are entry points of the group `swarm_pz.policies`: callables from a `GameConfig` to a policy. Folders are read by
+the entry point of `swarm_pz.policy_folders` that is named as a file in them, from the folder and a `GameConfig`. A
+tactic in a file of Python is named FILE.py:NAME, a program exec:PROGRAM. These run code, so `load` takes only those
+that the command line named: see `allow_files`.
 """
 
 from __future__ import annotations
@@ -35,25 +33,25 @@ from swarm_pz.policy.protocol import ANY, Player, Policy, PrivilegedPolicy, answ
 
 GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
 _ALLOWED = "SWARM_PZ_FILES"
-"""Environment variable with the allowed names in files, one a line: processes that this one starts have it, too."""
+"""Environment variable with the allowed names, one a line, for processes that this one starts, too."""
 _EXEC = "exec:"
 _FACTORY = "a tactic (its function stands below @tactic), or a callable from a GameConfig to a policy"
 _IN_FILE = re.compile(r"(?:--[\w.-]+=)?(.+\.py:\w+|exec:.*)")
 
 
 def allow_files(words: Sequence[str]) -> None:
-    """Allow, from now on, those names in files and programs alone that stand on a command line."""
+    """Allow, from now on, only the files and programs on a command line."""
     os.environ[_ALLOWED] = "\n".join(found[1] for word in words if (found := _IN_FILE.fullmatch(word)))
 
 
 @dataclass(frozen=True)
 class _InFile:
-    """What stands for an entry point where a name is FILE.py:NAME or exec:PROGRAM."""
+    """An entry point for a name FILE.py:NAME or exec:PROGRAM."""
 
     value: str
 
     def load(self) -> Any:
-        """Return what the file calls by that name, or what starts the program."""
+        """Return the factory of that name, or one that starts the program."""
         if self.value not in os.environ.get(_ALLOWED, "").split("\n"):
             raise PolicyError(
                 f"{self.value!r} runs code of a file or a program: the command line alone may name one; in Python, "
@@ -107,7 +105,7 @@ def _source_digest(path: Path) -> str:
 
 
 def _point_of(name: str) -> importlib.metadata.EntryPoint | _InFile | None:
-    """Return what makes the policy of a name; None where there is no such name."""
+    """Return the entry point of a name; None for an unknown one."""
     return registered().get(name.split(":", 1)[0]) or (_InFile(name) if _IN_FILE.fullmatch(name) else None)
 
 
@@ -117,7 +115,7 @@ def registered() -> dict[str, importlib.metadata.EntryPoint]:
 
 
 def faults() -> dict[str, str]:
-    """Return what is wrong with what other packages registered, in words: broken policies by name, copies by origin."""
+    """Return errors of other packages' entry points: broken policies by name, copies by origin."""
     found: dict[str, str] = {}
     known = registered()
     for point in entry_points(GROUP):
@@ -137,19 +135,19 @@ def faults() -> dict[str, str]:
 
 
 def about(name: str) -> str:
-    """Return a line about an installed policy, from the first of its factory's docstring; nothing about others."""
+    """Return the first line of an installed policy's docstring; an empty one for others."""
     factory = _factory_of(name)
     text = (factory.__doc__ or "").strip() if factory is not None else ""
     return str(text.splitlines()[0]) if text else ""
 
 
 def kind_of(name: str) -> str:
-    """Return the kind of commands that an installed policy answers, as its factory says; densities of others."""
+    """Return the kind of an installed policy's commands; densities for others."""
     return str(getattr(_factory_of(name), "answers", "density"))
 
 
 def _factory_of(name: str) -> Any:
-    """Return what makes the policy of a name; None where that cannot be had, which `faults` says."""
+    """Return the factory of a name; None if it cannot be imported, which `faults` explains."""
     try:
         point = _point_of(name)
         return None if point is None else point.load()
@@ -216,7 +214,7 @@ def _make(policy: str, config: GameConfig) -> object:
 
 
 def _reader_of(folder: Path) -> importlib.metadata.EntryPoint:
-    """Return what reads a folder, told by a file that it holds."""
+    """Return the entry point that reads a folder, by a file in it."""
     readers = registered_in(FOLDERS)
     for name, point in sorted(readers.items()):
         if (folder / name).is_file():
@@ -247,13 +245,13 @@ def _check(made: object, name: str, config: GameConfig, system: ControlSystem) -
 
 
 def folder_of(name: str) -> Path | None:
-    """Return the folder that a name stands for; None for an installed policy, and where there is no such folder."""
+    """Return the folder of a name; None for an installed policy or a missing folder."""
     is_installed = name.split(":", 1)[0] in registered()
     return None if is_installed or not Path(name).is_dir() else Path(name)
 
 
 def name_of(policy: str | Path | Player | Model) -> str:
-    """Return what tables call a policy."""
+    """Return the name of a policy for tables."""
     return str(policy) if isinstance(policy, (str, Path)) else str(getattr(policy, "name", type(policy).__name__))
 
 

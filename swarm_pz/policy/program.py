@@ -1,7 +1,6 @@
-"""Players in any language: a program that reads what it sees and writes commands, one JSON object a line.
+"""Players in any language: programs that read observations and write commands, one JSON object a line.
 
-docs/bots.md has the protocol. The program runs as whoever started the game: the limits here keep a mistake from hanging
-or filling a machine; they are no sandbox.
+docs/bots.md has the protocol. Limits keep a mistake from hanging or filling a machine; they are no sandbox.
 """
 
 from __future__ import annotations
@@ -44,9 +43,9 @@ GAME_SECONDS, COMMAND_SECONDS = 20.0, 0.1
 LINE_BYTES = 2**20
 """Longest line that a program may write."""
 MEMORY_BYTES = 2**30
-"""Data that a program may hold, where the system can limit it."""
+"""Most data of a program, on Linux."""
 FILE_BYTES = 2**26
-"""Largest file that it may write, likewise."""
+"""Largest file that it may write, on Linux."""
 TOO_SLOW = f"must take at most {GAME_SECONDS:g} s in a game and {COMMAND_SECONDS:g} s more for each command"
 _KEPT_LINES = 20
 """Last lines of its standard error that are kept."""
@@ -207,7 +206,7 @@ class Program:
 
 
 def _is_number(value: Any) -> bool:
-    """Return whether a value of JSON is a number: neither a string nor true."""
+    """Return True for a number of JSON, which a string or `true` is not."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
@@ -296,7 +295,7 @@ def _greeting(config: GameConfig) -> dict[str, Any]:
 
 
 def _plain(seen: Any) -> Any:
-    """Return what is seen as lists and numbers; floats with six digits, which JSON writes short."""
+    """Return an observation as lists; floats have six digits, which JSON writes short."""
     if isinstance(seen, dict):
         return {name: _plain(values) for name, values in seen.items()}
     return seen.tolist() if seen.dtype.kind in "iu" else np.round(seen.astype(np.float64), 6).tolist()
@@ -338,14 +337,14 @@ class Pipe:
         self._end = weakref.finalize(self, _end, self._process, guard, self._outbox, self._inbox)
 
     def send(self, message: dict[str, Any]) -> None:
-        """Write a line, some time."""
+        """Write a line, in the background."""
         if self._fault is not None:
             raise ForfeitError(self._fault)
         self._outbox.put(json.dumps(message, separators=(",", ":")).encode() + b"\n")
 
     @property
     def is_over(self) -> bool:
-        """Whether the program was ended."""
+        """True once the program was ended."""
         return self._fault is not None
 
     def receive(self, what: str, seconds: float | None = None) -> dict[str, Any]:
@@ -381,7 +380,7 @@ class Pipe:
         return f"ended by signal {named.get(-status, -status)}"
 
     def fault(self, what: str) -> ForfeitError:
-        """End the program, and return an error that tells why, with the last line of its standard error."""
+        """End the program, and return an error with the last line of its standard error."""
         self._end()
         said = f"; it wrote: {self._errors[-1]}" if self._errors else ""
         self._fault = f"{self._name} {what}{said}"
@@ -408,7 +407,7 @@ class _Inbox:
         return line
 
     def close(self) -> None:
-        """Let who reads lines end."""
+        """Let the reader end."""
         self.is_closed = True
         self._room.release()
 
@@ -429,7 +428,7 @@ def _limit(process: int) -> None:
 
 
 def _guard(process: int) -> subprocess.Popen[bytes] | None:
-    """Start what kills a program and its group once this process is gone, however it ended."""
+    """Start a shell that kills a program and its group once this process has ended in any way."""
     if sys.platform == "win32":
         return None
     line = ["/bin/sh", "-c", 'read -r _; kill -s KILL -- "-$0"', str(process)]

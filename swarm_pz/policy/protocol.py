@@ -1,4 +1,4 @@
-"""What a policy is: observations in, commands out."""
+"""The interface of policies: observations in, commands out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.observation import Observations
 
 ANY = "any"
-"""The `answers` of a policy that can answer every kind, until it is told which system flies its team."""
+"""The `answers` of a policy for every kind, until `for_system` names its team's system."""
 
 
 @runtime_checkable
@@ -30,7 +30,7 @@ class Policy(Protocol):
     """
 
     observation: ObservationConfig
-    """What it wants to see."""
+    """The observation that it sees."""
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games in some rows, each with a random stream of its own."""
@@ -41,7 +41,7 @@ class Policy(Protocol):
 
 @runtime_checkable
 class PrivilegedPolicy(Protocol):
-    """Plays by looking into the simulator itself: it sees more than any side may, and tables say so."""
+    """Plays by reading the simulator itself; tables mark it."""
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games in some rows, each with a random stream of its own."""
@@ -54,7 +54,7 @@ Player = Policy | PrivilegedPolicy
 
 
 def answers_of(policy: Player) -> str:
-    """Return the kind of commands that a policy answers: its `answers`, and densities if it does not say."""
+    """Return the kind of a policy's commands: its `answers`, or else densities."""
     return str(getattr(policy, "answers", "density"))
 
 
