@@ -10,23 +10,13 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.paper.claims import FIGURES
 from benchmarks.paper.figure import PRESETS, Setting
-from benchmarks.paper.page import draw, to_dict, write, write_page
+from benchmarks.paper.page import make, write_page
 from swarm_pz.evaluation.workers import open_pool, share
-
-
-def make(name: str, setting: Setting, out: Path, command: str = "") -> str:
-    """Write the pictures and NAME_PRESET.json of a figure into a folder, and return a line about it."""
-    figure, began = FIGURES[name], time.monotonic()
-    record = to_dict(figure, figure.measure(setting), setting, command)
-    draw(figure, record["series"], setting.preset, out)
-    write(record, out)  # last: the page shows the figures that have such a file
-    return f"{name:<24} {setting.preset:<10} {record['verdict']:<16} {time.monotonic() - began:5.1f} s"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -99,6 +100,15 @@ def draw(figure: Figure, series: dict[str, Any], preset: str, out: Path) -> None
         cut, plain = image.Quantize.MEDIANCUT, image.Dither.NONE  # a palette takes less than half of the room
         picture = image.open(drawn).convert("RGB").quantize(256, method=cut, dither=plain)
     picture.save(out / f"{name}.png", optimize=True, dpi=(RASTER, RASTER))
+
+
+def make(name: str, setting: Setting, out: Path, command: str = "") -> str:
+    """Write the pictures and NAME_PRESET.json of a figure into a folder, and return a line about it."""
+    figure, began = FIGURES[name], time.monotonic()
+    record = to_dict(figure, figure.measure(setting), setting, command)
+    draw(figure, record["series"], setting.preset, out)
+    write(record, out)  # last: the page shows the figures that have such a file
+    return f"{name:<24} {setting.preset:<10} {record['verdict']:<16} {time.monotonic() - began:5.1f} s"
 
 
 Records = Mapping[str, Mapping[str, Any]]
