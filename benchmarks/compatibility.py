@@ -1,4 +1,4 @@
-"""What other libraries make of the environments, each in a fresh environment with its newest version.
+"""Tries of the environments with other libraries, each in a fresh environment with its newest version.
 
 scripts/compatibility                # tries all, and writes docs/tables/compatibility.csv
 scripts/compatibility torchrl rllib  # tries some; writes nothing

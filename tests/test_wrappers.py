@@ -1,4 +1,4 @@
-"""What holds in every wrapper of the game alike."""
+"""Tests that hold in every wrapper."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
 from swarm_pz.envs.parallel_env import CaptureEnv
 from swarm_pz.errors import CommandError, ConfigError
-from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies.planner import Planner, PlannerConfig
 from swarm_pz.spaces.densities import COMMAND_NAMES
 from swarm_pz.training.drones_vec_env import DronesVecEnv
@@ -118,27 +117,6 @@ def test_every_pair_is_the_learners_and_its_opponents_on_whichever_side_the_lear
     assert sides == ({0, 1} if side == "random" else {("red", "blue").index(side)})
 
 
-def test_numbers_of_numpy_are_numbers():
-    """Those that come out of an array were refused in places."""
-    whole, real = np.uint8, np.float32
-    three, ten = whole(3), whole(10)
-    game = GameConfig(drones_per_team=(three, whole(4)), time_limit=real(3.0), observation=ObservationConfig(grid=ten))
-    assert game == GameConfig(drones_per_team=(3, 4), time_limit=3.0, observation=ObservationConfig(grid=10))
-    made = [
-        CaptureEnv(game, max_cycles=three),
-        DuelEnv(game, max_cycles=three, action_cells=three),
-        DuelVectorEnv(three, game, max_cycles=three, threads=whole(1)),
-        SwarmVecEnv(game, three, max_cycles=three, threads=whole(1), seed=three),
-        DronesVecEnv(game, three, action_period=real(0.5), neighbours=three, grid=ten, patch=three, seed=three),
-    ]
-    for environment in made[:3]:
-        environment.reset(seed=three)
-    for environment in made[3:]:
-        environment.seed(three)
-        assert environment.reset().shape[0] in (3, 21)
-    assert len(play_match("uniform", "uniform", games=whole(2), seed=three, config=game).games) == 2
-
-
 @pytest.mark.parametrize(
     "make", [CaptureEnv, DronesEnv, DuelEnv, WRAPPERS["vector"]], ids=["parallel", "drones", "gymnasium", "vector"]
 )
@@ -213,19 +191,6 @@ def test_infos_are_numbers_by_the_same_names_at_every_step():
             assert list(info) == list(group[0])
             assert all(type(value) in (int, float) for value in info.values())
     assert [info["outcome"] for info in infos] == [0] * 4
-
-
-def test_sides_and_opponents_are_numbers_of_names():
-    env = SwarmVecEnv(num_envs=4, opponent=["ring", "noise"], max_cycles=1)
-    env.reset()
-    assert [env.opponent_names[info["opponent"]] for info in env.reset_infos] == ["ring", "noise"] * 2
-    env.deal(["noise", "halo"])
-    *_, infos = env.step(np.zeros((4, 10, 10)))
-    # Those who have just ended met whom they had been dealt; the next meet the new ones.
-    assert [env.opponent_names[info["opponent"]] for info in infos] == ["ring", "noise"] * 2
-    *_, infos = env.step(np.zeros((4, 10, 10)))
-    assert [env.opponent_names[info["opponent"]] for info in infos] == ["noise", "halo"] * 2
-    assert env.opponent_names == ["ring", "noise", "halo"]
 
 
 def play_on(environment, steps=5):

@@ -43,10 +43,6 @@ class Actions(ABC):
         """Turn an action into a command."""
         return np.asarray(self.read(np.asarray(action)[None], 1, name)[0])
 
-    @abstractmethod
-    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
-        """Turn commands (n, ...) into the actions (n, ...) that come nearest to them."""
-
 
 def make_actions(config: GameConfig, system: ControlSystem, kind: ActionKind, cells: int | None) -> Actions:
     """Return the actions for commands of a system; arguments as of `swarm_pz.spaces.formats.Format`.
@@ -96,22 +92,6 @@ class _Images(Actions):
     def _spread(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         return command_from_action(values, self._cells, is_log=self._is_log)
 
-    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
-        values = commands
-        if self._is_log:
-            values = 1.0 + np.log(_fractions(commands)) / LOG_DENSITY_RANGE
-        if self._side != self._cells:
-            coarse = np.linalg.pinv(interpolation_matrix(self._cells, self._side))
-            values = coarse @ values @ coarse.T
-        return values.clip(self._low, 1.0).astype(np.float32)
-
-
-def _fractions(commands: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return commands (n, A, A) over their largest value, none below e^-8, so that they have logarithms."""
-    largest = commands.max(axis=(1, 2), keepdims=True)
-    fractions = np.where(largest > 0.0, commands / np.where(largest > 0.0, largest, 1.0), 1.0)  # zeros: uniform
-    return np.maximum(fractions, np.exp(-2.0 * LOG_DENSITY_RANGE))
-
 
 def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: bool) -> NDArray[np.float64]:
     """Turn actions (n, a, a) into densities (n, A, A): interpolate them, and take the softmax of log-densities.
@@ -143,11 +123,6 @@ class _Modes(Actions):
         logs = (weights[:, :, None, None] * self._waves).sum(axis=1)
         return np.asarray(np.exp(logs - logs.max(axis=(1, 2), keepdims=True)))
 
-    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
-        logs = np.log(_fractions(commands))
-        weights = (logs[:, None] * self._waves).sum(axis=(2, 3)) / (self._waves**2).sum(axis=(1, 2))
-        return np.asarray((_LARGEST * weights).clip(-_LARGEST, _LARGEST), np.float32)
-
 
 class _Vectors(Actions):
     """Commands of any other kind, in their own units or each number in [-1, 1]."""
@@ -172,12 +147,6 @@ class _Vectors(Actions):
             values = check_values(actions, (count, *self._shape), self._low, self._high, name)
         return self._system.parse_all(values, count, self._config, name)
 
-    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
-        values = commands.reshape(-1, *self._shape)
-        if self._is_normalised:
-            values = 2.0 * (values - self._low) / (self._high - self._low) - 1.0
-        return values.astype(np.float32).clip(self.space.low, self.space.high)
-
 
 class _Numbers(Actions):
     """The numbers of commands that have names."""
@@ -192,7 +161,6 @@ class _Numbers(Actions):
         self.names = tuple(named)
         self._commands = np.stack([np.asarray(command, np.float64) for command in named.values()])
         self.space = spaces.Discrete(len(named))
-        self._are_densities = system.takes == "density"
 
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
         known = len(self._commands)
@@ -206,15 +174,3 @@ class _Numbers(Actions):
         if count and not (numbers.min() >= 0 and numbers.max() < known):
             raise CommandError(f"{expected}, got {actions!r}")
         return np.asarray(self._commands[numbers])
-
-    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
-        known, given = (values.reshape(len(values), -1) for values in (self._commands, commands))
-        if self._are_densities:  # of which only the shape counts
-            known, given = (_shares(values) for values in (known, given))
-        return np.asarray(((given[:, None] - known[None]) ** 2).sum(axis=2).argmin(axis=1))
-
-
-def _shares(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return flat densities (n, A * A) that sum to 1; zeros are uniform."""
-    sums = values.sum(axis=1, keepdims=True)
-    return np.where(sums > 0.0, values / np.where(sums > 0.0, sums, 1.0), 1.0 / values.shape[1])

@@ -78,11 +78,3 @@ class Format:
     def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
         """Turn one action into a command; raises as `read`."""
         return np.asarray(self._actions.read_one(action, name))
-
-    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
-        """Turn commands (n, ...) into the nearest actions (n, ...).
-
-        `read` and `write` round-trip where the format can express a command, to rounding: densities up to their scale,
-        their logarithms down to e^-8 of the largest value. Coarser actions fit values, or logarithms, by least squares.
-        """
-        return self._actions.write(commands)

@@ -227,19 +227,3 @@ def test_teams_and_rows_are_whole_numbers():
     for row in (True, 1.0, 7, -1, [], [0, 0], None, "first", [[0], [0, 1]]):
         with pytest.raises(CommandError, match="row"):
             begun(games=2).outcome(row, 0)
-
-
-@pytest.mark.parametrize(
-    "ask_for",
-    [
-        lambda: BatchEnv(num_games=10**400),
-        lambda: BatchEnv(max_cycles=10**400),
-        lambda: begun().step(np.full((1, 2, 10, 10), 10**400)),
-        lambda: BatchEnv().reset([0], scenario={"positions": [[10**400, 0]] * 20}),
-        lambda: BatchEnv().reset([0], scenario={"teams": [10**400] * 20}),
-        lambda: BatchEnv().reset([0], scenario=5),
-    ],
-)
-def test_what_no_number_can_hold_is_refused_by_name(ask_for):
-    with pytest.raises((CommandError, ConfigError), match="must be"):
-        ask_for()

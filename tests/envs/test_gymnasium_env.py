@@ -32,18 +32,6 @@ def test_sb3_checks_the_normalised_action():
     check_env(DuelEnv(drones_per_team=2, max_cycles=5))
 
 
-def test_gymnasium_makes_it_by_name_and_a_step_after_the_end_is_refused():
-    environment = gymnasium.make(ID, opponent="noise", max_cycles=3)
-    environment.action_space.seed(0)
-    environment.reset(seed=0)
-    for step in range(1, 4):
-        *_, truncated, info = environment.step(environment.action_space.sample())
-        assert truncated == (step == 3)
-    assert info["outcome"] == 0
-    with pytest.raises(GameOverError, match="call reset"):
-        environment.step(environment.action_space.sample())
-
-
 @pytest.mark.parametrize("bad", [np.full((10, 10), np.nan), np.full((10, 10), 1.5), np.zeros((5, 5)), None])
 def test_bad_actions_are_refused_and_leave_the_game_as_it_was(bad):
     environment = DuelEnv()
@@ -56,7 +44,7 @@ def test_bad_actions_are_refused_and_leave_the_game_as_it_was(bad):
 
 
 class Nonsense:
-    """An opponent that answers what it is told to."""
+    """An opponent with a fixed answer."""
 
     observation = ObservationConfig(grid=10)
 
@@ -131,19 +119,6 @@ def test_a_window_is_closed_and_threads_are_ended_with_their_environment(monkeyp
         environment.close()
     assert not any(thread.is_alive() for thread in threads)
     assert len(set(map(id, closed))) == 3
-
-
-@pytest.mark.parametrize("make", [DuelEnv, parallel_env])
-def test_frames_are_of_one_game_from_its_start_on(make):
-    environment = make(render_mode="rgb_array_list", command_period=0.2, drones_per_team=2)
-    assert environment.metadata["render_fps"] == 10
-    action = np.zeros((10, 10)) if make is DuelEnv else {"red_0": np.ones((10, 10)), "blue_0": np.ones((10, 10))}
-    for _ in range(2):
-        environment.reset(seed=0)
-        environment.step(action)
-        assert len(environment.render()) == 3  # the start and two control periods
-        environment.step(action)
-    assert make(render_mode="rgb_array", command_period=0.5).metadata["render_fps"] == 2
 
 
 def test_rendering_returns_a_frame_for_each_game_on_a_screen_of_its_own():

@@ -12,7 +12,7 @@ SMALL = GameConfig(drones_per_team=2)
 
 
 class Diary:
-    """An opponent that keeps all that it is told and asked, and asks for one cell: its own, or its game's."""
+    """An opponent that records its calls, and commands one cell: `cell`, or its game's number."""
 
     observation = ObservationConfig(grid=10, channels=("own_share",))
 
@@ -117,18 +117,6 @@ def test_opponents_are_not_asked_about_games_that_have_ended():
     duel.batch.running[:] = False
     with pytest.raises(GameOverError, match="no game is running"):
         step(duel)
-
-
-def test_some_games_are_seen_and_told_of_alone():
-    duel = begun(GameConfig(drones_per_team=(1, 3)), 6, seed=4, opponent=["uniform", "ring", "uniform"])
-    assert len(set(duel.sides.tolist())) == 2
-    rows = np.array([4, 1])
-    np.testing.assert_array_equal(duel.observe(rows), duel.observe()[rows])
-    every, some = duel.infos(), duel.infos(None, rows)
-    for name, values in every.items():
-        np.testing.assert_array_equal(some[name], values[rows])
-    assert every["opponent"].tolist() == [0, 1, 0] * 2
-    np.testing.assert_array_equal(every["size"], 1)
 
 
 def test_a_deal_is_for_the_games_that_begin_and_running_ones_keep_their_opponents():

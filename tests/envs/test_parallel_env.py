@@ -199,26 +199,6 @@ def test_actions_before_the_start_and_after_the_end_are_refused():
         environment.step(BOTH)
 
 
-def test_all_keywords_at_once_are_kept():
-    observations = (ObservationConfig(grid=25), ObservationConfig(grid=10, channels=("time_left", "own_share")))
-    rules = {"drones_per_team": (1, 3), "observation": observations, "command_cells": 6}
-    written = {"action": "normalised", "action_cells": 3}
-    environment = parallel_env(GameConfig(time_limit=20), **rules, **written, max_cycles=7, render_mode="ansi")
-    assert environment.config == GameConfig(time_limit=20, **rules)
-    assert environment.max_cycles == 7 and environment.render_mode == "ansi"
-    seen, infos = environment.reset(seed=0, options={"velocities": np.full((4, 2), 0.5)})
-    assert (environment.batch.simulator.velocities == 0.5).all()
-    assert [infos[agent]["size"] for agent in environment.agents] == [1, 3]
-    for agent, shape, channel, share in (("red_0", (9, 25, 25), 7, 64), ("blue_0", (2, 10, 10), 1, 191)):
-        assert seen[agent].shape == shape and (seen[agent][channel] == share).all()
-        assert environment.action_space(agent).shape == (3, 3)
-    corner = np.array([1.0, *[-1.0] * 8]).reshape(3, 3)
-    environment.step({"red_0": corner, "blue_0": corner[::-1, ::-1]})
-    assert environment.batch.simulator.targets.reshape(2, 36).argmax(axis=-1).tolist() == [0, 35]
-    assert isinstance(environment.render(), str)
-    environment.close()
-
-
 def test_spaces_of_an_unknown_agent_are_refused():
     for environment in (parallel_env(), drones_env()):
         for space in (environment.observation_space, environment.action_space):

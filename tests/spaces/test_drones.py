@@ -1,4 +1,4 @@
-"""What one drone sees, on boards made by hand, and how it answers."""
+"""Observations of drones against a slow version, and their actions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from swarm_pz.spaces.observation import observe
 
 
 def slowly(view, grid, simulator, game, team):
-    """What the drones of a game see, part by part in NumPy's float32; `team` plays, or both where it is -1."""
+    """Return the drones' observations, part by part in NumPy's float32; `team` is active, or both where it is -1."""
     games, one, parts = simulator.games, np.float32(1), {}
     speed = np.float32(np.sqrt(2 * simulator.config.controller.max_acceleration))
     here, moving, teams = games.positions[game], games.velocities[game], games.teams[game]
