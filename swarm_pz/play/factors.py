@@ -1,4 +1,4 @@
-"""What an experimenter varies at one seat: delays, what is shown and how often, and who shares the command."""
+"""Factors of an experiment at one seat: delays, hidden things, the frame rate, a helper that shares the command."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from swarm_pz.files import read_toml
 Hideable = Literal["opponents", "ground", "trails", "target"]
 Delay = Annotated[float, Range(0.0, 5000.0)]
 FULL_RATE = 30
-"""The frame rate that leaves nothing out."""
+"""The frame rate that shows every moment."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Factors(Config):
-    """What a seat can do and see, as far as that may be varied.
+    """The factors of one seat.
 
     Attributes
     ----------
     command_delay_ms, display_delay_ms : float
-        How much later commands come into force, and moments are shown, than they would.
+        Delays of commands and of what the seat is shown.
     frame_rate : int
-        Moments shown a second, at most 30; with 30, all that there are.
+        Moments shown a second, at most 30.
     speed : float
-        Seconds of game a second, for all at the table.
+        Seconds of game a second, for both seats.
     hide : tuple of str
-        Of "opponents", "ground", "trails", "target": what the seat is not shown.
+        Things that the seat is not shown.
     share : float
-        Share of the command that a policy makes, from 0 to 1; the rest is the player's.
+        The helper's share of the command, from 0 to 1.
     helper : str
-        That policy.
+        The policy that makes this share.
     """
 
     command_delay_ms: Delay = 0.0
@@ -51,17 +51,14 @@ class Factors(Config):
 
     @property
     def bare(self) -> Factors:
-        """These alone, of what may be a condition that has more."""
+        """The factors alone, of a condition that has more fields."""
         return Factors(**{entry.name: getattr(self, entry.name) for entry in fields(Factors)})
 
 
 def read_factors(path: Path) -> tuple[Factors, Factors]:
-    """Return the factors of red and blue as a TOML file has them, in a table for each side that has any.
+    """Return the factors of red and blue from the tables [red] and [blue] of a TOML file.
 
-    Raises
-    ------
-    ConfigError
-        If it cannot be read, or says what cannot be.
+    Raises ConfigError if the file or a value is invalid.
     """
     try:
         plain = read_toml(path)

@@ -1,4 +1,4 @@
-"""How clients write the commands of each kind, and what they are told about those that a seat takes."""
+"""Commands as clients write them, and their description for a client with a seat."""
 
 from __future__ import annotations
 
@@ -20,15 +20,9 @@ _NUMBER = re.compile(r"[0-9]{1,4}")
 
 
 def read_form(form: Any, system: ControlSystem, config: GameConfig, name: str) -> NDArray[np.float64]:
-    """Return a command of a control system, as JSON has it, in the array form of its space.
-
-    Raises
-    ------
-    CommandError
-        If it is none.
-    """
+    """Return a command in JSON as the array that its control system takes; raise CommandError if invalid."""
     try:
-        if isinstance(form, Mapping):  # JSON writes numbers as text where they are keys
+        if isinstance(form, Mapping):  # JSON writes numbers that are keys as text
             form = {int(key) if _NUMBER.fullmatch(key) else key: value for key, value in form.items()}
         values = np.asarray(system.parse(form, config, name), np.float64)
     except SwarmError as error:
@@ -37,18 +31,14 @@ def read_form(form: Any, system: ControlSystem, config: GameConfig, name: str) -
         raise CommandError(f"{name} cannot be read by the control system {system.name}: {error!r}") from error
     expected = system.space(config).shape
     if values.shape != expected or not np.isfinite(values).all():
-        raise CommandError(f"{name}: {system.name} made numbers of shape {values.shape} of it, not {expected}")
+        raise CommandError(
+            f"{name}: {system.name} turned it into {values.shape} numbers, expected {expected}, all finite"
+        )
     return values
 
 
 def commands_of(system: ControlSystem, config: GameConfig) -> protocol.Commands:
-    """Return what a client is told about the commands that a seat takes.
-
-    Raises
-    ------
-    ConfigError
-        If the control system cannot say.
-    """
+    """Return the description of a seat's commands; raise ConfigError if the control system gives none."""
     try:
         space = system.space(config)
         return protocol.Commands(
@@ -75,19 +65,19 @@ def _numbers(values: NDArray[Any]) -> float | list[Any]:
 
 
 def _exact(value: Any) -> float:
-    """Return the number that a float32 was written as."""
+    """Return the shortest number that rounds to a float32."""
     return float(str(np.float32(value)))
 
 
 def installed_systems(config: GameConfig) -> list[protocol.SystemInfo]:
-    """Return the control systems that may fly a seat; what is broken is left out."""
+    """Return the control systems that may fly a seat, without those that raise errors."""
     found = []
     for name in sorted(registered()):
         try:
             system = system_class(name)()
             about = (type(system).__doc__ or "").strip().partition("\n")[0]
             served = serves_densities(system, config)
-        except FAULTS:  # `swarm-pz policies` says it
+        except FAULTS:  # `swarm-pz policies` reports it
             continue
         found.append(protocol.SystemInfo(name=name, about=about, takes=system.takes, serves_densities=served))
     return found

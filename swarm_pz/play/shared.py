@@ -8,14 +8,11 @@ from numpy.typing import NDArray
 from swarm_pz.play.commands import Command, as_followed
 
 SHARED = "shared:"
-"""What the sender of a shared command begins with; the policy's name follows."""
+"""Prefix of the sender of a shared command; the policy's name follows."""
 
 
 def mixture(own: NDArray[np.float64], helpers: NDArray[np.float64], share: float) -> NDArray[np.float64]:
-    """Return the density (A, A) of which the helper makes a share and the player the rest.
-
-    Both count by their shape alone: each is made to sum to 1 before they are mixed. One of nothing is the whole square.
-    """
+    """Return two densities (A, A) mixed, each scaled to a sum of 1; an empty one counts as uniform."""
     parts = [
         density / density.sum() if density.any() else np.full_like(density, 1.0 / density.size)
         for density in (own, helpers)
@@ -24,7 +21,7 @@ def mixture(own: NDArray[np.float64], helpers: NDArray[np.float64], share: float
 
 
 class SharedCommand:
-    """The latest of what a team's player and its helper ask for: densities of so many cells a side, mixed."""
+    """The latest densities of a team's player and its helper, mixed; `cells` a side."""
 
     def __init__(self, team: int, cells: int, share: float, helper: str) -> None:
         self._team, self._share, self._sender = team, share, f"{SHARED}{helper}"
@@ -33,12 +30,12 @@ class SharedCommand:
         self._latest = np.zeros(0)
 
     def take(self, own: Command) -> Command | None:
-        """Take what the player asks for; return what becomes of it, None while the helper has said nothing."""
+        """Take the player's command; return the mixed one, or None before the helper's first."""
         self._own = own
         return self._mixed()
 
     def be_helped(self, helpers: NDArray[np.float64]) -> Command | None:
-        """Take what the helper asks for; return what becomes of the command, None if it is as before."""
+        """Take the helper's density; return the mixed command, or None if it is unchanged."""
         self._helpers = helpers
         before, now = self._latest, self._mixed()
         return None if np.array_equal(before, self._latest) else now

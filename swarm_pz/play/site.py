@@ -16,15 +16,13 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.opponents import opponents_among
 
 STATIC = Path(__file__).parent / "static"
-_OF_SERVERS = {
-    "marks.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js",
-}  # fmt: skip
-"""What only a server can offer: other control systems, studies."""
+_OF_SERVERS = {"marks.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js"}
+"""Files for other control systems and studies, which need a server."""
 _HEAD = """\
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'self'; worker-src 'self';
  style-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'">
 <meta name="table" content="page">"""
-"""By the latter the page knows that its table is in a worker."""
+"""The last line tells the page that the game runs in its worker."""
 
 
 def files_of(
@@ -32,9 +30,9 @@ def files_of(
 ) -> dict[str, bytes]:
     """Return the site's files by their paths.
 
-    - `policies`: those that are installed, with a line about each; the engine knows which of them it has.
-    - `cards`: of those of them that were rated.
-    - `weights`: files of learned ones.
+    - `policies`: installed ones, with a line about each; the engine picks those that it can play.
+    - `cards`: of rated policies.
+    - `weights`: files of learned policies.
     """
     files = {
         path.relative_to(STATIC.parent).as_posix(): path.read_bytes()
@@ -45,7 +43,7 @@ def files_of(
     for name, path in weights.items():
         if f'"{name}"' in players:
             files[f"static/engine/{name}.safetensors"] = path.read_bytes()
-    files["static/engine/table.json"] = msgspec.json.encode(_told(policies, cards))
+    files["static/engine/table.json"] = msgspec.json.encode(_table_file(policies, cards))
     page = files.pop("static/index.html").decode().replace('"/static/', '"static/')
     files["index.html"] = page.replace("<head>\n", f"<head>\n{_HEAD}\n", 1).encode()
     worker = files.pop("static/engine/sw.js").decode()
@@ -55,8 +53,8 @@ def files_of(
     return files
 
 
-def _told(policies: Mapping[str, str], cards: Mapping[str, protocol.Card]) -> dict[str, object]:
-    """Return what the engine is told of the rules, and of what to say to a visitor."""
+def _table_file(policies: Mapping[str, str], cards: Mapping[str, protocol.Card]) -> dict[str, object]:
+    """Return the engine's rules, and its welcome to a visitor."""
     table = TableConfig()
     system = table.game.team_systems[0]
     welcome = protocol.Welcome(

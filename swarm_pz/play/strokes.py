@@ -1,8 +1,6 @@
-"""From strokes to a command: the one place where a drawing becomes a density.
+"""Drawings as commands: strokes are painted on an image, later ones over earlier ones, and the image is smoothed.
 
-The page, recordings and external programs all come through here. A stroke is a line drawn with a round
-brush; later strokes paint over earlier ones. What is painted becomes an image, the image is smoothed,
-and its means over the command's cells are the command.
+Its means over the command's cells are the command.
 """
 
 from __future__ import annotations
@@ -23,35 +21,27 @@ Brush = Literal["attract", "repel", "erase"]
 BRUSHES: tuple[Brush, ...] = ("attract", "repel", "erase")
 Mapping = Literal["firm", "paper"]
 NARROWEST, WIDEST = 0.05, 0.30
-"""Least and largest width of a brush, in map widths."""
+"""Widths of a brush, in map widths."""
 MOST_POINTS = 4096
-"""Points that all strokes of a drawing may have together."""
+"""Points of all strokes of a drawing together."""
 MOST_INK = 100.0
-"""Ground that all lines of a drawing may cover together, length times width, in maps: what painting may cost.
-
-A person's drawings have less than 5; the least of these brushes may still go 2,000 times across the map.
-"""
+"""Length times width of all lines, in maps, which bounds the cost of painting. People's drawings have below 5."""
 _PIXELS = 2 * GRID_CELLS
 """Pixels a side of the painted image."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stroke:
-    """One line of a drawing.
+    """One line of a drawing; CommandError if it cannot be drawn.
 
     Attributes
     ----------
     brush : {"attract", "repel", "erase"}
-        What it paints; "erase" makes ground untouched again.
+        "erase" makes ground untouched again.
     width : float
-        Of the brush, in map widths.
+        In map widths.
     points : tuple of (float, float)
-        Where it went, x and y in map widths; a line may leave the square. One point is a dot.
-
-    Raises
-    ------
-    CommandError
-        If brush, width or a point cannot be drawn.
+        x and y in map widths, from -0.5 to 1.5. One point is a dot.
     """
 
     brush: Brush
@@ -72,7 +62,7 @@ class Stroke:
 
 @dataclass(frozen=True, kw_only=True)
 class StrokeMapping:
-    """What painted ground asks for: 1 where it attracts, 0 where it repels, one half where nothing attracts.
+    """The density of painted ground: 1 where it attracts, 0 where it repels, one half where nothing attracts.
 
     Attributes
     ----------
@@ -89,28 +79,28 @@ class StrokeMapping:
     keeps_repelling: bool
 
 
-# A recorded game names its mapping: what one of these asks for never changes, a new idea gets a new name.
+# A recorded game names its mapping, so these never change: another mapping gets another name.
 MAPPINGS: dict[Mapping, StrokeMapping] = {
     # Drones spend 1 % of the time on repelling ground beside a ring; 8 % if that ground is smoothed, too. With faint
     # ground beside what attracts they also wander through repelling ground far from it (4 % of the time, not none).
     "firm": StrokeMapping(beside_attract=0.0, smoothing=0.05, keeps_repelling=True),
-    # The paper's, for targets of mass 10: in one of mass 1, beside ground at one half, few strokes weigh anything.
+    # The paper's, for targets of mass 10: in a target of mass 1, strokes weigh little beside ground at one half.
     "paper": StrokeMapping(beside_attract=0.5, smoothing=0.2, keeps_repelling=False),
 }
 
 
 def mapping_of(game: GameConfig) -> Mapping:
-    """Return the mapping whose drawings a swarm follows under these rules: `paper` for targets of mass above 1."""
+    """Return the mapping that suits the rules: `paper` for targets of mass above 1, else `firm`."""
     return "paper" if game.controller.target_mass > 1.0 else "firm"
 
 
 def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm") -> NDArray[np.float64]:
-    """Return the command that a drawing asks for.
+    """Return the density that a drawing asks for.
 
     Parameters
     ----------
     strokes : sequence of Stroke
-        In the order in which they were drawn; none asks for uniform coverage.
+        In the order of drawing; without any, the density is uniform.
     cells : int
         Cells A a side of the command.
     mapping : str
@@ -124,7 +114,7 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm")
     Raises
     ------
     CommandError
-        If there is no such mapping, or the strokes have too many points or too much ink together.
+        For an unknown mapping, or too many points or too much ink.
     """
     painted, chosen = _painted(strokes), _mapping(mapping)
     attracts, repels = (painted == BRUSHES.index(brush) for brush in BRUSHES[:2])
@@ -139,7 +129,7 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm")
 
 
 def attraction_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm") -> NDArray[np.float64]:
-    """Return what a drawing attracts to and repels from, two images (2, A, A); arguments and errors as `density_of`."""
+    """Return images of attracting and of repelling ground (2, A, A); arguments and errors as of `density_of`."""
     painted, smoothing = _painted(strokes), _mapping(mapping).smoothing
     return np.stack([_smooth((painted == BRUSHES.index(brush)) * 1.0, smoothing, cells) for brush in BRUSHES[:2]])
 
@@ -151,7 +141,7 @@ def _mapping(name: Mapping) -> StrokeMapping:
 
 
 def _painted(strokes: Sequence[Stroke]) -> NDArray[np.int8]:
-    """Return which brush was last at each pixel."""
+    """Return the index of the last brush at each pixel."""
     if (count := sum(len(stroke.points) for stroke in strokes)) > MOST_POINTS:
         raise CommandError(f"a drawing may have {MOST_POINTS} points, got {count}")
     lines = [np.array(stroke.points, np.float64) for stroke in strokes]
@@ -175,7 +165,7 @@ def _smooth(image: NDArray[np.float64], smoothing: float, cells: int) -> NDArray
 
 @cache
 def _smoothing_matrix(smoothing: float, cells: int) -> NDArray[np.float64]:
-    """Smooth an image along one axis, mirrored at the walls, and take means over the cells (cells, pixels)."""
+    """Return weights (cells, pixels) that smooth along an axis, mirrored at the walls, and average over the cells."""
     centres = (np.arange(_PIXELS) + 0.5) / _PIXELS
     mirrored = np.concatenate([-centres, centres, 2.0 - centres])
     weights = np.exp(-((centres[:, None] - mirrored) ** 2) / (2 * smoothing**2))
@@ -186,7 +176,7 @@ def _smoothing_matrix(smoothing: float, cells: int) -> NDArray[np.float64]:
 
 @cache
 def _averaging_matrix(cells: int) -> NDArray[np.float64]:
-    """Means over the cells (cells, pixels), also where cells and pixels do not divide."""
+    """Return weights of means over the cells (cells, pixels); a cell may cover parts of pixels."""
     edges = np.arange(cells + 1)[:, None] / cells * _PIXELS
     overlap = np.diff(np.clip(edges - np.arange(_PIXELS), 0.0, 1.0), axis=0)
     return np.asarray(overlap * cells / _PIXELS)

@@ -70,7 +70,7 @@ def exact_fields(fields, grid):
 
 
 def seen_of(env, observation, team):
-    """Return what a team sees, with halves of fields rounded up, and how many cells of it the kernels rounded down."""
+    """Return a team's observation, halves of fields rounded up, and the count of cells that kernels rounded down."""
     images, fields = env.observe(observation, team)[0], inside(env.simulator.games)
     exact, is_half = exact_fields(fields, observation.grid)
     down = 0

@@ -1,4 +1,4 @@
-"""What journeys do on the page in a real browser, and what is wrong with a page that is shown."""
+"""Steps of journeys on the page in a real browser, and checks of a page that is shown."""
 
 import re
 import time
@@ -164,7 +164,7 @@ def commands(page, table, room, count):
 
 
 def heights(found):
-    """Return how high each command's strokes began."""
+    """Return the heights at which the strokes of each command began."""
     return [[round(stroke.points[0][1], 1) for stroke in line.strokes] for line in found]
 
 

@@ -24,7 +24,7 @@ from swarm_pz.play.studies.folder import StudyFolder
 from tests.play.conftest import Client, Server
 
 PATIENCE_S = 1200.0
-"""What a participant waits for in all, on the slowest machine."""
+"""Longest wait of a participant in all, on the slowest machine."""
 
 
 class StudyTable(Server):
@@ -69,7 +69,7 @@ class StudyTable(Server):
 
     @property
     def kept(self):
-        """What stands in the folder now."""
+        """Read the folder as it is now."""
         return StudyFolder(self.folder)
 
 
@@ -124,7 +124,7 @@ class Participant:
         self.window, self.loaded = f"window of {code}", time.time()
 
     def say(self, act, **more):
-        """Return how the study stands for this participant after something was said."""
+        """Send something, and return the study's state for this participant."""
         said = {"window": self.window, "loaded": self.loaded, **more}
         status, told = self.table.ask(f"/study/{self.code}/{act}", said)
         assert status == 200, told

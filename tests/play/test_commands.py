@@ -59,7 +59,7 @@ def test_whatever_a_system_of_others_does_with_a_command_is_an_error_of_the_comm
     monkeypatch.setattr(Magnet, "parse", lambda self, command, config, name: asked.append(command) or np.zeros(2))
     read_form({"0": [0.1, 0.2], "shape": 3, "99999": 1}, Magnet(), GAME, "a command")
     assert asked == [{0: [0.1, 0.2], "shape": 3, "99999": 1}], "JSON has no numbers as keys"
-    for answer, told in ((lambda *_: 1 / 0, "ZeroDivisionError"), (lambda *_: [np.nan, 0.0], "made numbers")):
+    for answer, told in ((lambda *_: 1 / 0, "ZeroDivisionError"), (lambda *_: [np.nan, 0.0], "all finite")):
         monkeypatch.setattr(Magnet, "parse", answer)
         with pytest.raises(CommandError, match=f"magnet.*{told}"):
             read_form([0.5, 0.5], Magnet(), GAME, "a command")

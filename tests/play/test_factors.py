@@ -1,4 +1,4 @@
-"""What an experimenter varies at a seat: read, checked, and kept in a table's configuration."""
+"""Factors of a seat are read, checked, and kept in a table's configuration."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What people do without a server: the folder of `swarm-pz site` in a real browser, served as any files are."""
+"""Journeys without a server: the folder of `swarm-pz site` in a real browser, served as any files are."""
 
 import shutil
 

@@ -196,7 +196,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     for name in ("#leave", "#ready", "#see", "#recording", "#go-home", "#lobby", "#shelf"):
         expect(page.locator(name)).to_be_hidden()
     expect(page.locator("#blue-who")).to_have_text("the opponent")
-    assert "corners" not in page.locator("body").inner_text(), "nobody is told whom they play"
+    assert "corners" not in page.locator("body").inner_text(), "the opponent has no name"
     check(page, "a game's result")
     page.evaluate("sessionStorage.removeItem('hold')")
     page.reload()

@@ -1,7 +1,4 @@
-"""What people do, in a real browser: at one table, each journey in rooms of its own.
-
-What the page's modules decide by themselves is tested in `static/*.test.js`, without a browser.
-"""
+"""Journeys of people in a real browser, at one server, each in rooms of its own; `static/*.test.js` test the logic."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""What the page paints, to the pixel: its modules on a page without a server."""
+"""The pixels that the page's modules paint, on a page without a server."""
 
 import pytest
 

@@ -96,13 +96,13 @@ def targets():
 
 
 def seated(name):
-    """Return what the server says to who sits down where a control system flies."""
+    """Return the server's message to a client that sits down where a control system flies."""
     (system, _), game = GAMES[name].team_systems, GAMES[name]
     return as_json(protocol.Seated(room="ABCD", seat="red", token="0" * 32, commands=commands_of(system, game)))
 
 
 def room():
-    """Return what the server says of a room where a game runs."""
+    """Return the server's message about a room where a game runs."""
     person = protocol.SeatState(kind="person", connected=True, ready=True)
     policy = protocol.SeatState(kind="policy", name="blind_ring", connected=True, ready=True, policy_state="loaded")
     state = protocol.RoomState("ABCD", "playing", protocol.Settings(), person, policy, 0, [(10, 10)], 0.1)

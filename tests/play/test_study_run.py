@@ -73,7 +73,7 @@ def fail(table, folder):
 
 
 def is_in_play(folder):
-    """Return whether a game is being played, and not written down yet."""
+    """Tell if a game runs that is not in a file yet."""
     kept = "".join(path.read_text() for path in (folder / "participants").glob("*.jsonl"))
     return any(path.name not in kept for path in (folder / "games").glob("*.jsonl"))
 
