@@ -125,6 +125,19 @@ test("a game counts down, takes what is drawn, ends and is recorded; of what com
   assert.deepEqual(JSON.parse(await visitor.table.answer("recordings")).map(({ name, seconds }) => [name, seconds]), [[recording, 4]]);
 });
 
+test("a session goes as at the server", async () => {
+  const visitor = new Visitor(undefined, { countdown: 0.5 }), steps = JSON.parse(readFileSync(new URL("../session.json", import.meta.url), "utf8"));
+  const heard = ({ type, code, number, phase, outcome, ended_by: by }) => ({
+    refused: { refused: code }, received: { received: number }, room: { phase, ...(phase === "over" ? { outcome, ended_by: by } : {}) },
+  })[type];
+  await visitor.greet();
+  for (const { say, pause_ms: pause = 0, hear } of steps) {
+    if (say) await visitor.say(say.type, say);
+    await visitor.pass(pause);
+    if (hear) assert.deepEqual(visitor.said.map(heard).findLast(Boolean), hear, JSON.stringify(say));
+  }
+});
+
 test("a countdown that is called off leaves the result and the recording of the game before", async () => {
   const visitor = new Visitor();
   await visitor.begin({}, { time_limit: 1 });
