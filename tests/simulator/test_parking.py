@@ -4,15 +4,17 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from scipy.ndimage import convolve
 
 from swarm_pz import policies
 from swarm_pz.config import BLUE, GRID_CELLS, RED, CaptureConfig, GameConfig, MemoryConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.capture import RING_COUNTS
 from swarm_pz.simulator import CheckedCommands, Simulator
-from tests.reference import RING, ring_sums
+from tests.reference import RING
 
 GAMES = 50
+RING_CELLS = np.pad(np.zeros((3, 3), int), 1, constant_values=1)
 DRONES, HISTORIES, TICKS = 10, 200, 60
 TRAIL, THRESHOLD = 6, 0.5
 """Short trails, so that short histories do; and a threshold at which condition 2 does not imply condition 1."""
@@ -27,7 +29,7 @@ def fields_of(trails: np.ndarray, teams: np.ndarray) -> list[np.ndarray]:
     """Compute both capture fields anew."""
     counted = [trails[:, teams == team] for team in (RED, BLUE)]
     flat = [np.bincount(trail[trail >= 0], minlength=GRID_CELLS**2) for trail in counted]
-    return [ring_sums(occupancy.reshape(GRID_CELLS, GRID_CELLS))[0] / RING_COUNTS for occupancy in flat]
+    return [convolve(one.reshape(GRID_CELLS, GRID_CELLS), RING_CELLS, mode="constant") / RING_COUNTS for one in flat]
 
 
 def histories():
