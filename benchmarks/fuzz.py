@@ -24,7 +24,7 @@ from swarm_pz.errors import CommandError, ConfigError
 GRAINS = {"time_limit": 0.1, "command_period": 0.1, "trail": 1 / 30}
 """Numbers that are whole multiples of something."""
 OTHERS = ("drones_per_team", "controllers", "observation", "modes", "horizon")
-"""What `draw` chooses otherwise: new modes and horizons are compiled anew."""
+"""Fields that `draw` sets itself: new modes and horizons are compiled anew."""
 ROOT = Path(__file__).parents[1]
 
 

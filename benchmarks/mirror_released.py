@@ -32,7 +32,7 @@ Command = NDArray[np.float64]
 
 @dataclass
 class Mirrored:
-    """What was compared, and by how much it differed at most.
+    """Numbers of comparisons, and the largest differences.
 
     Attributes
     ----------

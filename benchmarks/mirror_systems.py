@@ -14,7 +14,7 @@ from tests.systems.flights import find_not_finite
 from tests.systems.references import COMPARED
 
 BOUND = 1e-4
-"""What an acceleration may differ by, of the largest in its state."""
+"""Largest difference of an acceleration, as a share of the largest in its state."""
 
 
 def main() -> None:

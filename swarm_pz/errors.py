@@ -1,4 +1,4 @@
-"""What can go wrong, and what each error is called.
+"""Errors of the project.
 
 Every error is a `SwarmError`, and an error of Python's own that fits. `Stopped` stands beside them: a
 KeyboardInterrupt that waited until all was saved.
@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 
 NAME = "swarm-pz"
-"""What is installed."""
+"""The distribution's name."""
 
 
 class SwarmError(Exception):

@@ -54,7 +54,7 @@ def opened(path: Path, *, links: bool = True) -> Iterator[tuple[BinaryIO, int]]:
 
 
 def read_bytes(path: Path, most: int, *, links: bool = True) -> bytes:
-    """Return what stands in a file, perhaps a stranger's, if it is no more than so many bytes.
+    """Read a file of at most `most` bytes, perhaps a stranger's.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def read_bytes(path: Path, most: int, *, links: bool = True) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """Return what stands in a file that people have written, in UTF-8.
+    """Read a text file in UTF-8.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def read_text(path: Path) -> str:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Return what a TOML file says.
+    """Read a TOML file.
 
     Raises
     ------
@@ -192,6 +192,6 @@ def named_if_full(path: Path, written: Path) -> Iterator[None]:
 
 
 def explain(error: OSError) -> str:
-    """Return what an error of the system says, in words without its number."""
+    """Return the message of an OSError, without its number."""
     reason = (error.strerror or str(error) or type(error).__name__).lower()
     return f"{reason}: {str(error.filename)!r}" if error.filename is not None else reason

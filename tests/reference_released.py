@@ -1,7 +1,7 @@
 """The slow mirror of whole games by the preset `released`: who knows what, who flies where, who is captured.
 
 Float64 NumPy and plain Python like `tests.reference`, and in its words and orders of axes. It plays along with a game:
-it is told what is sent and where the drones are, and keeps targets, memories, trails and fields of its own.
+it gets what is sent and where the drones are, and keeps targets, memories, trails and fields of its own.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tests.reference import (
 )
 
 TARGET_MASS = 10.0
-"""What a density that was sent sums to; the one that a team has before it is sent anything sums to 1."""
+"""Sum of a density that was sent; the uniform one of the start sums to 1."""
 
 
 def reconstruct(coefficients: NDArray[np.floating]) -> Floats:
@@ -190,6 +190,6 @@ class ReleasedReference:
         return captured
 
     def values(self, positions: NDArray[np.float32]) -> Floats:
-        """What the opposing field is at each of (N, 2) positions, (N,) float64; with the teams as they are now."""
+        """The opposing field at each of (N, 2) positions, (N,) float64, for the present teams."""
         places = zip(self.rules.teams, positions, strict=True)
         return np.array([self.fields[1 - team][cell_of(position)] for team, position in places])

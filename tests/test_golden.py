@@ -25,7 +25,7 @@ from swarm_pz.simulator import Simulator
 
 GOLDEN = Path(__file__).parent / "golden" / "games.npz"
 POSITION, VELOCITY = 1e-6, 1e-5
-"""What one tick may differ by: 16 times as much as it did between any two of seven kinds of processor."""
+"""Largest difference after one tick: 16 times that between any two of seven kinds of processor."""
 
 
 class Golden(NamedTuple):
@@ -101,7 +101,7 @@ def test_golden_games_have_captures_and_rounding_decides_none_of_them(number):
 
 
 def distance_from_edges(states: list[State]) -> float:
-    """Return how close a drone ever comes to an edge between two cells; those of the square are none."""
+    """Return the least distance of a drone to an edge between two cells, without those of the square."""
     cells = np.stack([state.positions for state in states]).astype(np.float64) * GRID_CELLS
     edges = np.clip(np.rint(cells), 1, GRID_CELLS - 1)
     return float(np.abs(cells - edges).min() / GRID_CELLS)

@@ -80,7 +80,7 @@ def _parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def _fits(value: Any, hint: Any, ends: Range = _EVERY) -> bool:
-    """Return whether a value is of a type; NaN is in no range."""
+    """Test that a value is of a type; NaN is in no range."""
     origin, args = _parts(hint)
     if origin is Annotated:
         return _fits(value, args[0], next((one for one in args[1:] if isinstance(one, Range)), ends))
@@ -152,7 +152,7 @@ class Config:
                 check_type(value, self._path(entry.name), hints[entry.name])
 
     def _path(self, field: str) -> str:
-        """Return what an error calls a field, as `spawn.inset`."""
+        """Return a field's name in errors, as `spawn.inset`."""
         return f"{self._section}.{field}" if self._section else field
 
     def __new__(cls, *_: object, **given: object) -> Self:
@@ -164,7 +164,7 @@ class Config:
         return super().__new__(cls)
 
     def tag(self) -> dict[str, str]:
-        """Return what stands before the plain values of one of several kinds, so that who reads them knows which."""
+        """Return plain values that name the class, for fields that hold one of several."""
         return {}
 
     @classmethod

@@ -1,4 +1,4 @@
-"""What the rules fix: the tick, the control period, the grid and the two teams."""
+"""Constants of the rules: the tick, the control period, the grid and the two teams."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ CHANNELS = (
     "own_share",
     "time_left",
 )
-"""What grid observations show; see `swarm_pz.spaces.observation`."""
+"""Default channels of grid observations; see `swarm_pz.spaces.observation`."""
 MOTION_CHANNELS = ("own_now", "opposing_now", "own_soon", "opposing_soon")
-"""What they can show besides: where drones are to a fraction of a cell, and where they are going."""
+"""Further channels: positions to a fraction of a cell, now and soon."""
 SOON = 0.5
-"""Seconds after which drones are shown where they will be if they keep their velocity."""
+"""Seconds that the channels of predicted positions look ahead, at constant velocity."""
 LONGEST_TRAIL = 600.0
 """Seconds of trail that there is room for."""
 RED, BLUE = 0, 1

@@ -31,7 +31,7 @@ from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import ConfigError, UnknownNameError, nearest
 
 Controller = str | ControlSystem
-"""Who flies a team: the name of an installed control system, or one with numbers of its own."""
+"""The name of an installed control system, or an object with its own parameters."""
 TeamSize = Annotated[int, Range(0, 10_000)]
 Duration = Annotated[float, Range(CONTROL_PERIOD, 1e6)]
 _NOT_RULES = ("observation", "reward")
@@ -134,10 +134,7 @@ class GameConfig(Config):
 
     @property
     def rules(self) -> dict[str, Any]:
-        """All that can change a game between two policies, as plain values.
-
-        All but `observation`, since a policy brings what it wants to see, and `reward`.
-        """
+        """Plain values of all fields but `observation` and `reward`, which change no game between two policies."""
         return {name: value for name, value in self.to_dict().items() if name not in _NOT_RULES}
 
     @property
@@ -165,7 +162,7 @@ class GameConfig(Config):
 
     @property
     def observations(self) -> tuple[ObservationConfig, ObservationConfig]:
-        """What (red, blue) see."""
+        """Observations of (red, blue)."""
         given = self.observation
         return given if isinstance(given, tuple) else (given, given)
 
@@ -188,7 +185,7 @@ class GameConfig(Config):
 
     @property
     def tells_sending(self) -> bool:
-        """Whether a command that is sent again is another thing than one that is held."""
+        """Whether resending the command in force has an effect."""
         memory = self.memory
         forgets = "sending" in (*memory.trail_forgotten_on, *memory.controller_forgotten_on)
         return forgets or self.controller.target_mass != 1.0

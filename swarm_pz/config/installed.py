@@ -1,4 +1,4 @@
-"""What is installed under a group of entry points, swarm-pz's own first."""
+"""Entry points of installed packages, swarm-pz's own first."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 FAULTS = (Exception, SystemExit)
-"""Whatever another package's code does wrong; to end the process is for who started it."""
+"""Exceptions of another package's code, which must not end the process."""
 
 
 def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
@@ -51,5 +51,5 @@ def origin(point: importlib.metadata.EntryPoint) -> str:
 
 
 def is_own(point: importlib.metadata.EntryPoint) -> bool:
-    """Whether swarm-pz registered an entry point itself."""
+    """Test that an entry point is swarm-pz's own."""
     return origin(point) == "swarm-pz"

@@ -1,4 +1,4 @@
-"""Which control systems there are: what is installed under the entry points `swarm_pz.systems`."""
+"""Control systems that are installed under the entry points `swarm_pz.systems`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def registered() -> dict[str, importlib.metadata.EntryPoint]:
 
 
 def faults() -> dict[str, str]:
-    """Return what is wrong with what is registered, in words: broken systems by name, copies by name and origin."""
+    """Return errors of registered systems: of broken ones by name, of duplicates by name and package."""
     known, found = registered(), {}
     for point in entry_points(GROUP):
         if point != known[point.name]:
@@ -78,7 +78,7 @@ def _check_class(found: type[ControlSystem], said: str, *, may_have_kernel: bool
 
 
 def is_installed(kind: type[ControlSystem]) -> bool:
-    """Whether a class is the control system that is installed by its name."""
+    """Test that a class is the control system installed under its name."""
     try:
         return kind is system_class(kind.name)
     except ConfigError:
@@ -86,7 +86,7 @@ def is_installed(kind: type[ControlSystem]) -> bool:
 
 
 def is_our_own(name: str) -> bool:
-    """Whether a control system is swarm-pz's own."""
+    """Test that a control system is swarm-pz's own."""
     try:
         return is_own(_find(name))
     except ConfigError:

@@ -65,7 +65,7 @@ class SpawnConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class MemoryConfig(Config):
-    """How long the game and the controller remember where drones have been.
+    """Lengths of trails and of the controller's memory.
 
     Attributes
     ----------
@@ -217,7 +217,7 @@ class FlockingConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicsConfig(Config):
-    """How drones move, and how they fail.
+    """Motion and failures of drones.
 
     Attributes
     ----------
@@ -249,7 +249,7 @@ class DynamicsConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class ObservationConfig(Config):
-    """What one side sees.
+    """Observation of one side.
 
     Attributes
     ----------

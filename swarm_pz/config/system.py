@@ -1,4 +1,4 @@
-"""What a control system is: a controller, and the commands that it understands."""
+"""Interface of control systems: a controller and its commands."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class ControlSystem(Config):
         return None
 
     def to_densities(self, commands: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:
-        """Return what commands (n, *shape) ask for as densities (n, A, A), for those who watch; uniform if nowhere."""
+        """Return pictures of commands (n, *shape) as densities (n, A, A), for spectators; uniform by default."""
         return np.ones((len(commands), config.command_cells, config.command_cells))
 
     def named(self, config: GameConfig) -> Mapping[str, NDArray[np.float64]]:
@@ -172,7 +172,7 @@ def serve(system: ControlSystem, densities: NDArray[np.float64], config: GameCon
 
 
 def serves_densities(system: ControlSystem, config: GameConfig) -> bool:
-    """Return whether who gives densities can fly a control system.
+    """Test that densities can be converted to a system's commands.
 
     Raises
     ------

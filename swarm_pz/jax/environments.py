@@ -100,7 +100,7 @@ class TwoSides:
         return step_once(state, actions, self.params)
 
     def get_obs(self, state: State) -> dict[str, Any]:
-        """Return what both sides see."""
+        """Return the observations of both sides."""
         return see(state, self.params)
 
 

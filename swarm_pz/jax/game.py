@@ -179,7 +179,7 @@ def _goes_on(state: State, until: Array) -> Array:
 
 
 def see(state: State, params: Params) -> dict[str, Any]:
-    """Return what both sides see."""
+    """Return the observations of both sides."""
     fields = fields_of(state.occupancy)
     limits = limits_of(fields, params.threshold)
     return {agent: observe(state, fields, limits, team, params) for team, agent in enumerate(AGENTS)}

@@ -1,4 +1,4 @@
-"""What a side sees, as `swarm_pz.spaces.observation` describes it: the nine channels, or lists of drones."""
+"""Observations as of `swarm_pz.spaces.observation`: the nine default channels, or lists of drones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _BRIGHTNESS = brightness_of_ages(GameConfig().trail_ticks)
 
 
 def observe(state: State, fields: Array, limits: Array, side: int, params: Params) -> Any:
-    """Return what a side sees: uint8 images (9, grid, grid), or a dict of lists of drones.
+    """Return a side's observation: uint8 images (9, grid, grid), or a dict of lists of drones.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a game's functions are told: numbers that may change between calls, and shapes that compile anew."""
+"""Parameters of a game in JAX: traced numbers, and static shapes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who takes which place, at the least cost in all: shortest augmenting paths.
+"""Linear assignment by shortest augmenting paths.
 
 After Crouse, "On implementing 2D rectangular assignment algorithms" (IEEE Transactions on Aerospace and Electronic
 Systems 52, 2016), with the order of `scipy.optimize.linear_sum_assignment`, so that equal costs are shared out alike.

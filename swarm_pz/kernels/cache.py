@@ -14,7 +14,7 @@ import llvmlite.binding
 import numba
 
 SOURCES = ("kernels", "config")
-"""What machine code is of: modules of swarm_pz, or packages with all that is in them."""
+"""Modules and whole packages of swarm_pz whose text makes the stamp of machine code."""
 
 
 def sources(package: Path) -> list[Path]:

@@ -41,11 +41,11 @@ def _neighbours_inside(reach: int) -> Int64s:
 RING_COUNTS = _ring_counts()
 """(G, G) number n of cells of each cell's ring that lie inside the square."""
 FIELD_UNIT = math.lcm(*RING_COUNTS.ravel().tolist())
-"""What a capture field of 1 is stored as."""
+"""Stored value of a capture field of 1."""
 
 
 def ring_weights(largest_occupancy: int) -> Integers:
-    """Return what one tick in a cell's ring adds to the field there, 0 on the border.
+    """Return the amount (G + 4, G + 4) that one tick in a cell's ring adds to the field there, 0 on the border.
 
     Parameters
     ----------

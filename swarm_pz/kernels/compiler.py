@@ -1,4 +1,4 @@
-"""How kernels are compiled: an entry point as a whole, and each of its parts no further than that needs.
+"""Compilation of kernels: an entry point as a whole, and each of its parts no further than that needs.
 
 numba makes machine code of every function, optimised with all that it calls, and again as a part of each of its
 callers: of kernels that are called through five others, six times. It lets each be called from Python, too, which takes
@@ -47,7 +47,7 @@ _PRIVATE: dict[type, str] = {
     FunctionCache: "_impl _cache_file",
     IndexDataCacheFile: "_index_name _data_name_pattern",
 }
-"""What is used of numba's classes, and may be another thing in its next version."""
+"""Private attributes of numba that are used here, and may change in its next version."""
 for _kind, _names in _PRIVATE.items():
     _of_instances = getattr(getattr(_kind.__init__, "__code__", None), "co_names", ())  # type: ignore[misc]
     for _name in _names.split():

@@ -90,7 +90,7 @@ def normalise(density: Float64s, target: Float64s) -> None:
 
 @kernel
 def differ(one: Float64s, other: Float64s) -> bool:
-    """Whether two targets (A, A) are different commands. An image and its double make the same target."""
+    """Test that two targets (A, A) differ. An image and its double make the same target."""
     most = 0.0
     for row in range(one.shape[0]):
         for column in range(one.shape[1]):

@@ -24,7 +24,7 @@ from swarm_pz.kernels.swarm import Swarm, with_teams
 from swarm_pz.kernels.trails import cell_of, extend_trails, forget_trail, hand_over_trail, take_back_newest
 
 ERGODIC = 0
-"""Who flies a team: the ergodic controller, in this loop."""
+"""Control system of a team: the ergodic controller, in this loop."""
 DIRECT = 1
 """Its commands are its accelerations, in this loop, too."""
 GIVEN = 2
@@ -107,19 +107,16 @@ class RuleParameters(NamedTuple):
 
 
 class RuleVariants(NamedTuple):
-    """What differs from the rules of the preset `paper`, ready for the kernels.
-
-    Where nothing does, None stands in its place, and what it is for is not even compiled.
-    """
+    """Options that the preset `paper` does not use; None if none is used, and their code is not compiled."""
 
     reconstructs: bool
-    """Whether capture fields are made of densities, and not of trails."""
+    """True: capture fields are made of densities, and not of trails."""
     capture_forgets: tuple[bool, bool]
-    """Whether a capture empties the drone's trail, and the controller's memory of it."""
+    """(trail, memory) that a capture empties."""
     command_forgets: tuple[bool, bool]
-    """Whether a new command empties those of the team's drones."""
+    """(trail, memory) of the team that a new command empties."""
     sending_forgets: tuple[bool, bool]
-    """Whether any command does that is sent, the same one again, too."""
+    """(trail, memory) of the team that any command empties, the same one again, too."""
     can_fail: bool
     failure_chance: float
     """Of a working drone in a control period."""
@@ -127,11 +124,11 @@ class RuleVariants(NamedTuple):
     """Of a failed one."""
     communication: Communication
     is_given: bool
-    """Whether anything else than the ergodic controller flies any team."""
+    """True: another system than the ergodic controller flies some team."""
     unit: float
     """The acceleration that `DIRECT` commands are in units of."""
     is_ergodic: bool
-    """Whether anything needs the ergodic controller's memories."""
+    """True: the ergodic controller's memories are needed."""
 
 
 @kernel
@@ -150,7 +147,7 @@ def swarm_of(games: Games, e: int, warm_start: bool | None) -> Swarm:
 
 @kernel
 def has_loser(teams: Int8s) -> bool:
-    """Whether one team owns every drone."""
+    """Test that one team owns every drone."""
     blue = 0
     for i in range(teams.shape[0]):
         blue += teams[i]
@@ -415,7 +412,7 @@ def take_up(
 
 @entry_point
 def are_decided(teams: Int8s) -> Bools:
-    """Tell (n,) whether one team owns every drone, by the teams (n, N) of drones."""
+    """Return for teams (n, N) of drones a mask (n,) of the games that one team has won."""
     decided = np.empty(len(teams), np.bool_)
     for place in range(len(teams)):
         decided[place] = has_loser(teams[place])

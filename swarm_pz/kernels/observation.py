@@ -1,4 +1,4 @@
-"""What one side of one game sees: images, or lists of drones; see `swarm_pz.spaces.observation` for what they show."""
+"""Images and lists of drones for one side of one game; `swarm_pz.spaces.observation` describes them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CAPTURES_FROM = 192
 
 
 class Shown(NamedTuple):
-    """What of `Games` is painted, in the shapes and units that it has there; all of it would take longer to compile."""
+    """Arrays of `Games` that are painted; fewer arrays compile faster."""
 
     ticks: Int64s
     positions: Float32s

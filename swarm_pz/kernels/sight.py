@@ -1,4 +1,4 @@
-"""What drones see that are agents of their own; see `swarm_pz.spaces.drones` for the parts of an observation."""
+"""Observations of drones that are agents; `swarm_pz.spaces.drones` describes their parts."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
 
 @dataclass(frozen=True, kw_only=True)
 class Densities(ControlSystem):
-    """What the systems have in common that take densities."""
+    """Base of the systems that take densities."""
 
     takes: ClassVar[str] = "density"
     turns: ClassVar[str] = "images"

@@ -31,7 +31,7 @@ _NUMBERS = 5
 _LARGEST = 0.5
 """The largest size, in map widths."""
 _USUAL = {"centre": (0.5, 0.5), "size": 0.25, "turn": 0.0}
-"""What a mapping need not say."""
+"""Defaults of a mapping."""
 _FEW_POINTS = 64
 """Drawn points that there is room for, even in small games."""
 _PERCENT = (20, 50, 80)
@@ -237,7 +237,7 @@ def _crews(flight: Flight) -> Iterator[tuple[int, NDArray[np.int64], NDArray[np.
 
 
 def _room(config: GameConfig) -> int:
-    """Return how many drawn points a command has room for."""
+    """Return the number of drawn points that fit into a command."""
     return max(_FEW_POINTS, config.num_drones)
 
 

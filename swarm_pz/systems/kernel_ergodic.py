@@ -21,40 +21,20 @@ from swarm_pz.systems.ergodic import Densities
 
 @dataclass(frozen=True, kw_only=True)
 class KernelErgodic(Densities):
-    r"""Each drone flies down the kernel ergodic metric of its team's next moments.
-
-    If they coasted, the n drones that a drone hears, itself among them, would come to the m = n (H + 1) points
-
-    .. math:: x_{j,h} = p_j + h \Delta g v_j, \qquad h = 0, \dots, H,
-
-    each number cut to [0, 1], with the control period :math:`\Delta` = 0.1 s, the speed factor g and H = `horizon`.
-    The metric compares these points with the density :math:`\varphi` of mean 1:
-
-    .. math:: E = \frac{1}{m^2} \sum_{a,b} k(x_a, x_b) - \frac{2}{m} \sum_a \int k(x_a, q)\, \varphi(q)\, dq, \qquad
-        k(a, b) = \ell\, e^{-r / \ell}, \qquad r = \sqrt{\|a - b\|^2 + \varepsilon^2}
-
-    The integral is a sum over the centres of the command's cells. An empty command asks for the uniform density.
-    Each drone steers by the gradient at its own last point x:
-
-    .. math:: u = -\frac{\kappa}{g}\, \nabla_x \left[\frac{1}{m} \sum_a k(x, x_a)
-        - \int k(x, q)\, \varphi(q)\, dq\right] - \nu v
-
-    The sum drives drones away from each other and from the points on their own way: so they keep moving. The source
-    has a Gaussian kernel. The spectrum of this one, for :math:`\ell = 1 / \pi` and
-    :math:`\varepsilon = 0`, is that of the Fourier metric, :math:`(1 + \|k\|^2)^{-3/2}`, up to a factor.
+    """Each drone flies down the kernel ergodic metric of its team's next moments; docs/control_systems.md has equations.
 
     Attributes
     ----------
     gain : float
-        :math:`\kappa`, the largest pull of the density, in map widths per second squared.
+        Largest pull of the density, in map widths per second squared.
     length : float
-        :math:`\ell`, in which the kernel falls to 1/e, in map widths.
+        Map widths in which the kernel falls to 1/e.
     softening : float
-        :math:`\varepsilon`, in map widths: makes the kernel smooth at 0.
+        Map widths that make the kernel smooth at 0.
     damping : float
-        :math:`\nu`, the share of its velocity that a drone loses, per second. With 0.5, drones come to rest.
+        Share of its velocity that a drone loses, per second. With 0.5, drones come to rest.
     horizon : int
-        H, in control periods.
+        Control periods that points lie ahead.
     """
 
     name: ClassVar[str] = "kernel_ergodic"

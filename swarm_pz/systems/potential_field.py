@@ -68,7 +68,7 @@ class PotentialField(ControlSystem):
         return np.stack([densities, np.zeros_like(densities)], axis=1)
 
     def to_densities(self, commands: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:
-        """Return what attracts, less what repels where that is most, as far as they leave anything."""
+        """Return attraction less repulsion, each scaled to a largest value of 1, and no less than 0."""
         attracts, repels = commands[:, 0], commands[:, 1]
         pictures = []
         for one, other in zip(attracts, repels, strict=True):

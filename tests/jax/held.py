@@ -28,7 +28,7 @@ PERIODS = 100
 """Control periods that are compared at once: games of all lengths share what was compiled."""
 SEEN = (ObservationConfig(grid=10), ObservationConfig(grid=25), ObservationConfig(kind="entities"))
 CLOSE = {"positions": 1e-6, "velocities": 1e-5, "accelerations": 1e-4, "memory": 1e-4, "memory_weight": 1e-5}
-"""How far floats may be from the simulator's; whole numbers must be the same."""
+"""Largest differences of floats from the simulator's; whole numbers must be the same."""
 
 
 def state_of(games, places=PLACES):

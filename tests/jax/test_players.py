@@ -15,7 +15,7 @@ GAME = GameConfig(time_limit=20.0)
 
 
 def seen_of(grid, seconds=6):
-    """Return what both sides saw of a game at some steps."""
+    """Return both sides' observations of a game at some steps."""
     env, seen = BatchEnv(GAME), []
     env.reset([5])
     generator = np.random.default_rng(0)

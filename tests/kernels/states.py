@@ -18,7 +18,7 @@ SOFT = ControllerConfig(control_weight=20.0, max_acceleration=100.0)
 
 
 class State(NamedTuple):
-    """What a solve starts from; N drones, K modes."""
+    """State before a solve; N drones, K modes."""
 
     positions: NDArray[np.float32]
     """(N, 2)"""

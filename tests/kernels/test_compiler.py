@@ -1,4 +1,4 @@
-"""A kernel is compiled for who calls it, and optimised with that; and then it is nobody else's code that runs."""
+"""A kernel is compiled into its caller, and runs no other entry point's code."""
 
 from __future__ import annotations
 

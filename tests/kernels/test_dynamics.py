@@ -1,4 +1,4 @@
-"""How drones move, drone by drone: past each other, and not below the least airspeed."""
+"""Motion of single drones: past each other, and not below the least airspeed."""
 
 import numpy as np
 

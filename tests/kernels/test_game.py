@@ -1,4 +1,4 @@
-"""What a tick leaves behind, whatever the options are."""
+"""State after a tick, with any options."""
 
 from __future__ import annotations
 

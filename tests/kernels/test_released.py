@@ -20,7 +20,7 @@ NEAR = 1e-4
 
 
 def changed(targets: np.ndarray, previous: np.ndarray) -> np.ndarray:
-    """Return whether each team's target (2, A, A) is another one."""
+    """Return a mask (2,) of the teams whose target (2, A, A) is another one."""
     return (np.abs(targets - previous) > 1e-9).any(axis=(1, 2))
 
 

@@ -66,7 +66,7 @@ def games(swapped=(False, True), **options) -> Simulator:
 
 
 def shown(simulator, row=0, team=0):
-    """Return what the first system of the pair is shown of a game."""
+    """Return the flight of the first system of the pair in a game."""
     return simulator.control.flight_of(simulator.games, np.array([row]), team, simulator.control.numbers[0])
 
 

@@ -121,7 +121,7 @@ UNIFORM, RAMP = np.ones((1, 10, 10)), np.arange(1.0, 101.0).reshape(1, 10, 10) /
 
 
 def weights(simulator: Simulator, row: int = 0) -> list[float]:
-    """Return how much the memories of a red drone and of a blue one weigh: solves, where nothing fades."""
+    """Return the weights of a red drone's memory and of a blue one's: numbers of solves, where nothing fades."""
     return simulator.games.memory_weight[row, [0, -1]].tolist()
 
 

@@ -121,7 +121,7 @@ def compare_flocking(generator: Generator, number: int) -> float:
 
 
 def shares(cells: int, place: float) -> Floats:
-    """Return how much each cell of a row counts at a place, where an image is interpolated linearly."""
+    """Return the weights of a row's cells at a place, by linear interpolation."""
     at = min(max(place * cells - 0.5, 0.0), cells - 1.0)
     return np.maximum(0.0, 1.0 - np.abs(np.arange(cells) - at))
 
@@ -196,7 +196,7 @@ class Cells:
         return [side for side in polygon if side[0] >= 0]
 
     def follow(self, i: int, density: Floats, closest: float) -> Floats:
-        """Return what the motion of i and its neighbours does to the centroid of i."""
+        """Return the velocity of the centroid of i by the motion of i and its neighbours."""
         moved = np.zeros(2)
         if self.masses[i] <= 0.0:
             return moved

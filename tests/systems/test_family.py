@@ -1,4 +1,4 @@
-"""What every control system keeps to: one that is registered is tried without a test of its own.
+"""Rules for every control system: one that is registered is tried without a test of its own.
 
 What must not matter does not matter, over one solve, up to rounding; what is decided by seed and commands is so bit for
 bit; no state of a game is too odd; and every wrapper takes its commands.

@@ -1,4 +1,4 @@
-"""What a flock can be told, in which forms, and for how long it is in force."""
+"""Commands of a flock: their forms, and the time that each is in force."""
 
 from __future__ import annotations
 

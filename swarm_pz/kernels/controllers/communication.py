@@ -30,7 +30,7 @@ class Communication(NamedTuple):
     """Limits of communication within a team."""
 
     is_local: bool
-    """Whether some drones may not receive the messages of all others."""
+    """True if some drones may not receive the messages of all team-mates."""
     radius: float
     """Map widths that a message reaches."""
 
@@ -46,7 +46,7 @@ def communication_parameters(config: GameConfig) -> Communication:
 
 @kernel
 def hears(i: int, j: int, swarm: Swarm, radius: float) -> bool:
-    """Whether the message of drone j reaches drone i, a team-mate or itself."""
+    """Test that the message of drone j reaches drone i, a team-mate or itself."""
     if swarm.teams[i] != swarm.teams[j]:
         return False
     away_x = np.float64(swarm.positions[i, 0]) - np.float64(swarm.positions[j, 0])

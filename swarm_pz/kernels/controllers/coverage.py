@@ -167,7 +167,7 @@ def sum_span(low: float, high: float, sums: Float64s) -> float:
 
 @kernel
 def cut(offset: float, slope: float, low: float, high: float) -> tuple[float, float]:
-    """Return what is left of the range [low, high] of s where offset + s * slope <= 0."""
+    """Cut the range [low, high] of s to where offset + s * slope <= 0."""
     if slope > _PARALLEL:
         return low, min(high, -offset / slope)
     if slope < -_PARALLEL:
@@ -272,7 +272,7 @@ def find_cells(places: Float64s, sums: Float64s, rates: Float64s, is_changing: b
 
 @kernel
 def follow_neighbours(i: int, cells: Cells, density: Float64s, grid: Grid) -> tuple[float, float]:
-    """Return how fast the centroid of drone i moves because it and its neighbours do, at their first velocities."""
+    """Return the velocity (x, y) of drone i's centroid when it and its neighbours fly at their first velocities."""
     places, first, closest = cells.places, cells.first, 1.0 / grid.centres.shape[0]
     velocity_x, velocity_y = 0.0, 0.0
     if cells.masses[i] == 0.0:

@@ -54,7 +54,7 @@ def sobolev_weights(modes: int) -> Float64s:
 
 
 def ergodic_parameters(config: GameConfig) -> ErgodicParameters:
-    """Return what a solve needs."""
+    """Return the controller's numbers of a configuration."""
     controller, factor = config.controller, config.dynamics.speed_factor
     k = np.arange(controller.modes)
     exponential = np.exp(-0.8 * np.sqrt(k[:, None] ** 2 + k**2))
@@ -93,7 +93,7 @@ class Tables(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """What solves need besides the state; the same for one game after the other."""
+    """Arrays that solves reuse, for one game after the other."""
 
     members: Int64s
     """(2, drones + 1) the numbers of each team's drones."""
@@ -315,7 +315,7 @@ def weigh(mean: Float32s, target: Float32s, parameters: ErgodicParameters, scrat
 
 @kernel
 def most_at_once(parameters: ErgodicParameters) -> int:
-    """Return how many drones' paths the tables have room for."""
+    """Return the number of drones whose paths fit into the tables."""
     return max(_PLACES // (len(parameters.times) - 1), 1)
 
 

@@ -39,7 +39,7 @@ class FlockingParameters(NamedTuple):
 
 
 def flocking_parameters(config: GameConfig) -> FlockingParameters:
-    """Return what a solve needs."""
+    """Return the numbers of flocking of a configuration."""
     flocking = config.flocking
     return FlockingParameters(
         alignment=float(flocking.alignment),

@@ -34,7 +34,7 @@ def slope(x: float, y: float, parameters: KernelErgodicParameters) -> float:
 
 @kernel
 def push_of_points(i: int, points: Float64s, heard: Bools, parameters: KernelErgodicParameters) -> tuple[float, float]:
-    """Return how the next points (N, H + 1, 2) of the drones that drone i hears push its own last one, on average."""
+    """Return the mean push on drone i's last point by all points (N, H + 1, 2) of the drones that it hears."""
     push_x, push_y, count, last = 0.0, 0.0, 0, points.shape[1] - 1
     for j in range(points.shape[0]):
         if not heard[j]:
@@ -50,7 +50,7 @@ def push_of_points(i: int, points: Float64s, heard: Bools, parameters: KernelErg
 
 @kernel
 def pull_of_density(x: float, y: float, density: Float64s, parameters: KernelErgodicParameters) -> tuple[float, float]:
-    """Return how a density (A, A), uniform if empty, pulls a place."""
+    """Return the pull of a density (A, A), uniform if empty, on a place."""
     pull_x, pull_y, total, cells = 0.0, 0.0, density.sum(), density.shape[0]
     even = 1.0 / (cells * cells)
     for row in range(cells):
