@@ -21,7 +21,7 @@ from swarm_pz.systems.ergodic import Densities
 
 @dataclass(frozen=True, kw_only=True)
 class KernelErgodic(Densities):
-    """Each drone flies down the kernel ergodic metric of its team's next moments; docs/control_systems.md has equations.
+    """Each drone flies down the kernel ergodic metric of its team; docs/control_systems.md has the equations.
 
     Attributes
     ----------
