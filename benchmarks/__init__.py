@@ -1,1 +1,1 @@
-"""What the game, the controller and the simulator do, in numbers."""
+"""Measurements of the game, its controllers and the simulator, for the documentation."""

@@ -1,17 +1,15 @@
 """Every script and learned tactic against uniform coverage.
 
-`swarm-pz tournament` plays everybody against everybody.
+`swarm-pz tournament` plays all against all.
 
-python -m benchmarks.head_to_head --games 100 --out runs/head_to_head
+python -m benchmarks.head_to_head --games 100 > docs/tables/head_to_head.csv
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
-import json
 import sys
-from pathlib import Path
 from typing import Any
 
 from swarm_pz.evaluation.match import paired_difference, play_match
@@ -19,7 +17,7 @@ from swarm_pz.policy import kind_of, registered
 
 
 def against_uniform(games: int) -> list[dict[str, Any]]:
-    """Play all who answer densities, but the planner, against uniform coverage on the same seeds."""
+    """Play all policies that send densities, but the planner, against uniform coverage on the same seeds."""
     names = sorted(
         name
         for name, point in registered().items()
@@ -47,12 +45,7 @@ def main() -> None:
     """Play and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--games", type=int, default=100)
-    parser.add_argument("--out", type=Path, default=Path("runs/head_to_head"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    rows = against_uniform(options.games)
-    print_table(rows)
-    (options.out / "figures.json").write_text(json.dumps({"against_uniform": rows}, indent=2) + "\n")
+    print_table(against_uniform(parser.parse_args().games))
 
 
 if __name__ == "__main__":

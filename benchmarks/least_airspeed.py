@@ -1,4 +1,4 @@
-"""What least airspeeds do to teams that rest, for three accelerations, as a table and a picture.
+"""Effects of a least airspeed on teams that rest, for three accelerations, as a table and a picture.
 
 At speed v and acceleration a a drone turns with the radius v² / a. Rows that the table has are not played again, so a
 sweep that was stopped goes on. docs/parking.md says what the criteria ask.
@@ -28,7 +28,7 @@ SPEEDS = (0.0, 0.15, 0.2, 0.3, 0.4, 0.5)
 ACCELERATIONS = (0.5, 1.0, 2.0)
 UNIFORM, VETERAN = Side(player="uniform"), Side(player="veteran")
 ORDER = (Side(player="noise"), UNIFORM, Side(player="ring"), Side(player="halo"), VETERAN)
-"""Who should take more points from `uniform` than those before; `noise` and `uniform` may be even."""
+"""Players, each of which should take more points from `uniform` than those before; the first two may be even."""
 RESTING = (
     Side(player="hold", system="formation"),
     Side(player="hold", system="potential_field"),

@@ -1,4 +1,4 @@
-"""What parked and hidden teams are worth: games of teams that rest, and of drawings that never change.
+"""Games of parked and hidden teams: teams that rest, and drawings that never change.
 
 The rows of docs/tables/parking.csv; docs/parking.md proves when a parked drone is safe.
 
@@ -75,7 +75,7 @@ FORMATIONS = [
 
 @dataclass(frozen=True, kw_only=True)
 class Side:
-    """Who commands a team, and what flies it."""
+    """Policy and control system of a team."""
 
     player: str | Tactic | Script
     system: str = "ergodic"
@@ -88,7 +88,7 @@ class Side:
 
     @property
     def name(self) -> str:
-        """What the table calls it."""
+        """Name in the table."""
         name = self.player if isinstance(self.player, str) else self.player.__name__
         return name if self.system == "ergodic" else f"{name}, flown by {self.system}"
 

@@ -1,4 +1,4 @@
-"""How the start, and the wins of ring and noise against uniform coverage, move with the numbers of the rules.
+"""Starts, and wins of ring and noise against uniform coverage, for other numbers of the rules.
 
 python -m benchmarks.sensitivity --games 40
 python -m benchmarks.sensitivity --games 100 --variants "the rules" "teams apart"

@@ -1,4 +1,4 @@
-"""How fast control systems fly: drone-steps a second of processor time, both teams by the same system.
+"""Speed of control systems: drone-steps a second of processor time, both teams by the same system.
 
 python -m benchmarks.systems
 """

@@ -107,7 +107,7 @@ class Several:
 
 
 def play(players: Sequence[Images], track: Track, place: int, numbers: Sequence[int], seed: int) -> Array:
-    """Return whether each player won each game against an opponent, and its share: (players, games, 2). A task."""
+    """Return the win (0 or 1) and share of drones of each player in each game of a match: (players, games, 2)."""
     trial = track.trials[place]
     config = with_trial(config_of(track, Protocol.read()), trial).game
     several = Several(players, len(numbers))
@@ -136,7 +136,7 @@ def laps() -> list[Images]:
 
 
 def worth(found: Array) -> Array:
-    """Return what a search counts: the share of games won, and a little of the share of the drones."""
+    """Return the score that a search maximises: the share of games won, and a little of the share of the drones."""
     return np.asarray(found.mean(axis=(0, 2)) @ [1.0, 0.1])
 
 
@@ -177,7 +177,7 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
         return players[int(values.argmax())]
 
     def known(kind: str) -> list[Images]:
-        """Return what was found for other tracks."""
+        """Return the results for other tracks."""
         others = [kinds for name, kinds in json.loads(FILE.read_text()).items() if name != track.name]
         return [images_of(kinds[kind]["images"]) for kinds in others]
 
@@ -197,7 +197,7 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
 
 
 def measure(best: dict[str, Images], track: Track, pool: Executor) -> dict[str, Any]:
-    """Return what the players won of the games of the protocol, as the file has it."""
+    """Return the scores of the players in the games of the protocol, as the file has them."""
     found = against_all(list(best.values()), track, track.games, track.seed, pool)[..., 0]
     told = {}
     for place, (kind, images) in enumerate(best.items()):

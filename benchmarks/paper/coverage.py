@@ -16,13 +16,13 @@ from swarm_pz.simulator.ergodicity import ErgodicMetric
 Array = NDArray[np.float64]
 
 SECONDS = 60
-"""How long a team is watched."""
+"""Length of a flight."""
 JUDGED = 30
 """Second at which coverage is judged."""
 COVERED = 0.001
 """Ergodic metric below which a target counts as covered by then; this bound is ours."""
 SOON = 1
-"""Second whose metric a later one is compared with: who converges comes closer to the target."""
+"""Second with whose metric a later one is compared."""
 BIMODAL = ((0.25, 0.25, 0.12), (0.75, 0.75, 0.08))
 """x, y and sigma of the two modes, of equal mass."""
 
@@ -50,7 +50,7 @@ def lone_team(size: int, config: GameConfig | None = None) -> GameConfig:
 
 
 def start(config: GameConfig, seeds: Sequence[int], command: ArrayLike) -> Simulator:
-    """Start one game a seed and give the same command to all."""
+    """Start a game for each seed, all with the same command."""
     simulator = Simulator(config, len(seeds))
     simulator.reset(list(seeds))
     give(simulator, command)
@@ -58,7 +58,7 @@ def start(config: GameConfig, seeds: Sequence[int], command: ArrayLike) -> Simul
 
 
 def give(simulator: Simulator, command: ArrayLike) -> None:
-    """Give the same density (A, A) to the team in all games; the metric compares with it, whoever flies."""
+    """Send a density (A, A) to the team in all games; the metric compares with it under every control system."""
     density = np.asarray(command, np.float64)
     simulator.command(RED, np.broadcast_to(density, (simulator.num_games, *density.shape)))
     if simulator.config.team_systems[RED].takes != "density":  # its target is what it makes of that
@@ -73,9 +73,9 @@ def periods(simulator: Simulator, seconds: int, after: Callable[[int], Any]) -> 
 
 
 def hand_over(simulator: Simulator, drones: NDArray[np.bool_]) -> None:
-    """Let drones (E, N) change sides as captures do: they follow the other team's command, with an empty memory.
+    """Move drones (E, N) to the other side as captures do: they follow its command, with an empty memory.
 
-    All trails are emptied: no capture field may count a drone for a team that it has left.
+    All trails are emptied, so that no capture field counts a drone for its former team.
     """
     games = simulator.snapshot()
     games.teams[drones] = RED + BLUE - games.teams[drones]
@@ -90,7 +90,7 @@ def hand_over(simulator: Simulator, drones: NDArray[np.bool_]) -> None:
 def metric_over_time(simulator: Simulator, seconds: int = SECONDS, then: Callable[[int], Any] | None = None) -> Array:
     """Advance and return the ergodic metric (E, seconds) after each second, over all of the past.
 
-    `then` is called after each control period, with its number from 1 on: what else happens to the team.
+    `then` is called after each control period, with its number from 1 on.
     """
     metric, values = ErgodicMetric(simulator, RED), []
 
@@ -106,7 +106,7 @@ def metric_over_time(simulator: Simulator, seconds: int = SECONDS, then: Callabl
 
 
 class Flight:
-    """What a team did in games that have just begun; told each second, from 1 on, that is over.
+    """Flights of a team in games that have just begun; `each_second` is called after each second, from 1 on.
 
     Attributes
     ----------

@@ -34,7 +34,7 @@ def dot(place: tuple[float, float], width: float) -> Drawing:
 
 
 def painted(density: Array, mapping: Mapping, *, repels: bool = False) -> Array:
-    """Return the command (A, A) of who paints Attract where a density is at least half of its largest value.
+    """Return the command (A, A) of a drawing that paints Attract where a density is at least half of its maximum.
 
     All other ground is left alone, or painted with Repel.
     """

@@ -1,4 +1,4 @@
-"""What a figure is, under which rules it is made, what was found, and how its numbers are estimated."""
+"""Figures: settings, questions, results and estimates."""
 
 from __future__ import annotations
 

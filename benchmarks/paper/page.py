@@ -112,7 +112,7 @@ def make(name: str, setting: Setting, out: Path, command: str = "") -> str:
 
 
 Records = Mapping[str, Mapping[str, Any]]
-"""What was found of one figure, by preset."""
+"""Results of one figure, by preset."""
 
 
 def write_page(out: Path) -> None:

@@ -24,7 +24,7 @@ PACE = 3
 
 
 class Fixed:
-    """Give one command (A, A), in [0, 1], and never change it."""
+    """Send one command (A, A), in [0, 1], which never changes."""
 
     name = "fixed"
     observation = ObservationConfig(grid=2, channels=("time_left",))
@@ -41,10 +41,10 @@ class Fixed:
 
 
 class Person:
-    """Play a player's tactic as somebody at the table: paint its density, and send the drawing every few seconds.
+    """Play a player's tactic as a person does: paint its density, and send the drawing every few seconds.
 
-    The player is asked at every step, but only what it answers when it is time is sent. A player that counts its
-    commands counts seconds as before, so a tactic's own course takes as long as it did.
+    The player acts at every step, but only one answer in `steps` is sent. So a tactic that counts its commands still
+    counts seconds.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Person:
 
 
 def player(name: str, way: Way, setting: Setting, *, repels: bool = False) -> Policy:
-    """Load a player: as a program, whose densities are sent each second, or as a person who draws the same tactic."""
+    """Load a player: a program, which sends densities each second, or a person, who draws the same tactic."""
     tactic = cast("Policy", load(name, setting.config))
     if way == "program":
         return tactic
@@ -107,7 +107,7 @@ class Ensemble:
 def shaped(
     config: GameConfig, shape: Callable[[Array], Array] = lambda distance: disc(distance, 0.1)
 ) -> Callable[[Array], Array]:
-    """Return what makes a density of a place, by the distances (n, A, A) of a command's cells from it."""
+    """Return a function from places to densities, by the distances (n, A, A) of a command's cells from them."""
     centres = (np.arange(config.command_cells) + 0.5) / config.command_cells
 
     def make(places: Array) -> Array:
@@ -119,7 +119,7 @@ def shaped(
 
 
 class Captures:
-    """Keeps how many drones red and blue have taken so far, (2,) after every step, of every game."""
+    """Captures so far of red and of blue, (2,) after every step of every game."""
 
     def __init__(self, games: int) -> None:
         self.totals: list[list[NDArray[np.int64]]] = [[np.zeros(2, np.int64)] for _ in range(games)]
@@ -132,7 +132,7 @@ class Captures:
 
 
 def most_within(totals: Sequence[NDArray[np.int64]], steps: int) -> NDArray[np.int64]:
-    """Return the most that red and that blue took (2,) in so many steps of a game."""
+    """Return the most captures of red and of blue (2,) in so many steps of a game."""
     counts = np.array(totals)
     later = counts[np.minimum(np.arange(len(counts)) + steps, len(counts) - 1)]
     return np.asarray((later - counts).max(axis=0))

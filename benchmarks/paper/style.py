@@ -1,4 +1,4 @@
-"""How figures look: colours, labels, and the square with its drones."""
+"""Style of figures: colours, labels, and the square with its drones."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def bars(axes: Any, rows: list[dict[str, Any]]) -> None:
 
 
 def mark(axes: Any, value: float, text: str, *, upright: bool = False, at: float = 0.995) -> None:
-    """Draw a line across the axes that a number is compared with, and say what it is, left of a place `at`."""
+    """Draw a line across the axes for comparison, with a text left of a place `at`."""
     (axes.axvline if upright else axes.axhline)(value, color=GREY, linewidth=0.9)
     place = axes.get_xaxis_transform() if upright else axes.get_yaxis_transform()
     x, y, side = (value, 1.0, "center") if upright else (at, value, "right")
@@ -155,7 +155,7 @@ def swatch(
 
 
 def is_wide(figure: Any) -> bool:
-    """Return whether a figure takes two columns of a paper."""
+    """Return True if a figure takes two columns of a paper."""
     return bool(figure.get_figwidth() > COLUMNS[0] + 1)
 
 

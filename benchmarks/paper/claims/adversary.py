@@ -1,4 +1,4 @@
-"""How hard uniform coverage is to beat for a naive player, a person or a program."""
+"""Games of naive players, persons and programs, against uniform coverage."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from swarm_pz.evaluation.rollout import game_number, play_games
 PAIRS = 30
 ADVERSARY = "uniform"
 NAIVE = ("centre", "chase", "corners", "evade", "noise")
-"""What somebody does who does not reason about the swarm as a whole yet, named before any game was played.
+"""Tactics of somebody who does not reason about the swarm as a whole yet, chosen before any game was played.
 
 Gather in the middle; fly at the opponents; go to the corners; fly away from the opponents; scribble. Left out are those
 that know that surrounding captures (`halo`, `lasso`, `ring`), the wave, which the paper expects of players after many

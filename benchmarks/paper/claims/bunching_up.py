@@ -1,4 +1,4 @@
-"""Whether a team whose drones are close together can be captured all at once."""
+"""Captures of whole teams whose drones are close together."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ COMPACT, SPREAD = 0.15, 0.25
 DOT = 0.1
 """Width of the brush with which a person asks blue to be close together, in map widths."""
 AIMERS = ("chase", "ring")
-"""How red aims at it: a disc on blue's mean position, and a ring around it."""
+"""Red's two ways to aim: a disc on blue's mean position, and a ring around it."""
 AT_ONCE = 5.0
 """Seconds from the first loss to the last that count as at once."""
 WATCHED = 60.0

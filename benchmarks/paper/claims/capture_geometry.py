@@ -1,4 +1,4 @@
-"""What drones that stand still capture: one, two, a ring, and rings that walls complete."""
+"""Cells captured by drones that stand still: one, two, a ring, and rings that walls complete."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ALONE, BETWEEN, RING, WALLS = (
     "rings of 16, of 9 and a wall, of 5 and two walls",
 )
 CENTRES = ((9, 9), (9, 0), (0, 0))
-"""What the rings of the last scene surround: open ground, ground at a wall, and a corner."""
+"""Middles of the rings of the last scene: on open ground, at a wall, and in a corner."""
 SCENES: dict[str, tuple[list[Cell], list[Cell]]] = {
     ALONE: ([(7, 7)], ring_around((7, 7))),
     BETWEEN: ([(5, 7), (9, 7)], [(7, row) for row in range(5, 10)]),
@@ -69,7 +69,7 @@ def probe(drones: list[Cell], rules: GameConfig) -> tuple[NDArray[np.float64], N
 
 
 def over_beneath(field: NDArray[np.float64], place: Cell, drones: list[Cell]) -> float:
-    """Return how many times the field at a place is that beneath drones, on average."""
+    """Return the field at a place over the mean field beneath drones."""
     beneath = np.mean([field[row, column] for column, row in drones])
     return float(field[place[1], place[0]] / max(beneath, 1e-9))
 

@@ -1,4 +1,4 @@
-"""Whether a team that is far behind can still win."""
+"""Games won by teams that are far behind."""
 
 from __future__ import annotations
 

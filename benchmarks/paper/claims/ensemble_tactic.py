@@ -27,7 +27,7 @@ TRAIL = 50
 
 
 def _dots(width: float, last: int = 1) -> Callable[[Setting], Ensemble]:
-    """Return what makes the tactic of a person, who touches the table once for each command."""
+    """Return a maker of the tactic of a person, who touches the screen once for each command."""
 
     def make(setting: Setting) -> Ensemble:
         def drawn(places: Array) -> Array:
@@ -52,7 +52,7 @@ TACTICS: dict[str, Callable[[Setting], Ensemble]] = {
     RAW: _raw(lambda distance: disc(distance, 0.1)),
     RING: _raw(lambda distance: ring(distance, width=0.15)),
 }
-"""What is played, by name."""
+"""Makers of tactics by name."""
 
 
 class Recorder:
@@ -82,7 +82,7 @@ def moments(blue_sizes: Sequence[int]) -> list[int]:
 
 
 def last_stand(blue_sizes: Sequence[int]) -> int:
-    """Return how many steps one drone alone was left, in one go, before the game was won."""
+    """Return the number of steps for which one drone alone was left just before the game was won."""
     several = np.flatnonzero(np.asarray(blue_sizes) > 1)
     return len(blue_sizes) - 2 - int(several[-1])
 
@@ -173,7 +173,7 @@ def measure(setting: Setting) -> Finding:
 
 
 def stood(game: Game, total: int) -> bool:
-    """Return whether one drone alone was left for at least a step before the game was won."""
+    """Return True if one drone alone was left for at least a step before the game was won."""
     return last_stand([total - size for size in game.sizes]) > 0
 
 

@@ -89,7 +89,7 @@ def flock(
 
 
 def turns(schedule: tuple[int, int], send: Callable[[int], None]) -> Callable[[int], None]:
-    """Return what, told each second that is over, sends the attractor whose turn begins."""
+    """Return a function of each second that is over, which sends the attractor whose turn begins."""
     first, whole = schedule[0], sum(schedule)
 
     def each_second(second: int) -> None:
@@ -146,7 +146,7 @@ def widths(flight: Flight) -> Array:
 
 
 def diffuse_over_compact(sums: Array) -> Any:
-    """Return how many times as wide drones are around the first mode as around the other (rms), of `widths`.
+    """Return the rms width of drones around the first mode over that around the other, of `widths`.
 
     It is 0 where nobody came to one of them.
     """
@@ -155,7 +155,7 @@ def diffuse_over_compact(sums: Array) -> Any:
 
 
 def widest_over_narrowest(values: Array) -> Any:
-    """Return how many times as wide flocks are with the least weight, of spreads (seeds, weights)."""
+    """Return the width of flocks with the least weight over that with the largest, of spreads (seeds, weights)."""
     return values[:, 0].mean() / values[:, -1].mean()
 
 

@@ -1,4 +1,4 @@
-"""Whether a team keeps to its target while captures make it smaller and larger."""
+"""Coverage by a team while captures make it smaller and larger."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether it matters which drone is which."""
+"""Coverage by a team whose drones are renumbered."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WARM_UP = 5
 ROUNDING = 1e-6
 """Map widths that a permutation may make in one control period: some roundings of float32."""
 SAME = 0.0001
-"""Difference of the ergodic metric that is none."""
+"""Difference of the ergodic metric that counts as none."""
 _LAST_AXIS = ("trails", "memory")
 _SECOND_AXIS = (
     "positions", "velocities", "accelerations", "altitudes", "teams", "memory_weight", "plans", "capture_ticks",

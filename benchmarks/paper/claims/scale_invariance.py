@@ -1,4 +1,4 @@
-"""Whether the same drawing works for teams of any size."""
+"""Coverage of the same drawings by teams of different sizes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast drones change sides."""
+"""Team sizes over time."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ POINTS = 21
 
 
 def unsteadiness(totals: list[int]) -> tuple[float, float] | None:
-    """Return how much the frequency of captures changes from one window to the next, before and near the end.
+    """Return the changes of the frequency of captures from one window to the next, before and near the end.
 
     Mean differences of the numbers of captures in neighbouring windows of `SECONDS`; None of a game too short for two
     windows in both.
@@ -42,7 +42,7 @@ def unsteadiness(totals: list[int]) -> tuple[float, float] | None:
 
 
 def brief_lead(sizes: list[int], total: int) -> bool:
-    """Return whether a team ever lost, within `SECONDS`, a lead that it had taken from the other one."""
+    """Return True if a team lost, within `SECONDS`, a lead that it had taken from the other one."""
     lead = np.sign(2 * np.asarray(sizes) - total)
     places = np.flatnonzero(lead)
     turns = [b for a, b in pairwise(places) if lead[a] != lead[b]]

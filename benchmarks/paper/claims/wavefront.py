@@ -1,4 +1,4 @@
-"""Whether a wave across the square captures many drones, and loses many."""
+"""Drones captured and lost by a wave across the square."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""What tests of claims are given: games that were not played, and flights that were not flown.
+"""Games and flights made by hand for tests of claims.
 
-A figure decides each part of its claim by the interval's end and not by the mean. So it is given what games might have
-said, on either side of its bound.
+A figure decides each part of its claim by the interval's end. So tests make results on either side of its bound.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ _DRAWN: set[str] = set()
 
 
 def found_by(module, setting=SETTING):
-    """Return what the file of a figure would hold, with `holds` of the paper's parts, of ours, and the values.
+    """Return the record of a figure, with `holds` of the paper's parts and of ours, and the values.
 
     The first time the figure is drawn: what is drawn is there, is plain, and can be read where it is printed.
     """
