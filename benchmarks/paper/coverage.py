@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import BLUE, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, CaptureConfig, GameConfig
 from swarm_pz.evaluation.intervals import bootstrap, rounded
+from swarm_pz.kernels.controllers.ergodic import sobolev_weights
 from swarm_pz.simulator import Simulator, make_target
-from swarm_pz.simulator.ergodicity import ErgodicMetric
+from swarm_pz.simulator.ergodicity import basis
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,42 @@ TARGETS: dict[str, Array] = {
 }
 TARGETS = {name: density / density.max() for name, density in TARGETS.items()}
 """Commands: an even cover, a Gaussian in the middle, and two modes of different width."""
+
+
+class ErgodicMetric:
+    """The distance of a team's past from its target, in all games of a simulator.
+
+    E = sum_k (1 + |k|^2)^(-3/2) (c_k - phi_k)^2. c is the mean of F_k over all places of the team's working drones at
+    all observations; phi is the target in force.
+    """
+
+    def __init__(self, simulator: Simulator, team: int) -> None:
+        modes = simulator.config.controller.modes
+        self._simulator, self._team = simulator, team
+        self._weights = sobolev_weights(modes)
+        self._sums = np.zeros((simulator.num_games, modes, modes))
+        self._counts = np.zeros(simulator.num_games, np.int64)
+
+    def observe(self) -> None:
+        """Add where the team's drones are now."""
+        games = self._simulator.games
+        members = (games.teams == self._team) & ~games.failed
+        seen = np.einsum("enab,en->eab", basis(games.positions, len(self._weights)), members)
+        self._sums += seen
+        self._counts += members.sum(axis=1)
+
+    @property
+    def coefficients(self) -> NDArray[np.float64]:
+        """(E, K, K) c_k of the past; NaN for a team that had no drones."""
+        known = np.full_like(self._sums, np.nan)
+        some = self._counts > 0
+        known[some] = self._sums[some] / self._counts[some, None, None]
+        return known
+
+    def value(self) -> NDArray[np.float64]:
+        """Return the metric (E,) of every game against the target in force; NaN for a team that had no drones."""
+        phi = self._simulator.target_coefficients[:, self._team]
+        return np.asarray((self._weights * (self.coefficients - phi) ** 2).sum(axis=(1, 2)))
 
 
 def lone_team(size: int, config: GameConfig | None = None) -> GameConfig:

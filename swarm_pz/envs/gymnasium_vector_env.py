@@ -209,12 +209,11 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
 
 
 def _check_autoreset(mode: AutoresetMode | str) -> AutoresetMode:
-    """Take a mode, its name or its value."""
-    for known in AutoresetMode:
-        if mode in (known, known.value, known.name, known.name.lower()):
-            return known
-    names = " or ".join(repr(known.value) for known in AutoresetMode)
-    raise ConfigError(f"autoreset_mode must be {names}, got {mode!r}")
+    try:
+        return AutoresetMode(mode)
+    except ValueError as error:
+        names = " or ".join(repr(known.value) for known in AutoresetMode)
+        raise ConfigError(f"autoreset_mode must be {names}, got {mode!r}") from error
 
 
 def _check_mask(mask: Any, count: int) -> NDArray[np.bool_]:

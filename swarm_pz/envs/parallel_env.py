@@ -28,10 +28,9 @@ _GAMES, _TEAMS = np.zeros(2, np.int64), np.array([RED, BLUE])
 class CaptureEnv(OneGameEnv):
     """Two swarms, each trying to capture all of the other's drones.
 
-    Each agent sends a coarse *density image*, its command; a decentralized ergodic controller flies
-    the team's drones so that, over time, they cover the square as the image asks. A drone that
-    enters ground the other swarm surrounds is captured and changes sides. A team that owns every
-    drone wins.
+    Each agent sends a coarse *density image*, its command; a decentralized ergodic controller flies the team's drones
+    so that, over time, they cover the square as the image asks. A drone that enters ground that the other swarm
+    surrounds is captured and changes sides. A team that owns every drone wins. See docs/rules.md.
 
     |                   |                                                                |
     |-------------------|----------------------------------------------------------------|
@@ -45,26 +44,14 @@ class CaptureEnv(OneGameEnv):
     | Reward            | zero-sum; in `[-3, 3]` at each step                            |
     | Episode           | 300 steps of 1 s, or until a team owns every drone             |
 
-    **Action.** A density over the square, `[row = y, column = x]`, row 0 at the bottom. Only its
-    shape counts: an image and its double are the same command, and all zeros mean uniform. It is
-    held for one command period.
+    **Action.** A density `[row = y, column = x]`, row 0 at the bottom, held for a step. Only ratios of values count;
+    zeros mean uniform.
 
-    **Observation.** Images seen from the agent's own side, in the order of
-    `swarm_pz.config.CHANNELS`: positions, trail age and capture field, each own and opposing,
-    own target, own share of drones, time left. With ``ObservationConfig(kind="entities")``: padded
-    and masked lists of drones.
+    **Observation.** Images from the agent's own side, in the order of `swarm_pz.config.CHANNELS`; see
+    `swarm_pz.spaces.observation`.
 
-    **Reward.** The team's change of size over the mean starting size of a team, plus 1 for a win,
-    minus 1 for a loss, nothing more at a time-out. Terms are weighted by ``RewardConfig``.
-
-    **Rules.** Drones are second-order point masses, |u| <= 1, 30 ticks a second. A drone's *trail*
-    is the cells of a 50x50 grid it was in over the last 5 s; a team's *occupancy* is its trails
-    summed; its *capture field* is the occupancy averaged over the ring of outer cells of each 5x5
-    sub-grid, as far as they lie inside the square. A drone is captured where the opposing field is
-    above three quarters of its maximum.
-
-    **Ends.** Termination when a team owns every drone, in the tick that decides it; truncation, a
-    draw, at the time limit.
+    **Reward.** The team's change of size over the mean starting size of a team, plus 1 for a win, minus 1 for a loss,
+    weighted by ``RewardConfig``.
 
     **Infos.** Numbers, the same names at every step: ``size``, ``captured``, ``lost``, ``recaptured`` (drones
     taken back within a second), ``time_s``, and ``outcome``: 1 for a win, -1 for a loss, else 0.
@@ -76,13 +63,13 @@ class CaptureEnv(OneGameEnv):
     ----------
     config : GameConfig, optional
         The rules; preset `paper` if not given.
+    action, action_cells
+        See `swarm_pz.spaces.formats`.
     render_mode : str, optional
         ``human`` and ``rgb_array_list`` show every control period (0.1 s); ``rgb_array`` and ``ansi``
         the board as it is.
     max_cycles : int, optional
         Steps until a draw; follows from the time limit if not given.
-    action, action_cells
-        How actions are written; see `swarm_pz.spaces.formats`.
     **rules
         Fields of `GameConfig` to replace; `preset`, the name of one to begin with.
 

@@ -5,14 +5,11 @@ The basis is F_k(x, y) = cos(pi k1 x) cos(pi k2 y), without normalisation; coeff
 
 from __future__ import annotations
 
-from collections import deque
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES
 from swarm_pz.errors import CommandError
-from swarm_pz.kernels.controllers.ergodic import sobolev_weights
 from swarm_pz.simulator import Simulator
 
 
@@ -121,63 +118,6 @@ def potential(simulator: Simulator, row: int, team: int, cells: int) -> tuple[ND
     cosines, slopes = np.asarray(np.cos(phases)), np.asarray(-np.pi * k[:, None] * np.sin(phases), np.float64)
     by_x, by_y = _sum_up(error, slopes, cosines), _sum_up(error, cosines, slopes)
     return _sum_up(error, cosines, cosines), np.stack([by_x, by_y], axis=-1)
-
-
-class ErgodicMetric:
-    """The distance of a team's past from its target, in all games of a simulator.
-
-    E = sum_k (1 + |k|^2)^(-3/2) (c_k - phi_k)^2. c is the mean of F_k over all places of the team's working drones at
-    the latest `window` observations, or at all; phi is the target in force.
-
-    Examples
-    --------
-    >>> simulator = Simulator(num_games=2)
-    >>> simulator.reset([0, 1])
-    >>> metric = ErgodicMetric(simulator, team=0)
-    >>> for _ in range(100):
-    ...     simulator.advance(3)
-    ...     metric.observe()
-    >>> bool((metric.value() < 0.01).all())
-    True
-    """
-
-    def __init__(self, simulator: Simulator, team: int, window: int | None = None) -> None:
-        modes = simulator.config.controller.modes
-        self._simulator, self._team, self._window = simulator, team, window
-        self._weights = sobolev_weights(modes)
-        self._sums = np.zeros((simulator.num_games, modes, modes))
-        self._counts = np.zeros(simulator.num_games, np.int64)
-        self._latest: deque[tuple[NDArray[np.float64], NDArray[np.int64]]] = deque()
-
-    def observe(self) -> None:
-        """Add where the team's drones are now."""
-        games = self._simulator.games
-        members = (games.teams == self._team) & ~games.failed
-        along_x, along_y = _cosines(games.positions, len(self._weights))
-        seen = np.einsum("ena,enb->eab", along_x * members[..., None], along_y)
-        counts = members.sum(axis=1)
-        self._sums += seen
-        self._counts += counts
-        if self._window is None:
-            return
-        self._latest.append((seen, counts))
-        if len(self._latest) > self._window:
-            old, old_counts = self._latest.popleft()
-            self._sums -= old
-            self._counts -= old_counts
-
-    @property
-    def coefficients(self) -> NDArray[np.float64]:
-        """(E, K, K) c_k of the past; NaN for a team that had no drones."""
-        known = np.full_like(self._sums, np.nan)
-        some = self._counts > 0
-        known[some] = self._sums[some] / self._counts[some, None, None]
-        return known
-
-    def value(self) -> NDArray[np.float64]:
-        """Return the metric (E,) of every game against the target in force; NaN for a team that had no drones."""
-        phi = self._simulator.target_coefficients[:, self._team]
-        return np.asarray((self._weights * (self.coefficients - phi) ** 2).sum(axis=(1, 2)))
 
 
 def _cosines(places: ArrayLike, modes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

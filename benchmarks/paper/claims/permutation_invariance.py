@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.paper import style
-from benchmarks.paper.coverage import JUDGED, SOON, TARGETS, give, lone_team, over_seeds, periods, start
+from benchmarks.paper.coverage import JUDGED, SOON, TARGETS, ErgodicMetric, give, lone_team, over_seeds, periods, start
 from benchmarks.paper.figure import CONVERGED, Figure, Finding, Part, Setting, asked, below, estimate
 from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD
 from swarm_pz.evaluation.intervals import rounded
 from swarm_pz.kernels.game import Games
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.ergodicity import ErgodicMetric
 
 SEEDS, DRONES = 20, 24
 WARM_UP = 5

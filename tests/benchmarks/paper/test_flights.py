@@ -9,11 +9,11 @@ import pytest
 
 from benchmarks.paper import coverage
 from benchmarks.paper.claims import flocking_comparison, fluctuation, permutation_invariance, scale_invariance
+from benchmarks.paper.coverage import ErgodicMetric, basis
 from benchmarks.paper.drawings import DRAWINGS, interpolated
 from benchmarks.paper.figure import CONVERGED
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.ergodicity import ErgodicMetric, basis
 from tests.benchmarks.paper.given import SETTING, found_by, spread_around
 
 COVERED, SAME, ROUNDING = coverage.COVERED, permutation_invariance.SAME, permutation_invariance.ROUNDING
