@@ -1,4 +1,4 @@
-"""Files that are whole or not there, and words for what keeps one from being written."""
+"""Files that are whole or not there, and the errors of reading and writing them."""
 
 from __future__ import annotations
 
@@ -15,27 +15,20 @@ from typing import Any, BinaryIO
 from swarm_pz.errors import ConfigError, OutputError
 
 MOST_TEXT_BYTES = 2**20
-"""Of a file that people have written."""
+"""Largest text file."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Numbers of the system's errors where there is no room left: on the disk, in a quota, or in the limit of a file."""
+"""Numbers of the system's errors for a full disk, quota or file."""
 
 
 @contextmanager
 def opened(path: Path, *, links: bool = True) -> Iterator[tuple[BinaryIO, int]]:
-    """Give a file, perhaps a stranger's, to read from, and its bytes.
-
-    Parameters
-    ----------
-    path : Path
-    links : bool
-        Whether it may be a link, which may lead to what is nobody's business.
+    """Open a file, perhaps a stranger's, for reading; yield it and its size. Without `links`, it may be no link.
 
     Raises
     ------
     ConfigError
-        If it cannot be read, or is no regular file (who opens a pipe waits for its writer): words that follow the
-        file's name.
+        If it cannot be read or is no regular file (opening a pipe blocks): words that follow the file's name.
     """
     other = f"cannot be read: expected a regular file, got {'' if links else 'a link, '}a folder, a pipe or a device"
     flags = os.O_RDONLY
@@ -100,7 +93,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def check_file(path: Path) -> None:
-    """Make the folder of a file that is to be written, before the work that it is for.
+    """Make the folder of a file, before the work whose results it will hold.
 
     Raises
     ------
@@ -120,7 +113,7 @@ def check_folder(path: Path) -> None:
     Raises
     ------
     OutputError
-        If that cannot be: it, or what it would lie in, is a file, or may not be written to.
+        If it or a folder above it is a file, or may not be written to.
     """
     try:
         place = next(place for place in (path, *path.absolute().parents) if place.exists())
@@ -141,7 +134,7 @@ def check_folder(path: Path) -> None:
 
 @contextmanager
 def draft_of(path: Path) -> Iterator[Path]:
-    """Give a draft beside a file, which takes the file's name when the block ends and is gone if it fails.
+    """Yield a draft beside a file, which takes the file's name when the block ends, and is deleted if it fails.
 
     Raises
     ------
@@ -164,19 +157,12 @@ def draft_of(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def named_if_full(path: Path, written: Path) -> Iterator[None]:
-    """Say which file could not be written, and what to do, where there is no room for it.
-
-    Parameters
-    ----------
-    path : Path
-        What errors call it.
-    written : Path
-        What is written: the file, or a draft of it.
+    """Turn errors of a full disk into one that names the file; `written` is the file or a draft of it.
 
     Raises
     ------
     OutputError
-        If the disk, or what this user may have of it, is full.
+        If the disk or the user's quota is full.
     """
     try:
         yield

@@ -43,9 +43,8 @@ class GameConfig(Config):
     """A whole game: rules, controller, observation and reward.
 
     A pair of values is (red, blue). Where one learner plays against an opponent (Gymnasium, Stable-Baselines3,
-    `drones_env`, training), every pair is (learner, opponent), on whichever side the learner sits. In a match between
-    two policies, each plays both sides, and takes its part of `controllers` alone along: (policy, opponent). A pair of
-    two equal values is the same as that value.
+    `drones_env`, training), every pair is (learner, opponent), on either side. In a match, where policies play both
+    sides, only `controllers` is (policy, opponent). A pair of two equal values is the same as that value.
 
     Attributes
     ----------
@@ -60,10 +59,9 @@ class GameConfig(Config):
     spawn, memory, capture, controller, reward, flocking, dynamics
         The parts of the rules; see their own classes.
     observation : ObservationConfig or (ObservationConfig, ObservationConfig)
-        What the agents see; a pair gives each its own.
+        Observations of the agents.
     controllers : str or ControlSystem, or a pair of these
-        Who flies the teams: names of control systems (`swarm_pz.systems`), or systems with numbers of their own. A
-        pair gives each team its own.
+        Names of control systems (`swarm_pz.systems`), or systems with other parameters.
 
     Examples
     --------
@@ -212,21 +210,12 @@ def resolve(
     overrides: Mapping[str, Any],
     wrapper: type,
 ) -> GameConfig:
-    """Return the configuration that a wrapper's keywords ask for.
-
-    Parameters
-    ----------
-    config : GameConfig, or its dict, optional
-        The default one if not given. Files, which hold no objects, give its dict.
-    overrides : mapping
-        Fields to replace, and `preset`, the name of one to begin with in place of `config`.
-    wrapper : type
-        Whose keywords they are; an error knows those that its constructor names.
+    """Return a configuration, or its dict, with a wrapper's keywords: fields to replace, and `preset` in its place.
 
     Raises
     ------
     UnknownNameError
-        If a keyword is unknown; a ConfigError and a TypeError.
+        If a keyword is unknown, with those that the wrapper's constructor takes; a ConfigError and a TypeError.
     ConfigError
         If a value is out of range, or config and preset are both given.
     """

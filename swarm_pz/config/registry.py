@@ -16,7 +16,7 @@ from swarm_pz.errors import ConfigError, nearest
 GROUP = "swarm_pz.systems"
 _NAMES = re.compile(r"\w[\w-]*(\.[\w-]+)*", re.ASCII)
 _UNINSTALLED = re.compile(r"[\w.:<>-]+")
-"""That of a class that says no name is its module and its place there, as in module:make.<locals>.System."""
+"""Default names: a class's module and place there, as in module:make.<locals>.System."""
 
 
 def registered() -> dict[str, importlib.metadata.EntryPoint]:
@@ -50,7 +50,7 @@ def system_class(name: str) -> type[ControlSystem]:
     Raises
     ------
     ConfigError
-        If there is none of that name, or it cannot be imported, or is no control system of that name.
+        If it is unknown, cannot be imported, or is no control system of that name.
     """
     point = _find(name)
     said = f"controllers: {_said(point)}"
@@ -102,7 +102,7 @@ def _find(name: str) -> importlib.metadata.EntryPoint:
 
 
 def system_of(choice: str | ControlSystem) -> ControlSystem:
-    """Return a control system by its name, with its usual numbers; one that is given is returned as it is.
+    """Return a control system by its name, with default parameters; an object is returned as it is.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def system_of(choice: str | ControlSystem) -> ControlSystem:
 
 
 def _make(kind: type[ControlSystem], said: Callable[[], str]) -> ControlSystem:
-    """Return a control system with its usual numbers; `said` is asked for its name only where it cannot be made."""
+    """Return a control system with default parameters; `said` returns its name for an error."""
     try:
         return kind()
     except FAULTS as error:
@@ -123,24 +123,19 @@ def _make(kind: type[ControlSystem], said: Callable[[], str]) -> ControlSystem:
 
 
 def about(name: str) -> str:
-    """Return a line about an installed control system: the first of its docstring."""
+    """Return the first line of an installed control system's docstring."""
     return (system_class(name).__doc__ or "").strip().partition("\n")[0]
 
 
 def read_choice(choice: Any) -> str | ControlSystem:
-    """Return a control system in its one form: its name if all its numbers are the usual ones.
+    """Return a control system in its one form: its name if all its parameters are defaults.
 
-    Parameters
-    ----------
-    choice : str, ControlSystem, class or mapping
-        A name; a control system, or its class, installed or not; or one as plain values: its `name` and those numbers
-        that differ.
+    `choice` is a name, a control system or its class, installed or not, or plain values: `name` and other parameters.
 
     Raises
     ------
     ConfigError
-        If it is none of these, there is none of that name, a number is out of range, or another class is installed by
-        its name.
+        If it is none of these, its name is unknown or another class's, or a parameter is out of range.
     """
     if isinstance(choice, Mapping):
         if "name" not in choice:

@@ -21,8 +21,7 @@ from swarm_pz.config.constants import (
 )
 
 Occasion = Literal["capture", "command", "sending"]
-"""When something can be forgotten: a drone is captured, its team follows another command than before, or its team is
-sent one, the same again too."""
+"""Occasions of forgetting: a drone is captured, its team follows a new command, or its team is sent any command."""
 
 _REMOVED = (("message_loss", 0.0), ("relay", False))
 """Options of the controller that this version no longer has, at the values of protocol 2 and of its players."""
@@ -77,10 +76,9 @@ class MemoryConfig(Config):
     trail_forgotten_on : tuple of {"capture", "command", "sending"}
         When a drone's trail is emptied. What is not forgotten on a capture moves to the new team.
     controller_forgotten_on : tuple of {"capture", "command", "sending"}
-        When the controller's memory of a drone is emptied. "command": its team's target is another one than at
-        the last solve. "sending": its team was sent a command since then, be it the same one again. Sent is what
-        `Simulator.command` or somebody at the table gives. A step of an environment, and a policy at
-        the table, holds what is in force where it asks for that again, and sends whatever else it asks for.
+        When the controller's memory of a drone is emptied. "command": its team's target differs from that of the last
+        solve. "sending": its team was sent a command since then, even if unchanged, by `Simulator.command` or by a
+        person at the table. Steps of environments, and policies at the table, send only what differs.
     """
 
     _section: ClassVar[str] = "memory"
@@ -106,12 +104,12 @@ class CaptureConfig(Config):
     Attributes
     ----------
     enabled : bool
-        Whether captures happen at all; without them no game is ever won.
+        Without captures no game is ever won.
     threshold : float
         A drone is captured where the opposing capture field exceeds this fraction of its maximum.
     field : {"occupancy", "reconstruction"}
-        What the ring averages are taken of: the team's trails, or the density that its controller
-        believes to cover, with the averages rescaled to [0, 1]; see `swarm_pz.kernels.reconstruction`.
+        The ring averages are of the team's trails, or of the density of its controller's coefficients, rescaled to
+        [0, 1]; see `swarm_pz.kernels.reconstruction`.
     """
 
     _section: ClassVar[str] = "capture"
@@ -146,12 +144,11 @@ class ControllerConfig(Config):
     communication_radius : float, optional
         Drones average over the team-mates within this distance, in map widths; None: over all.
     target_mass : float
-        What a target that was sent sums to, as the controller sees it: it compares c_k with this times the phi_k
-        of a density. The uniform target of the start, which nobody sent, sums to 1.
+        Sum of a target that was sent: the controller compares c_k with this times the phi_k of a density. The uniform
+        target of the start sums to 1.
     warm_start : bool
-        Whether a solve looks ahead along the controls that the last one planned, as the authors' code does; False: as
-        if drones coasted. A drone that is captured keeps its plan. Where another system flies a team, its drones have
-        none, and coast.
+        A solve looks ahead along the controls that the last one planned, as the authors' code does; False: as if
+        drones coasted. A captured drone keeps its plan; drones that another system flies have none.
     """
 
     _section: ClassVar[str] = "controller"
@@ -230,8 +227,7 @@ class DynamicsConfig(Config):
         Returns of a failed drone to work, with an empty memory, per second.
     min_speed : float
         Least airspeed, in units of velocity, as of fixed-wing drones: a slower one is brought to it along its heading,
-        from rest towards the middle, and walls turn velocities round. 0: drones may stop, and walls stop them. Drones
-        that must fly cannot fail.
+        from rest towards the middle, and walls reverse velocities. 0: drones may stop, and walls stop them.
     """
 
     _section: ClassVar[str] = "dynamics"
@@ -258,8 +254,7 @@ class ObservationConfig(Config):
     grid : int
         Cells a side of the images; divides 50.
     channels : tuple of str
-        What the images show, in this order; see `swarm_pz.spaces.observation`. What nobody looks at costs
-        no time.
+        The images' channels, in this order; see `swarm_pz.spaces.observation`.
     """
 
     _section: ClassVar[str] = "observation"

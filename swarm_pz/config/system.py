@@ -42,27 +42,26 @@ class Flight(NamedTuple):
 
 
 class ControlSystem(Config):
-    """A way to fly a team: a frozen dataclass whose fields are its numbers.
+    """A way to fly a team: a frozen dataclass whose fields are its parameters.
 
-    A subclass says what commands it takes, and how they become accelerations. It, or an object of it, stands in
-    `GameConfig.controllers`. Installed under the entry points `swarm_pz.systems`, its name does so, too, like those of
-    swarm-pz's own; files name control systems, so one that is not installed is refused there.
+    A subclass defines its commands, and computes accelerations from them. `GameConfig.controllers` takes the class, an
+    object of it, or the name under which it is installed in the entry points `swarm_pz.systems`; files take names only.
 
     Attributes
     ----------
     name : str
-        As of its entry point; its module and class if it says none.
+        That of its entry point; by default its module and class.
     takes : str
-        The kind of its commands. Policies say which kind they answer; the same word means the same space.
+        The kind of its commands. Policies state the kind that they return; the same word means the same space.
     shares : str
         What each drone sends to the team-mates within the communication radius, in words.
     shapes : tuple of str
-        Names of the shapes that its commands may have, for those who choose one by hand.
+        Names of the shapes that its commands may have.
     turns : {"", "images", "places", "vectors"}
-        How its commands turn with the square, where what it does turns, too: images (..., A, A), or numbers whose last
-        axis begins with x and y, of a place or of a vector; the family's tests try it. Empty: they do not.
+        How its commands turn with the square, if what it does turns, too: images (..., A, A), or numbers whose last
+        axis begins with x and y.
     kernel : str
-        What flies in the games' own loop in place of `solve`: "ergodic" or "direct"; empty for none.
+        "ergodic" or "direct" fly in the games' own loop in place of `solve`; empty for none.
     """
 
     name: ClassVar[str]
@@ -87,45 +86,42 @@ class ControlSystem(Config):
         raise NotImplementedError(f"{type(self).__name__} must say which commands it takes")
 
     def learner_space(self, config: GameConfig) -> spaces.Box:
-        """Return the space of what learners send: the commands, or a shorter form that `parse_all` reads, too."""
+        """Return the space of learners' commands: all, or a shorter form that `parse_all` reads, too."""
         return self.space(config)
 
     def default(self, config: GameConfig) -> NDArray[np.float64]:
-        """Return the command that is in force from the start: cover evenly, or do nothing."""
+        """Return the command of the start: cover evenly, or do nothing."""
         raise NotImplementedError(f"{type(self).__name__} must have a command to begin with")
 
     def parse(self, command: Any, config: GameConfig, name: str = "command") -> NDArray[np.float64]:
-        """Return one command, in any form that people may write it in, as a float64 array of the space's shape.
+        """Return one command, written in any form, as a float64 array of the space's shape.
 
         Raises
         ------
         CommandError
-            If it is none; it says what was expected and what came.
+            If it is not of the space.
         """
         space = self.space(config)
         return check_values(command, space.shape, space.low, space.high, name)
 
     def parse_all(self, commands: ArrayLike, count: int, config: GameConfig, name: str) -> NDArray[np.float64]:
-        """As `parse` for the commands (n, *shape) of n games, as policies and learners write them: an array."""
+        """Return the commands (n, *shape) of n games, given as an array."""
         space = self.space(config)
         return check_values(commands, (count, *space.shape), space.low, space.high, name)
 
     def check_sizes(
         self, commands: NDArray[np.float64], sizes: NDArray[np.int64], config: GameConfig, name: str
     ) -> None:
-        """Refuse parsed commands (n, *shape) that teams of so many drones (n,), as they are now, cannot fly.
+        """Refuse parsed commands (n, *shape) that teams of `sizes` (n,) drones cannot fly.
 
         Raises
         ------
         CommandError
-            If there is one; it says what was expected and what came. No system of ours refuses its default.
+            If there is one.
         """
 
     def from_densities(self, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
-        """Return the commands (n, *shape) that serve densities (n, A, A) best; None if densities mean nothing to it.
-
-        Who answers densities can fly a system that knows how to serve them.
-        """
+        """Return commands (n, *shape) for densities (n, A, A), with which policies of densities fly it; None: never."""
         return None
 
     def to_densities(self, commands: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Checks of arrays that come from outside: commands, actions, what policies and control systems answer."""
+"""Checks of arrays that come from outside: commands, actions, outputs of policies and control systems."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from swarm_pz.config.installed import FAULTS
 from swarm_pz.errors import CommandError
 
 TOLERANCE = 1e-6
-"""Values this far outside their range are taken for rounding and clipped."""
+"""Numbers this far outside their range are clipped: rounding."""
 _FAINTEST = 1e-300
-"""Values nearer to 0 are 0: fast math divides by reciprocals, which overflow for the least numbers there are."""
+"""Numbers nearer to 0 are 0: fast math divides by reciprocals, which would overflow."""
 
 
 def check_densities(densities: ArrayLike, shape: tuple[int, ...], name: str = "command") -> NDArray[np.float64]:
@@ -29,25 +29,14 @@ def check_values(
     high: float | NDArray[Any],
     name: str,
 ) -> NDArray[np.float64]:
-    """Return values as a fresh float64 array of the given shape and range.
+    """Return numbers as a fresh float64 array of a shape, in a range for all or for each along the last axes.
 
-    Parameters
-    ----------
-    given : array_like
-        Anything that casts to float.
-    shape : tuple of int
-        Expected shape.
-    low, high : float or array
-        Expected range, of all values or of each along the last axes; values up to 1e-6 outside are clipped, and those
-        within 1e-300 of 0 are 0.
-    name : str
-        What to call them in an error.
+    Numbers up to 1e-6 outside are clipped, and those within 1e-300 of 0 are 0. `name` begins the errors.
 
     Raises
     ------
     CommandError
-        If they do not cast to float, have another shape, or hold NaN, infinity or values outside
-        the range.
+        If they do not cast to float, have another shape, or hold NaN, infinity or numbers outside the range.
     """
     values = as_floats(given, _expected(name, shape, low, high))
     if values.shape != shape:
@@ -113,7 +102,7 @@ def describe(value: Any) -> str:
 
 
 def repr_of(value: Any) -> str:
-    """Return the repr of what another package made: its type's name, where that fails."""
+    """Return the repr of another package's object; its type's name if that fails."""
     try:
         return repr(value)
     except FAULTS:

@@ -76,9 +76,6 @@ class Flocking(ControlSystem):
         ----------
         command : FlockingCommand, array_like (3,), sequence of these, or array_like (A, A)
             An attractor, several in time, or a density, of which the flock flies to the strongest mode.
-        config : GameConfig
-        name : str
-            What to call it in an error.
 
         Raises
         ------

@@ -94,14 +94,11 @@ class Formation(ControlSystem):
             `{"shape": "ring", "centre": (x, y), "size": s, "turn": t}`, or with `"points"`, (P, 2), in place of
             the shape, each number in [-1, 1]: (0, 0) is the centre, and 1 is `size` away from it. Only the shape or
             the points must be there. Or an array as `parse_all` reads it.
-        config : GameConfig
-        name : str
-            What to call it in an error.
 
         Raises
         ------
         CommandError
-            If it is none; it says what was expected and what came.
+            If it is not a formation.
         """
         if isinstance(command, Mapping):
             return self._parse_mapping(command, config, name)

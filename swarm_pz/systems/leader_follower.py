@@ -98,9 +98,6 @@ class LeaderFollower(ControlSystem):
         ----------
         command : array_like (k, 2), or mapping
             Places, or `{leader: (x, y)}` with a place for each of the leaders 0 to k - 1.
-        config : GameConfig
-        name : str
-            What to call it in an error.
 
         Raises
         ------
