@@ -82,16 +82,6 @@ def test_overlays_are_in_films_and_in_stills(tmp_path, pictures):
         np.testing.assert_array_equal(picture, painter.draw(game.simulator))
 
 
-def test_a_still_is_of_the_moment_that_its_words_tell(tmp_path):
-    path, drawn = tmp_path / "stills" / "game.png", {}
-    said = film_game("ring", "uniform", path, seconds=1.5)
-    game, painter = Rollout("ring", "uniform", [0]), Painter(("ring", "uniform"), targets=True)
-    game.play(1.5, after_control_period=lambda game: drawn.update({game.standing(): painter.draw(game.simulator)}))
-    still = imageio.imread(path)
-    assert [standing for standing, picture in drawn.items() if np.array_equal(picture, still)] == [said]
-    assert "(1.5 s" in said
-
-
 def test_the_game_shown_is_the_one_that_a_match_counted(tmp_path):
     config = GameConfig(time_limit=20.0, drones_per_team=3)
     counted = play_match("blind_ring", "noise", games=6, seed=3, config=config).games[5]
@@ -103,20 +93,6 @@ def test_the_game_shown_is_the_one_that_a_match_counted(tmp_path):
     end = Painter(("noise", "blind_ring"), targets=True).draw(game.simulator)
     np.testing.assert_array_equal(imageio.imread(tmp_path / "end.png"), end)
     assert game.games() == [counted]
-
-
-@pytest.mark.parametrize(
-    ("suffix", "seconds", "told"),
-    [
-        ("png", 1.5, [(1.0, 1.5), (1.5, 1.5)]),
-        ("mp4", 9.0, [(1.0, 2.0), (2.0, 2.0)]),
-        ("mp4", None, [(1.0, 2), (2.0, 2)]),
-    ],
-)
-def test_how_far_it_is_never_goes_beyond_its_end(tmp_path, pictures, suffix, seconds, told):
-    path, seen = tmp_path / f"a.{suffix}", []
-    film_game("ring", "noise", path, config=GAME, seconds=seconds, progress=lambda *now: seen.append(now))
-    assert seen == told
 
 
 # --- what cannot be ---------------------------------------------------------------------------------------

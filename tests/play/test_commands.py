@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from swarm_pz.config import BLUE, RED, CaptureConfig, FlockingConfig, GameConfig
+from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
 from swarm_pz.config.registry import registered, system_of
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.play.commands import CommandReader
-from swarm_pz.play.forms import commands_of, installed_systems, read_form
+from swarm_pz.play.forms import commands_of, read_form
 from swarm_pz.play.game import InForce, LiveGame, TableConfig
-from swarm_pz.systems.leader_follower import LeaderFollower
-from tests.play.systems import Magnet, Unready, install
+from tests.play.systems import Magnet, Unready
 
 GAME = GameConfig(drones_per_team=2, controllers=("direct", "ergodic"), capture=CaptureConfig(enabled=False))
 PUSH = [[0.5, 0.0], [-0.5, 0.0], [0.0, 0.0], [0.0, 0.0]]
@@ -32,20 +31,6 @@ def test_what_a_client_is_told_of_a_system_is_a_command_of_it(name):
     np.testing.assert_array_equal(default, system.default(GAME))
     shape, (low, high) = default.shape, (np.asarray(one, float) for one in (told.low, told.high))
     assert low.shape in ((), shape) and (low <= default + 1e-6).all() and (default <= high + 1e-6).all()
-
-
-def test_leaders_and_weights_are_told_as_they_were_configured():
-    assert commands_of(LeaderFollower(leaders=3), GAME).shape[0] == 3
-    game = GAME.replace(flocking=FlockingConfig(migration=(0.1, 0.7)))
-    told = commands_of(system_of("flocking"), game)
-    assert (told.low[0][2], told.high[0][2]) == (0.1, 0.7)
-
-
-def test_the_systems_that_are_told_are_those_that_are_installed(monkeypatch):
-    install(monkeypatch, Magnet)
-    told = {one.name: one for one in installed_systems(GAME)}
-    assert told["ergodic"].serves_densities and not told["direct"].serves_densities
-    assert told["magnet"].about == "Everybody flies to one place." and told["magnet"].takes == "place"
 
 
 @pytest.mark.parametrize("form", [[], [[0.0, 0.0]] * 3 + [[0.0]], [[0.0, 2.0]] * 4, [["a", "b"]] * 4, {"0": [1, 2]}])

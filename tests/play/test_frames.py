@@ -5,11 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_pz.config import DynamicsConfig, GameConfig
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play.frames import FASTEST, Frame, decode_frame, decode_target, encode_frame, encode_target
-from swarm_pz.play.server.views import frame_of
-from swarm_pz.simulator import Simulator
 
 # Written out by hand from docs/protocol.md; the page's frames.test.js decodes the same bytes.
 GOLDEN = bytes.fromhex(
@@ -121,13 +118,3 @@ KINDS = [b"\x01" + GOLDEN_TARGET[1:], b"\x02\x02" + GOLDEN_TARGET[2:]]
 def test_what_is_no_target_is_refused(data):
     with pytest.raises(ProtocolError, match="target"):
         decode_target(data)
-
-
-def test_velocities_of_frames_carry_drones_on_whatever_the_speed_factor():
-    simulator = Simulator(GameConfig(dynamics=DynamicsConfig(speed_factor=0.5)))
-    simulator.reset([0])
-    simulator.advance(10)
-    frame, before = decode_frame(frame_of(simulator, 0, 0.0)), simulator.positions[0].copy()
-    simulator.games.accelerations[:] = 0.0
-    simulator.advance(1)
-    np.testing.assert_allclose(before + frame.velocities / 30, simulator.positions[0], atol=1e-4)

@@ -20,13 +20,6 @@ def test_messages_are_told_apart_by_their_type():
     assert protocol.decode_server(protocol.encode(pong)) == pong
 
 
-def test_nothing_is_left_out():
-    seat = protocol.SeatState()
-    state = protocol.RoomState("ABCD", "waiting", protocol.Settings(), seat, seat, 0, [], 0.5)
-    plain = json.loads(protocol.encode(state))
-    assert plain["red"]["kind"] == "free" and plain["settings"]["blue"] == 10 and plain["outcome"] is None
-
-
 LABELS = [*(chr(code) for code in (0, 9, 10, 13, 27, 127, 0x9B, 0x2028, 0x202E)), "x" * 41]
 
 
@@ -68,11 +61,6 @@ def test_the_longest_message_is_read_and_a_longer_one_is_not():
 @pytest.mark.parametrize("label", ["", "P1", "[/p1]", "=1+1", "Zoë Ñandú", "名前", "👩\u200d🚀 1", "x" * 40])
 def test_a_label_is_any_line_of_text(label):
     assert protocol.decode_client(protocol.encode(protocol.Create(label=label))).label == label
-
-
-def test_a_command_may_have_the_form_of_its_kind():
-    for form in ([[0.5, 0.5, 1.0]], {"shape": "ring", "centre": [0.5, 0.5]}):
-        assert protocol.decode_client(json.dumps({"type": "command", "number": 1, "command": form})).command == form
 
 
 # --- what is published ----------------------------------------------------------------------------

@@ -49,17 +49,6 @@ def test_the_ground_of_a_team_is_where_it_captures_and_in_its_colour(paint):
     assert redder[red & ~blue].min() > 3 and redder[blue & ~red].max() < -3
 
 
-def test_fields_are_as_dark_as_they_are_near_to_capturing():
-    pictures = []
-    for threshold in (0.6, 0.9):
-        simulator = start(capture=CaptureConfig(threshold=threshold))
-        simulator.advance(3)
-        arena = blank(200, 200)
-        board.paint_fields(arena, simulator, 0, 200)
-        pictures.append(arena.array().mean())
-    assert pictures[0] < pictures[1] - 0.01
-
-
 def test_a_target_is_a_line_around_where_it_is_dense_and_the_whole_square_has_none():
     away = np.hypot(*np.indices((100, 100)) - 50.0)
     red, blue = (board.outline(team, np.maximum(60.0 - away, 0.0)) for team in (RED, BLUE))
@@ -67,12 +56,6 @@ def test_a_target_is_a_line_around_where_it_is_dense_and_the_whole_square_has_no
     assert red[line].min() > 0.9 and red[away > 32].max() == 0 < red[away < 28].min() == red[away < 28].max() < 0.2
     assert 0.3 < (blue[line] > 0.9).mean() < 0.7, "blue's is dashed"
     assert not board.outline(RED, np.ones((100, 100))).any()
-
-
-def test_a_text_that_fits_is_whole_and_another_is_cut():
-    assert board.shorten("short", 20, 1000.0) == "short"
-    cut = board.shorten("x" * 90, 20, 100.0)
-    assert cut.endswith("x…") and board.font(20).getlength(cut) <= 100.0
 
 
 # --- drones and shadows -----------------------------------------------------------------------------------
@@ -89,16 +72,6 @@ def test_red_drones_are_discs_and_blue_ones_diamonds_where_they_are(at):
         assert (columns.mean() + 0.5, rows.mean() + 0.5) == pytest.approx(at, abs=0.3)
         shares.append(body.sum() / (np.ptp(rows) + 1) / (np.ptp(columns) + 1))
     assert shares[RED] > 0.68 > shares[BLUE], "of their boxes a disc fills pi / 4 and a diamond a half"
-
-
-@pytest.mark.parametrize("side", [300, 600])
-def test_a_drone_is_as_large_as_the_arena_lets_it_be_with_a_white_edge(side):
-    picture = blank(100, 100)
-    picture.fill((0, 0, 0), (0, 0, 100, 100))
-    drones.put_drone(picture, RED, 50, 50, side)
-    line = picture.array().astype(int)[50]
-    body, white = ((np.abs(line - colour).max(axis=1) < 60).sum() for colour in (TEAM_COLOURS[RED], (255, 255, 255)))
-    assert abs(body - 13 * side / 600) <= 2 and abs(white - 5 * side / 600) <= 2
 
 
 def test_the_higher_a_drone_the_farther_and_the_larger_its_shadow_and_none_lies_on_a_drone():
@@ -124,20 +97,6 @@ def test_the_higher_a_drone_the_farther_and_the_larger_its_shadow_and_none_lies_
 
 
 # --- trails -----------------------------------------------------------------------------------------------
-
-
-def test_a_trail_reaches_no_further_back_than_can_be_read_or_than_it_is_known():
-    rules = {"drones_per_team": 1, "capture": CaptureConfig(enabled=False)}
-    long = start(**rules, memory=GameConfig().memory.replace(trail=20.0))
-    long.advance(500)
-    paths = drones._paths(long, 0)
-    assert drones.LONGEST_LINE - 20 < len(paths) <= drones.LONGEST_LINE
-    np.testing.assert_array_equal(paths[-1], long.positions[0])
-    forgotten = start(**rules)
-    forgotten.advance(90)
-    forgotten.games.trails[0, 30:60, 0] = -1
-    seen = drones._paths(forgotten, 0)
-    assert np.isnan(seen[:60, 0]).all() and not np.isnan(seen[60:, 0]).any() and not np.isnan(seen[:, 1]).any()
 
 
 def test_a_trail_that_began_anew_in_its_ring_is_drawn_from_its_oldest_place():

@@ -6,17 +6,14 @@ import copy
 import sys
 from types import SimpleNamespace
 
-import imageio.v2 as imageio
 import numpy as np
 import pytest
 
 from swarm_pz import parallel_env
-from swarm_pz.analysis.video import film_game
-from swarm_pz.config import ControllerConfig, GameConfig
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, MissingExtraError
 from swarm_pz.rendering.board import TEAM_COLOURS
-from swarm_pz.rendering.overlays import Target
-from swarm_pz.rendering.painter import ARENA, FILM, HEADER, MARGIN, Painter, Screen, ansi, draw
+from swarm_pz.rendering.painter import ARENA, HEADER, MARGIN, Painter, Screen, ansi, draw
 from swarm_pz.simulator import Simulator
 
 
@@ -65,42 +62,6 @@ def test_a_missing_extra_says_which_to_install(monkeypatch):
 # --- what stands around the board -------------------------------------------------------------------------
 
 
-def test_the_bar_and_the_name_and_number_above_the_board_are_each_teams_own():
-    def head(names, sizes):
-        picture = Painter(names).draw(begun(drones_per_team=sizes))
-        bar, words = picture[HEADER - 14, MARGIN : MARGIN + ARENA], picture[: HEADER - 20]
-        return bar, words[:, : MARGIN + ARENA // 2 - 60], words[:, MARGIN + ARENA // 2 + 60 :]
-
-    bar, left, right = head(("one", "two"), (3, 9))
-    np.testing.assert_array_equal(bar[: ARENA // 4], np.tile(TEAM_COLOURS[0], (ARENA // 4, 1)))
-    np.testing.assert_array_equal(bar[ARENA // 4 :], np.tile(TEAM_COLOURS[1], (3 * ARENA // 4, 1)))
-    for names, sizes, changed in (
-        (("one", "other"), (3, 9), (False, True)),
-        (("other", "two"), (3, 9), (True, False)),
-        (("one", "two"), (3, 8), (False, True)),
-        (("one", "two"), (4, 9), (True, False)),
-    ):
-        _, now_left, now_right = head(names, sizes)
-        assert ((now_left != left).any(), (now_right != right).any()) == changed
-
-
-def test_a_long_name_is_cut_and_leaves_room_for_the_rest():
-    simulator = begun(drones_per_team=1)
-    long, longer = (Painter(("x" * length, "y" * length), layout=FILM).draw(simulator) for length in (90, 99))
-    np.testing.assert_array_equal(long, longer)
-
-
-def test_the_legend_has_a_line_of_four_signs_for_each_team_in_its_colour():
-    """Trails and drones were not in it."""
-    picture = Painter(targets=True).draw(begun(drones_per_team=1)).astype(int)
-    for team, line in enumerate(np.split(picture[HEADER + ARENA + 8 :][:44], 2)):
-        drone, trail, target, ground = (line[:, MARGIN + column * ARENA // 4 :][:, :24] for column in range(4))
-        for sign in (drone, trail, ground):
-            redder = (sign[..., 0] - sign[..., 2]) * (-1) ** team
-            assert redder.max() > 30 and redder.min() > -10
-        assert (target[..., 1] - target[..., 0]).max() > 30
-
-
 # --- targets ----------------------------------------------------------------------------------------------
 
 
@@ -120,17 +81,6 @@ def test_both_targets_are_outlined_where_they_are():
     assert not changed[:300, :300].any() and not changed[300:, 300:].any()
 
 
-def test_targets_are_drawn_as_densities_whatever_their_mass_is_to_the_controller():
-    pictures = []
-    for mass in (1.0, 10.0):
-        simulator = begun(controller=ControllerConfig(target_mass=mass))
-        simulator.command(0, np.eye(10)[None])
-        painters = Painter(targets=True), Painter(overlays=[Target(0)])
-        pictures.append([painter.draw(simulator).astype(int) for painter in painters])
-    for plain, weighed in zip(*pictures, strict=True):
-        assert np.abs(plain - weighed).mean() < 0.01
-
-
 @pytest.mark.parametrize("options", [{}, {"targets": True}])
 def test_a_painter_draws_the_game_that_was_asked_for_as_it_is_and_nothing_of_an_earlier_picture(options):
     alone, many = begun(drones_per_team=(4, 2)), begun(2, drones_per_team=(4, 2))
@@ -144,32 +94,6 @@ def test_a_painter_draws_the_game_that_was_asked_for_as_it_is_and_nothing_of_an_
         np.testing.assert_array_equal(picture, Painter(**options).draw(alone))
         np.testing.assert_array_equal(picture, kept.draw(many, 1))
         assert (picture != kept.draw(many, 0)).any()
-
-
-def test_animations_keep_the_colours_of_the_teams(tmp_path):
-    path = tmp_path / "game.gif"
-    film_game("uniform", "uniform", path, config=GameConfig(drones_per_team=(2, 18)), seconds=3)
-    with imageio.get_reader(path) as reader:
-        *_, last = iter(reader)
-    for colour in TEAM_COLOURS:
-        assert np.abs(last[..., :3].astype(int) - colour).max(axis=2).min() <= 24
-
-
-@pytest.mark.parametrize("highest", [0, 1])
-def test_the_last_overlay_is_the_highest(highest):
-    class Flood:
-        def __init__(self, colour):
-            self.colour = colour
-
-        def paint(self, arena, simulator, row, side):
-            arena.fill(self.colour, (0, 0, side, side))
-
-        def explain(self, picture, x, y):
-            pass
-
-    colours = [(1, 2, 3), (200, 100, 50)]
-    picture = draw(begun(drones_per_team=1), overlays=[Flood(colours[1 - highest]), Flood(colours[highest])])
-    assert (arena(picture) == colours[highest]).all(axis=2).mean() > 0.9
 
 
 # --- screens of environments ------------------------------------------------------------------------------

@@ -103,25 +103,6 @@ def test_a_disk_that_stays_full_ends_the_recording_and_not_the_game(begun, caplo
     assert Recording.read(recorder.path).log == []
 
 
-def test_a_long_past_is_written_little_by_little_and_wholly_at_the_end(begun, monkeypatch):
-    monkeypatch.setattr(module, "_ONE_FLUSH", 300)
-    recorder, disk = begun
-    disk.room = None
-    for _ in range(100):
-        recorder.write(SEAT)
-    recorder.flush()
-    assert 0 < len(Recording.read(recorder.path).log) < 20
-    assert not recorder.written and recorder.is_behind
-    disk.room = 0
-    recorder.flush()
-    assert not recorder.is_behind, "a disk that is full is not asked more often"
-    disk.room = None
-    recorder.flush()
-    recorder.close()
-    recorder.join()
-    assert recorder.written and len(Recording.read(recorder.path).log) == 100
-
-
 def test_file_and_folder_are_on_the_disk_when_a_game_has_ended_and_no_event_loop_waits(tmp_path, monkeypatch):
     synced = []
 

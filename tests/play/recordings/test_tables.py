@@ -158,35 +158,7 @@ def test_drones_are_lost_while_drawing_by_the_tables_clock_which_its_speed_sets(
 
 
 PERSON, POLICY, PROGRAM, FREE = (RecordedSeat(kind=kind) for kind in ("person", "policy", "program", "free"))
-ASKED = [command(0, 1, 0, 1.0), command(1, 1, 0, 1.0)]
 GONE, BACK = seat(0, "disconnected", 5.0), seat(0, "connected", 6.0)
-
-
-def end(outcome, ended_by):
-    return EndMessage(outcome, 900, (3, 5), BEGAN_MS + 9000.0, ended_by)
-
-
-@pytest.mark.parametrize(
-    ("events", "more", "ended_by", "left_out", "outcome"),
-    [
-        ([*ASKED, end("red", "capture")], {}, "capture", "", "win"),
-        ([*ASKED, GONE, BACK, end("draw", "time")], {}, "time", "", "draw"),
-        ([*ASKED, in_force(0, 1, 900, 1.0)], {}, "", "unfinished", "stopped"),
-        ([*ASKED, end("stopped", "server")], {}, "server", "stopped", "stopped"),
-        ([*ASKED, GONE, end("red", "left")], {}, "left", "left", "win"),
-        ([*ASKED, end("red", "capture")], {"lesson": True}, "capture", "lesson", "win"),
-        ([ASKED[1], end("blue", "capture")], {}, "capture", "no command", "loss"),
-        ([ASKED[1], end("blue", "capture")], {"red": PROGRAM}, "capture", "", "loss"),
-        ([ASKED[0], end("red", "capture")], {"blue": PERSON}, "capture", "no command", "win"),
-        ([*ASKED, end("red", "capture")], {"origin": Origin("b", 0, 0)}, "capture", "taken over", "win"),
-        ([ASKED[0], end("draw", "time")], {"blue": FREE}, "time", "no opponent", "draw"),
-    ],
-)
-def test_a_game_counts_if_it_was_played_to_its_end_by_who_sat_there(events, more, ended_by, left_out, outcome):
-    rows = seat_rows(Recording("a.jsonl", header(**more), events))
-    assert len(rows) == (1 if "blue" in more and more["blue"] is FREE else 2), "a seat that nobody took has no row"
-    assert {(row.ended_by, row.left_out, row.seconds) for row in rows} == {(ended_by, left_out, 30.0)}
-    assert rows[0].outcome == outcome
 
 
 @pytest.mark.parametrize("parquet", [False, True])
@@ -277,17 +249,6 @@ def test_the_summary_is_that_of_a_careful_hand_count():
     assert usual.restricted_mean_s == pytest.approx(20 + 20 * 3 / 4 + 20 * 3 / 8), "a draw would have lasted longer"
     assert (usual.win_rate_low, usual.win_rate_high) == wilson(2, 4)
     assert games[2][0].away_s == 2.5 and games[9][0].away_s == 87.0
-
-
-def test_games_are_summed_up_by_who_played_whom_by_which_rules():
-    base = replace(seat_rows(Recording("a.jsonl", header(), TAKEN_OVER))[0], left_out="")
-    others = {"kind": "program", "player": "P2", "opponent_kind": "person", "opponent": "uniform", "system": "direct"}
-    others |= {"opponent_system": "direct", "config_hash": "0" * 16}
-    rows = [replace(base, final_share=share, commands_per_minute=often) for share, often in ((1.0, 6.0), (0.5, 1.0))]
-    summary = summarise([*rows, *(replace(base, **{name: value}) for name, value in others.items())])
-    assert sorted(row.games for row in summary) == [1] * 7 + [2]
-    (row,) = [row for row in summary if row.games == 2]
-    assert (row.final_share, row.commands_per_minute, row.rules_hash) == (0.75, 3.5, CONFIG.game.rules_hash)
 
 
 def test_a_game_of_two_equals_is_one_game():

@@ -66,11 +66,6 @@ def test_lines_that_are_cut_doubled_or_torn_are_named(damage, named, played, tmp
     assert named in fault_of(tmp_path / "a.jsonl")
 
 
-def test_what_comes_after_the_end_is_named_though_it_is_no_whole_line(played, tmp_path):
-    (tmp_path / "a.jsonl").write_bytes(played.read_bytes() + b'{"type":"end","outcome":"red"')
-    assert "comes after the game's end" in fault_of(tmp_path / "a.jsonl")
-
-
 # --- forged lines ---------------------------------------------------------------------------------
 
 
