@@ -1,21 +1,20 @@
-"""The table's server: rooms, the clients in them, and games in real time.
+"""The server: rooms, their clients, and games in real time.
 
-===================  ==========================================================================
-`serve`, `app`       where it listens, and its pages; `middleware` and `limits` guard them
-`client_handler`     what one client says is obeyed, or refused to it alone; `connection` sends
+===================  =======================================================================
+`serve`, `app`       the start of the server; its pages, behind `middleware` and `limits`
+`client_handler`     one client's messages, obeyed or refused; `connection` sends to it
 `lobby`              all rooms, and the recorded games
-`room`               two seats and their games, one after the other, by its `room_settings`
-`audience`           who is in a room, and what they are told
-`seat`               one side of a room, and its automatic `responses`
-`seat_view`          what a seat's client is shown
-`live_session`       a game in real time; `game_log` writes it down
-`rendered_command`   from what a client sends to a command
-`incoming_commands`  commands on their way into a game, with its `delays`
+`room`               two seats and their games, by a plan of `room_settings`
+`audience`           everybody in a room
+`seat`               one side of a room; its automatic `responses`, its client's `seat_view`
+`live_session`       a game in real time; `game_log` records it
+`rendered_command`   commands made of clients' messages
+`incoming_commands`  commands on their way into a game, with `delays`
 `worker`             a thread for what takes long
-`policy_workers`     the processes in which policies think
-`views`              what is shown of a game
+`policy_workers`     processes in which policies load and act
+`views`              frames, capture fields and targets
 `replays`            recorded games that are watched
 `studies`            the pages of a study, and its `study_games`
-`server_context`     what all games share, their clocks and the folder of their recordings
-===================  ==========================================================================
+`server_context`     clock, folder and policies, for all games
+===================  =======================================================================
 """

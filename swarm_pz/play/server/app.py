@@ -148,10 +148,8 @@ class Server:
             "connections": len(self._handlers),
             "tasks": len(asyncio.all_tasks()),
             "open_files": len(list(files.iterdir())) if files.exists() else None,
-            "memory_mb": _resident_mb(),
             "ticks": len(punctuality.lateness_ms),
             "lateness_ms": quantiles and dict(zip(("p50", "p99", "max"), quantiles, strict=True)),
-            "most_caught_up": punctuality.most_caught_up,
             "slipped": punctuality.slipped,
         }
         return JSONResponse(figures)
@@ -177,12 +175,3 @@ def _picture_of(address: str) -> bytes:
     picture = io.BytesIO()
     segno.make(address, micro=False).save(picture, kind="svg", scale=4, border=2, light="white")
     return picture.getvalue()
-
-
-def _resident_mb() -> float | None:
-    """Return the memory of this process, on Linux."""
-    status = Path("/proc/self/status")
-    if not status.exists():
-        return None
-    kilobytes = next(line for line in status.read_text().splitlines() if line.startswith("VmRSS")).split()[1]
-    return int(kilobytes) / 1024

@@ -14,7 +14,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import PolicyError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
-from swarm_pz.play.server.connection import Connection, RefusedError
+from swarm_pz.play.server.connection import LONG, Connection, RefusedError
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.rendered_command import is_rendered_at_once, render
 from swarm_pz.play.server.replays import ReplaySession
@@ -25,8 +25,6 @@ from swarm_pz.play.strokes import mapping_of
 
 HELLO_S = 10.0
 """Seconds within which a connection must say hello."""
-_WITHOUT_SEAT = 2048
-"""Characters of a message of a client without a seat: only commands are longer."""
 SILENT_S = 300.0
 """Seconds after which a silent client outside of rooms is closed; pages ask for the clock, hidden ones each minute."""
 _OF_PLAYERS = (
@@ -87,7 +85,7 @@ class ClientHandler:
         try:
             if text is None:
                 raise RefusedError("malformed", "messages to the server are text, not binary")
-            if len(text) > _WITHOUT_SEAT:
+            if len(text) > LONG:  # only commands are
                 self._in_room().seat_of(self._connection)
             if not self._connection.may_send(len(text)):
                 raise RefusedError("too_many", "long drawings came too fast after each other; this one is lost")

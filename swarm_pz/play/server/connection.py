@@ -17,7 +17,7 @@ FRAMES_IN_FLIGHT = 12
 """Unacknowledged frames after which a client is sent none."""
 _MOST_WAITING = 256
 """Messages that may wait for a client before it is closed."""
-LONG, MOST_LONG_PER_SECOND = 4096, 3
+LONG, MOST_LONG_PER_SECOND = 2048, 4
 """Characters of a long message, and such messages a second: reading, rendering and recording take as long."""
 _MOST_REFUSED, _PATIENCE_S = 100, 10.0
 """Refusals within some seconds after which a client is closed."""

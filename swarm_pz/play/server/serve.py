@@ -28,7 +28,7 @@ from swarm_pz.play.studies.folder import StudyFolder
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _END_S = 3
-_ACCEPTED_AT_ONCE, _RECEIVED_AT_ONCE = 32, 16 * 1024
+_ACCEPTED_AT_ONCE, _RECEIVED_AT_ONCE = 32, 2 * 1024
 """Connections that one turn of the event loop accepts, and bytes of each that it reads: games wait."""
 _MOST_CONNECTIONS, _MOST_HEADER_BYTES = 1000, 16 * 1024
 _PING_S = 20.0

@@ -25,7 +25,6 @@ class Punctuality:
     """Lateness of the latest ticks of all games."""
 
     lateness_ms: deque[float] = field(default_factory=lambda: deque(maxlen=2_000))
-    most_caught_up: int = 0
     slipped: int = 0
     """Number of times that a game's time slipped."""
 
@@ -45,7 +44,6 @@ class GameClock:
         late = max(self._loop.time() - self._due, 0.0)
         ticks = 1 + min(int(late / self._period), _CATCH_UP - 1)
         self._punctuality.lateness_ms.append(1000.0 * late)
-        self._punctuality.most_caught_up = max(self._punctuality.most_caught_up, ticks)
         self._due += (ticks - 1) * self._period
         if late > _CATCH_UP * self._period:
             self._due = self._loop.time()
