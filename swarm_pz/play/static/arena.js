@@ -1,4 +1,4 @@
-// The arena as it is seen: the ground, drones with trails, who is in danger, and captures as they happen.
+// The arena: the ground, drones with trails, rings around drones in danger, and captures.
 
 import { addDrone, Ground, look } from "./ground.js";
 import { Trails } from "./trails.js";
@@ -7,8 +7,8 @@ const FULL_RATE = 30; // of frames; with fewer, each is shown as it is until the
 const OLDEST_MS = 250; // frames that took this much longer than the link does are not shown
 const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
 const FLASH_MS = 700, PULSE_MS = 400;
-const JUMP_TICKS = 30; // frames farther apart are not of one motion
-const WARNING_S = 0.4; // how long before it flies onto ground where it is nearly captured a drone is marked
+const JUMP_TICKS = 30; // frames farther apart begin another motion
+const WARNING_S = 0.4; // a drone is marked this long before it reaches ground that nearly captures it
 const MANY = 60; // drones that are painted smaller
 
 export class Arena {
@@ -39,7 +39,7 @@ export class Arena {
     this.flashes = [];
   }
 
-  // See the game from a side: its target is shown, and its drones' danger unless one only watches.
+  // Show the target of a side, and danger for the drones of the guarded teams.
   look(own, guarded = [own]) {
     if (own !== this.ground.own) this.ground.setTarget(null);
     this.ground.own = own;
@@ -108,7 +108,7 @@ export class Arena {
     this.paintFlashes(pen, places, side, size);
   }
 
-  // Whether a drone is, or will be at once, where the other team captures it or nearly does.
+  // A drone is in danger on ground where the other team captures or nearly does, and shortly before it gets there.
   isInDanger({ teams, velocities }, places, i) {
     const x = places[2 * i], y = places[2 * i + 1];
     return [0, WARNING_S].some((ahead) => (

@@ -1,10 +1,10 @@
-// Opponents as cards: a picture of what they do, a line, and whether one has beaten them.
+// Opponents as cards: a picture of a game, a line, and if they are beaten.
 
 import { button, make } from "./elements.js";
 import { addDrone, drawLine, look, newCanvas } from "./ground.js";
 import { called } from "./words.js";
 
-// The opponents that unlock one by one, as items of a list; play(name) is called for the one that is chosen.
+// Return opponents, which unlock one by one, as items of a list; a click calls play(name).
 export function opponentCards(policies, opponents, { beaten, next }, play) {
   return opponents.map((name, i) => {
     const isBeaten = beaten.includes(name), isOpen = isBeaten || name === next, { about, card } = policies.find((policy) => policy.name === name);
@@ -16,7 +16,7 @@ export function opponentCards(policies, opponents, { beaten, next }, play) {
   });
 }
 
-// What a policy asked for at a moment of a game as blue, and where its drones were.
+// Paint the command of a policy at a moment of a game as blue, and its drones.
 export function paintCard(canvas, card) {
   const pen = canvas.getContext("2d"), side = canvas.width;
   pen.fillStyle = look.ground;
@@ -26,7 +26,7 @@ export function paintCard(canvas, card) {
   const asked = [...card.target.join("")].map((digit) => Number(digit) / 9), mean = asked.reduce((a, b) => a + b) / asked.length;
   draw.fillStyle = look.teams[1];
   asked.forEach((value, i) => {
-    draw.globalAlpha = 0.65 / (1 + 3 * mean) * value; // what is asked for everywhere is faint
+    draw.globalAlpha = 0.65 / (1 + 3 * mean) * value; // even commands are faint
     draw.fillRect(i % cells, cells - 1 - Math.floor(i / cells), 1, 1);
   });
   pen.drawImage(small, 0, 0, side, side);
@@ -47,7 +47,7 @@ export function paintDrones(canvas, team, drones) {
   }
 }
 
-// The picture beside the title: a ring that somebody draws around the opponent, and red drones on it.
+// Paint the picture beside the title: a half-drawn ring around the opponent, and red drones on it.
 export function paintPoster(canvas, card) {
   paintCard(canvas, card);
   paintDrawing(canvas, arc(0.31, -0.4, 4.9), 10);

@@ -31,7 +31,7 @@ export class Chart {
     this.paint();
   }
 
-  // Point out the moment of a recorded game that is shown; null for none.
+  // Mark the moment of a recorded game that is shown; null removes the mark.
   show(seconds) {
     if (seconds === this.cursor) return;
     this.cursor = seconds;
@@ -93,10 +93,10 @@ function paintMark(pen, x, y, height) {
   disc(pen, x, y, 0.07 * height);
 }
 
-// Whether a room's game lasted as long as it may.
+// Tell if a room's game lasted until its time limit.
 export function timeIsUp({ sizes, settings }) { return settings.time_limit !== null && sizes.length > settings.time_limit; }
 
-// Sizes once a second, and what a game that was won before its time ended with: its last second is not whole.
+// Return sizes once a second; a game won before its time limit also gets its final sizes, as its last second is not whole.
 export function untilTheEnd(room) {
   const { sizes, outcome } = room;
   if (!sizes.length || !["red", "blue"].includes(outcome) || timeIsUp(room)) return [...sizes];
@@ -104,8 +104,8 @@ export function untilTheEnd(room) {
   return [...sizes, outcome === "red" ? [all, 0] : [0, all]];
 }
 
-// The second that decided, of sizes of red and blue, one entry a second: from it on, who has more at the end was never
-// behind again; of a lead from the start, its greatest gain. Null if nobody has more, or nothing happened.
+// Return the second from which the winner led for good, from sizes of red and blue once a second. If the winner led all
+// along, return the second after its greatest gain; null for a draw.
 export function turningPoint(sizes) {
   const leads = sizes.map(([red, blue]) => red - blue), sign = Math.sign(leads.at(-1) ?? 0);
   if (sign === 0) return null;

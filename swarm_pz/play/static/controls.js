@@ -1,4 +1,4 @@
-// The commands of a seat: its tools, what is made with them, how it is sent, and what becomes of it.
+// The commands of a seat: its tools, and how commands are made, sent and followed.
 
 import { button, byId, hear, on } from "./elements.js";
 import { Library } from "./library.js";
@@ -24,7 +24,7 @@ export class Controls {
     /** @type {any} */
     this.pen = this.brush = new Pen(byId("arena"), byId("ink"), this.hand);
     this.isEquipped = false;
-    this.responses = null; // fetched when somebody wants them
+    this.responses = null; // fetched when needed
     this.library = new Library({
       current: () => this.pen, send: (drawing) => this.recall(drawing), tell: answer,
       changed: () => this.responses?.then((responses) => responses.show()),
@@ -59,12 +59,12 @@ export class Controls {
   forget() {
     this.pen.forget();
     this.unseen = []; // commands in force whose effect was not painted yet
-    this.number = this.followed = 0; // of one's commands: the latest, and the latest that a shared one was made of
+    this.number = this.followed = 0; // numbers of the latest own command, and of the latest that a shared command was made of
   }
 
   // --- tools ------------------------------------------------------------------------------------------
 
-  // Have what commands of a seat are made with: what is not drawn has its own code, fetched when it is needed.
+  // Show the tools for the commands of a seat. Code for commands that are not drawn is fetched when needed.
   async equip(seat, commands, policies) {
     const { takes, serves_densities: isServed } = commands, kind = PLACED.includes(takes) ? takes : "strokes";
     this.seat = seat;
@@ -112,7 +112,7 @@ export class Controls {
     for (const shape of byId("shapes").children) shape.setAttribute("aria-pressed", shape.textContent === this.pen.shape);
   }
 
-  // Automatic responses: their code is fetched when somebody wants them.
+  // Fetch the code of automatic responses.
   respond() {
     const how = { policies: () => this.policies, saved: () => this.library.own, say: (strokes) => this.pen.say(strokes) };
     return this.responses ??= import("./responses.js").then(({ Responses }) => new Responses(this.link, how));
@@ -135,7 +135,7 @@ export class Controls {
     this.setExtent();
   }
 
-  // What a key does, null for nothing; on a button Enter is the button's.
+  // Return the action of a key, or null; on a button, Enter belongs to the button.
   actOf(key, onButton) {
     if (isStudy() && /^[1-9rs]$/.test(key)) return null;
     if (/^[1-9]$/.test(key)) return () => this.library.recall(Number(key) - 1);
@@ -153,7 +153,7 @@ export class Controls {
 
   lifted() { if (byId("on-lift").checked) this.send(); }
 
-  // Send the drawing, unless it was sent already; tell whether it was.
+  // Send the drawing, unless it was sent already; return true if it was sent now.
   send() {
     if (!this.mayPlay() || this.pen.sent) return false;
     const input = performance.now(), { drawingMs, ...command } = this.pen.take();
@@ -179,27 +179,27 @@ export class Controls {
     if (this.send()) this.answer(`Sent: ${name}`);
   }
 
-  // Begin the drawing anew; the swarm keeps the command that it has.
+  // Empty the drawing; the swarm keeps its command.
   clear() {
-    if (!this.mayPlay() || this.pen !== this.brush) return; // what is placed is never empty
+    if (!this.mayPlay() || this.pen !== this.brush) return; // placed commands are never empty
     this.pen.clear();
     this.answer("Cleared: nothing was sent");
   }
 
-  // A drawing of nothing asks for the whole square; other commands have one to begin with.
+  // Send an empty drawing, which asks for the whole square, or the initial command of another kind.
   spread() {
     if (!this.mayPlay()) return;
     this.pen.clear();
     if (this.send()) this.answer(`Sent: ${byId("spread").textContent.toLowerCase()}`);
   }
 
-  // What was sent cannot be taken back: the drawing before it is another command.
+  // Go back by one drawing. If the last one was sent, the one before is sent as a new command.
   undo() {
     if (!this.mayPlay() || !this.pen.undo() || !this.send()) return;
     this.answer(this.pen.strokes.length ? "Undone: the drawing before was sent" : "Undone: spread out was sent");
   }
 
-  // What is asked for now; after a reload it tells how many commands there were.
+  // Count on from the number of the latest command: after a reload the page does not know it.
   check(target) {
     if (target.team !== this.seat) return;
     this.number = Math.max(this.number, target.number);
@@ -208,13 +208,13 @@ export class Controls {
   setInForce(command) {
     const isShared = command.sender.startsWith("shared:");
     if (command.sender && !isShared) return; // a response, in one's place
-    if (isShared && command.number <= this.followed) return; // one's helper alone asked for something else
+    if (isShared && command.number <= this.followed) return; // only the helper's part has changed
     this.followed = command.number;
     this.unseen.push(command);
     if (SIDES.indexOf(command.seat) === this.seat && command.number >= this.number) this.pen.setInForce();
   }
 
-  // A moment was painted: tell which commands it shows.
+  // Report the commands whose effect a painted moment shows.
   painted(tick) {
     while (this.unseen.length && tick > this.unseen[0].tick) {
       const { number, seat } = this.unseen.shift();

@@ -1,4 +1,4 @@
-// What lies over the board while no game is played: whom one waits for, the countdown, and the result.
+// The cover of the board while no game is played: the room that waits, the countdown, and the result.
 
 import { Chart, timeIsUp, turningPoint, untilTheEnd } from "./chart.js";
 import { byId, hear, on, say } from "./elements.js";
@@ -31,8 +31,8 @@ export class Cover {
     this.seat = seat;
     const { phase } = room, isOver = phase === "over", own = seat === null ? null : room[SIDES[seat]];
     const onlyPolicies = SIDES.every((side) => room[side].kind === "policy" || room.settings[side] === 0);
-    const isDone = isOver && (room.once || isStudy()); // there is no other game here
-    // Who waits for policies alone keeps the board in view.
+    const isDone = isOver && (room.once || isStudy()); // no other game follows here
+    // Before a game against policies the board stays in view.
     byId("table").dataset.phase = phase === "waiting" && !meetsSomebody(room, seat) ? "before" : phase;
     byId("cover").hidden = !isOver && phase !== "waiting";
     byId("ready").hidden = isDone || (own ? own.ready : !onlyPolicies);
@@ -49,7 +49,7 @@ export class Cover {
     requestAnimationFrame(() => { byId("cover-text").textContent = text; }); // said once it is shown
   }
 
-  // Whether the game goes on against a swarm that nobody steers, and what of that is told.
+  // Say that the opponent has left, and the game goes on against a swarm that nobody steers.
   showNotice() {
     const { room, seat } = this, isAlone = room.phase === "playing" && seat !== null && room[this.other].gone;
     if (!isAlone) this.playsOn = false;
@@ -71,7 +71,7 @@ export class Cover {
 
   get other() { return SIDES[1 - this.seat]; }
 
-  // What is to be said of a policy that loads, or cannot.
+  // A text about a policy that loads or failed; null if all are ready.
   get unready() {
     const seats = SIDES.map((side) => this.room[side]), find = (state) => seats.find((seat) => seat.policy_state === state);
     const failed = find("failed"), loading = find("loading");

@@ -3,7 +3,7 @@
 /** @returns {any} whatever element it is */
 export function byId(id) { return document.getElementById(id); }
 
-// An element with its properties, or attributes where it has no such property, and what it holds.
+// Make an element with properties (or attributes, where it has no such property) and parts.
 /** @returns {any} */
 export function make(tag, has = {}, ...parts) {
   const element = document.createElement(tag);
@@ -32,7 +32,7 @@ export function hear(link, acts) {
   for (const [type, act] of Object.entries(acts)) link.addEventListener(type, ({ detail }) => act(detail));
 }
 
-// Say something where it is not said already: who hears the page would hear it again.
+// Set a text only if it changes: screen readers would read it again.
 export function say(id, text) {
   if (byId(id).textContent !== text) byId(id).textContent = text;
 }

@@ -1,19 +1,19 @@
-// The page in the frame of an experiment, which says what is played, and is told how that went. Both check whom they
-// hear: messages count from the window around this one alone, and from an origin that the table was started for.
+// The page in the frame of an experiment, which chooses the game and gets its result. Messages count only from the parent
+// window, and from an origin that the server was started for.
 
 import { hear } from "./elements.js";
 
-const TRIES = 40, PAUSE_MS = 500; // a game's file is whole soon after its end
+const TRIES = 40, PAUSE_MS = 500; // a recording is complete soon after its game
 
 export class Embed {
-  // origin: of the experiment, as the address says; begin: opens a room by a message and begins in it at once.
+  // origin is the experiment's, from the address; begin opens a room by a message and begins at once.
   constructor(link, origin, begin) {
     this.table = link.table;
     this.origin = origin;
     this.begin = begin;
     this.allowed = this.begun = this.ended = false;
     this.side = null;
-    this.waiting = "Waiting for the experiment…"; // what is said until a game begins
+    this.waiting = "Waiting for the experiment…"; // shown until a game begins
     document.body.classList.add("study");
     addEventListener("message", (event) => this.hear(event));
     hear(link, {
@@ -35,7 +35,7 @@ export class Embed {
 
   tell(message) { parent.postMessage(message, this.origin); }
 
-  // What was asked for is not done; a game whose room is gone is told by its recording, if there is one.
+  // Report a refusal; if the room is gone, report the recording of its game, if there is one.
   refused({ about, reason, recording }) {
     if (about === "hello" && recording) this.end(recording);
     else if (["create", "ready", "hello"].includes(about)) this.giveUp(reason);

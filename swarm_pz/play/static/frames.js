@@ -6,7 +6,7 @@ export const CELLS = 50; // of a field, a side
 export const CAPTURES_FROM = 192; // value of a field: a team captures there
 export const NEARLY_FROM = 128; // half of the largest: it nearly does
 const KINDS = { 1: decodeFrame, 2: decodeTarget };
-export const KEYFRAME = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // of red's drones, and blue's, it does not tell where they are
+export const KEYFRAME = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // red's drones, or blue's, are hidden
 export const HEADER = 20, TARGET_HEADER = 8, FASTEST = 4;
 
 export function decode(buffer) {
@@ -28,7 +28,7 @@ function decodeFrame(view, buffer) {
   const teams = new Uint8Array(count), hidden = HIDDEN.findIndex((flag) => flags & flag);
   for (let i = 0; i < count; i++) {
     teams[i] = view.getUint8(teamsAt + (i >> 3)) >> (i & 7) & 1;
-    // Nowhere: what is painted there is not painted.
+    // Canvases paint nothing at NaN.
     if (teams[i] === hidden) for (const told of [positions, velocities]) told.fill(NaN, 2 * i, 2 * i + 2);
   }
   const take = (from, size) => new Uint8Array(buffer.slice(from, from + size));

@@ -1,4 +1,4 @@
-// Recorded games: links to watch them, with who played and how it ended.
+// Recorded games: links with players and results.
 
 import { make } from "./elements.js";
 import { called, clock, TICKS } from "./words.js";

@@ -1,4 +1,4 @@
-// The ground: where each team captures, cell by cell with a hard edge, and what one's own swarm is asked to cover.
+// The ground: cells where each team captures, and the target of the own swarm.
 
 import { CAPTURES_FROM, CELLS, NEARLY_FROM } from "./frames.js";
 
@@ -7,7 +7,7 @@ import { CAPTURES_FROM, CELLS, NEARLY_FROM } from "./frames.js";
 /** @type {any} */
 export const look = {};
 const night = matchMedia("(prefers-color-scheme: dark)");
-const TINT = 34; // how strong what is asked for is, of 255
+const TINT = 34; // strength of the target's tint, of 255
 const FAINT = 0.3; // how strong ground is where a team nearly captures
 const HALF = 127.5; // of a target's largest value: inside is where most of the swarm is wanted
 
@@ -21,7 +21,7 @@ export function pattern(pen, size, paint) {
   return pen.createPattern(tile, "repeat");
 }
 
-// A team's sign: red is striped, blue is dotted, so that nobody needs the colours.
+// Return a team's pattern: red is striped and blue dotted, for people who do not see the colours.
 export function hatch(pen, team, scale) {
   const size = Math.max(Math.round(7 * scale), 5);
   return pattern(pen, size, (tile) => {
@@ -103,7 +103,7 @@ export class Ground {
 
   setTarget(target) {
     this.target = target;
-    this.hasTint = Boolean(target) && target.picture.some((value) => value < HALF); // else it is the whole square
+    this.hasTint = Boolean(target) && target.picture.some((value) => value < HALF); // else the target is the whole square
     this.dirty = true;
   }
 
@@ -117,7 +117,7 @@ export class Ground {
     pen.drawImage(this.tint, 0, 0, side, side);
   }
 
-  // Whether a team captures at a place, in map widths, or nearly does.
+  // Tell if a team captures at a place, in map widths, or nearly does.
   nears(team, x, y) {
     if (!this.fields) return false;
     const cell = (value) => Math.min(Math.max(Math.floor(value * CELLS), 0), CELLS - 1);
@@ -135,7 +135,7 @@ export class Ground {
       this.paintContour(pen, side);
     }
     if (!this.fields) return;
-    for (const team of [this.own, 1 - this.own]) this.paintCapturing(pen, team, side); // what endangers one, on top
+    for (const team of [this.own, 1 - this.own]) this.paintCapturing(pen, team, side); // the opponent's ground on top
   }
 
   paintContour(pen, side) {
@@ -149,7 +149,7 @@ export class Ground {
     pen.stroke();
   }
 
-  // Whole cells, since the rule asks whole cells; sides between in and out are drawn.
+  // Paint whole cells, since the rule uses whole cells, and their outline.
   paintCapturing(pen, team, side) {
     const field = this.fields[team], size = side / CELLS;
     const holds = (row, column) => row >= 0 && column >= 0 && row < CELLS && column < CELLS
@@ -184,7 +184,7 @@ export class Ground {
   }
 }
 
-// Sides of a square of four values that lines go from and to, by which of its corners are above the level; or are not.
+// Sides of a square between which lines go, by the corners that are above the level, or below it.
 const LINES = { 1: ["ws"], 2: ["se"], 3: ["we"], 4: ["en"], 5: ["ws", "en"], 6: ["sn"], 7: ["wn"], 10: ["se", "wn"] };
 
 // Contour lines of a grid of values, by marching squares: call piece(x0, y0, x1, y1), in map widths, for each piece of the

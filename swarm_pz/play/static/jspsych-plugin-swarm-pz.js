@@ -1,4 +1,4 @@
-// A plug-in for jsPsych 8: one game of swarm-pz, at a table or in the page itself, is one trial. docs/jspsych.md explains parameters and data.
+// A plug-in for jsPsych 8: one game of swarm-pz, at a server or in the page itself, is one trial. docs/jspsych.md explains parameters and data.
 
 var jsPsychSwarmPz = (function (jspsych) {
   "use strict";

@@ -1,4 +1,4 @@
-// The signs of the board and the keys, in a dialog. Its pictures are the board's own, so that they show what it shows.
+// The dialog of signs and keys. The board's own code paints its pictures.
 
 import { Arena } from "./arena.js";
 import { byId } from "./elements.js";
@@ -9,7 +9,7 @@ const SIDE = 1100; // of a board of which a picture shows a part
 const MIDDLE = 25; // the cell in the middle of every picture, along both axes
 const HOLDS = [[-1, 0], [0, 0], [1, 0], [0, 1]]; // cells that capture, from there
 
-// What each sign is shown by: drones (team, cells from the middle), who captures there, and what has just happened.
+// The scene of each sign: drones (team, cells from the middle), the team that captures there, and an event.
 const SCENES = {
   drones: { drones: [[0, -2, 0.2], [1, 2, 0.2]], flown: true },
   red: { holds: 0, drones: [[1, -3.2, -0.5]] },

@@ -1,17 +1,17 @@
-// The first lesson: three steps. Each waits, with the board held, until one goes on; and again until it is done.
+// The first lesson: three steps. The board stands still before each step, until the player goes on.
 
 import { arc, CIRCLE, CORNER, paintCard, paintDrawing, paintDrones, TIGHT } from "./cards.js";
 import { byId, hear, on, say } from "./elements.js";
 import { ROUND } from "./progress.js";
 
-const IN_CORNER = 0.35; // map widths from the corner that count as there
+const IN_CORNER = 0.35; // map widths from the corner
 const EFFECT_TICKS = 30; // after which a drawing can have had an effect
 const FEW = 0.35; // of all drones: a small ring has lost
-const DRAWN = { red_system: "ergodic", blue_system: "ergodic" }; // whatever else the table flies
+const DRAWN = { red_system: "ergodic", blue_system: "ergodic" }; // whatever control systems the server has by default
 const ALONE = { settings: { red: 10, blue: 0, time_limit: null, ...DRAWN } };
 const against = (opponent) => ({ opponent, settings: { time_limit: 60, majority: true, ...DRAWN } });
 
-// A circle as wide as the dashed one beats `centre`, and `halo` beats a small one: in most games.
+// In most games, a circle like the dashed one beats `centre`, and `halo` beats a small circle.
 const LUCKY = "You were lucky: most games with a small ring are lost. ";
 const STEPS = [
   {
@@ -47,7 +47,7 @@ const STEPS = [
 ];
 
 export class Lesson {
-  // begin: opens a room by a message and begins in it at once; home: leads back to the start; next: names who is met after it.
+  // begin opens a room by a message and begins at once, home leads to the start, next names the first opponent afterwards.
   constructor(link, { begin, home, next }) {
     this.begin = begin;
     this.next = next;
@@ -78,7 +78,7 @@ export class Lesson {
     byId("chart").hidden = false;
   }
 
-  // Hold the board, and say what comes next; before it, what is to be said of the step that was done.
+  // Stop the board, and explain the next step after a remark on the last one.
   go(step, before = "") {
     this.step = step;
     const { title, text } = STEPS[step] ?? {
@@ -100,7 +100,7 @@ export class Lesson {
     byId("lesson-next").focus({ preventScroll: true });
   }
 
-  // What is to be drawn in a step, and what comes of it.
+  // Paint the drawing of a step, and its effect.
   paint(step) {
     byId("step-picture").hidden = !step;
     if (!step) return;
@@ -129,7 +129,7 @@ export class Lesson {
     byId("arena").focus({ preventScroll: true });
   }
 
-  // What is to be done.
+  // Show the task.
   ask() {
     const send = byId("on-lift").checked ? "" : " Then press Send.";
     say("lesson-task", `${this.step + 1} of ${STEPS.length}: ${STEPS[this.step].task}${send}`);
@@ -143,7 +143,7 @@ export class Lesson {
     for (const [name, value] of Object.entries({ cx: x, cy: 1 - y, r })) byId("goal-circle").setAttribute(name, 100 * value);
   }
 
-  // The game of a step is over: won, it leads on; else another one follows, unless winning was not asked for.
+  // The game of a step is over: go on if the step is done, else try it again.
   over(isWon) {
     if (!this.running || this.isLast) return;
     const { isWon: hasToWin } = STEPS[this.step];
@@ -153,7 +153,7 @@ export class Lesson {
 
   sent(strokes) { this.isDrawn ||= this.running && strokes.length > 0; }
 
-  // Look whether the step is done, by what was drawn and not by chance.
+  // Go on if the step is done, and was done by a drawing, not by chance.
   watch(frame, seat) {
     if (!this.running || this.held || seat === null) return;
     this.mark(STEPS[this.step].goal);

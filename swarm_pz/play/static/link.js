@@ -10,14 +10,14 @@ const RETRY_MS = [250, 500, 1000, 2000, 4000];
 const PING_EVERY_MS = 2000;
 const FASTEST_HZ = 1000; // that the server takes: where clocks are coarse, pictures seem to come all at once
 
-// A table: a socket to it, and what it answers to requests; null for nothing.
+// The server: a socket to it, and its answers to requests; null without an answer.
 export const SERVER = {
   connect: () => new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket`, SUBPROTOCOL),
   fetch: (path) => fetch(`/${path}`).catch(() => null),
 };
 
 export class Link extends EventTarget {
-  // wantedSeat: gives the seat to come back to, or null.
+  // wantedSeat returns the seat to come back to, or null.
   constructor(wantedSeat, table = SERVER) {
     super();
     this.wantedSeat = wantedSeat;
@@ -26,14 +26,14 @@ export class Link extends EventTarget {
     this.roundTripMs = 0;
     this.tries = 0;
     this.frames = 0;
-    this.asked = null; // the seat that the greeting asked for
+    this.asked = null; // the seat in the greeting
     this.quiet = false; // another tab has our seat
     this.open();
     setInterval(() => this.ping(), PING_EVERY_MS);
     document.addEventListener("visibilitychange", () => this.send({ type: "visibility", hidden: document.hidden }));
   }
 
-  // This window's seat; and the latest of any window, for who closed theirs.
+  // This window's seat, and the latest seat of any window, for a window that was closed.
   get seat() { return recall("seat", "session"); }
 
   get lastSeat() { return recall("seat"); }
@@ -43,12 +43,12 @@ export class Link extends EventTarget {
     keep("seat", seat);
   }
 
-  // The server's clock; no number until it has been asked.
+  // The server's clock; NaN before its first answer.
   now() { return this.pings.length ? performance.now() + this.offsetMs : NaN; }
 
   get isOpen() { return this.greeted && this.socket.readyState === WebSocket.OPEN; }
 
-  // Begin anew, with the seat that is wanted now.
+  // Connect anew, with the seat that is wanted now.
   reopen() { this.socket.close(); }
 
   open() {
@@ -75,7 +75,7 @@ export class Link extends EventTarget {
 
   ping() { this.send({ type: "ping", sent_ms: performance.now() }); }
 
-  // Send a message, and tell whether it could be sent.
+  // Send a message; return true if it could be sent.
   send(message) {
     if (!this.isOpen) return false;
     this.socket.send(JSON.stringify(message));
@@ -98,7 +98,7 @@ export class Link extends EventTarget {
     this.tell(message.type, message);
   }
 
-  // The quickest of the latest pings is the one that says most about the server's clock.
+  // The quickest of the latest pings gives the best estimate of the server's clock.
   setClock({ sent_ms: sent, server_ms: server }) {
     const back = performance.now();
     this.pings = [...this.pings.slice(-7), { trip: back - sent, offset: server - (sent + back) / 2 }];

@@ -1,4 +1,4 @@
-// The start: play at once, learn it, open a room or join one, go back to one's seat, watch what was recorded.
+// The start: play, learn, open or join a room, return to a seat, watch recorded games.
 
 import { opponentCards, paintPoster } from "./cards.js";
 import { byId, on } from "./elements.js";
@@ -8,7 +8,7 @@ import { keep, recall } from "./store.js";
 import { called, SIDES, systemOption } from "./words.js";
 
 const FIRST = "uniform"; // in the form
-const listGames = async (...given) => (await import("./games.js")).listGames(...given); // fetched when somebody wants them
+const listGames = async (...given) => (await import("./games.js")).listGames(...given); // fetched when needed
 
 export class Lobby {
   // begin: opens a room by a message and begins in it at once; go: changes the address.
@@ -47,7 +47,7 @@ export class Lobby {
     if (!byId("opponent").options.length) this.offer(welcome);
   }
 
-  // Offer whom one can play, and what can fly the drones.
+  // Fill the form with players and control systems.
   offer({ policies, systems, default_systems: flies, guests }) {
     this.policies = policies;
     for (const id of ["opponent", "player"]) {
@@ -63,7 +63,7 @@ export class Lobby {
     this.describe();
   }
 
-  // Whom the first button plays, and who unlocks after that.
+  // Show the next opponent, and the list of opponents.
   suggest({ policies, opponents }) {
     const reached = progress(opponents), policy = policies.find(({ name }) => name === reached.next) ?? policies[0];
     this.next = policy?.name;
@@ -85,7 +85,7 @@ export class Lobby {
     byId("opponent-about").textContent = policy?.about ?? "";
   }
 
-  // Go to the room whose code was typed.
+  // Go to the room of the typed code.
   enter(how) { this.go(`${how}=${byId("code").value.toUpperCase()}`); }
 
   play(opponent) { this.begin({ seat: "red", opponent, settings: ROUND }); }

@@ -3,7 +3,7 @@
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
 //   #replay=FILE@TICK a recorded game                #lesson      the first lesson
 //   #embed=ORIGIN  in the frame of an experiment there
-// At /study/CODE/game it is a game of a study: afterwards one goes back there.
+// At /study/CODE/game the page shows a game of a study, and then leads back to it.
 
 import { byId, hear, on } from "./elements.js";
 import { Link, SERVER } from "./link.js";
@@ -23,7 +23,7 @@ const STUDY = /^(\/study\/[^/]+)\/game$/.exec(location.pathname)?.[1];
 const framed = wanted().name === "embed" ? await import("./embed.js") : null;
 const link = new Link(wantedSeat, document.querySelector("meta[name=table]") ? (await import("./engine/table.js")).PAGE : SERVER);
 const lobby = new Lobby(link, { begin, go });
-// Before the table hears it: what is hidden takes no focus, and what one has left is not shown.
+// This comes before the table's own handler: hidden elements take no focus, and rooms that were left are not shown.
 link.addEventListener("room", (event) => {
   const { detail } = /** @type {CustomEvent} */ (event);
   if (placeOf(detail) === table.leftPlace) event.stopImmediatePropagation();
@@ -32,12 +32,12 @@ link.addEventListener("room", (event) => {
 const table = new Table(link, { left: () => go(""), begin });
 const embed = framed && new framed.Embed(link, wanted().value, begin);
 let welcomed = null;
-let isBeginning = false; // who comes for a game at once is ready as soon as they sit
-let wantsSeat = ""; // the room that an address led to, in which one has no seat yet
+let isBeginning = false; // a seat in a room that begins at once is ready at once
+let wantsSeat = ""; // the room of the address, while the visitor has no seat there
 let goal = ""; // where to, once a running game may be left
-let saysFor = 0, forgets; // for how long what is said stays, and the timer that ends it
+let saysFor = 0, forgets; // duration of the notice, and the timer that ends it
 
-// What the address asks for; codes of rooms in whatever case.
+// Parse the address; codes of rooms may have small letters.
 function wanted() {
   try {
     const [, name, value] = /^([^=]*)=?(.*)$/s.exec(decodeURIComponent(location.hash.slice(1)));
@@ -45,13 +45,13 @@ function wanted() {
   } catch { return { name: "", value: "" }; }
 }
 
-// The token goes out only for the room that the address names: elsewhere one begins anew.
+// A token is sent only for the room in the address.
 function wantedSeat() {
   const { name, value } = wanted();
   return name === "room" ? [link.seat, link.lastSeat].find((seat) => seat?.room === value) ?? null : null;
 }
 
-// Set the address: each place that one goes to is a step back in the browser's history.
+// Set the address; a new place gets an entry in the browser's history.
 function mark(hash, isNew) {
   if (location.hash === (hash ? `#${hash}` : "")) return;
   history[isNew ? "pushState" : "replaceState"](null, "", hash ? `#${hash}` : location.pathname);
@@ -75,7 +75,7 @@ function goOn(told = "") {
   location.replace(STUDY);
 }
 
-// Tell something; it goes away by itself, unless it is still so.
+// Show a notice for a while.
 function say(text, forMs = SAYING_MS) {
   byId("says").textContent = text;
   saysFor = forMs;
@@ -83,17 +83,17 @@ function say(text, forMs = SAYING_MS) {
   if (text && forMs < Infinity) forgets = setTimeout(() => say(""), forMs);
 }
 
-// Show a view; tell whether another one was shown.
+// Show a view; return true if another one was shown.
 function open(name) {
   const isNew = byId(name).hidden;
   for (const view of VIEWS) byId(view).hidden = view !== name;
   if (!isNew) return false;
   scrollTo(0, 0);
-  if (saysFor < Infinity) say(""); // what was said was about the other view
+  if (saysFor < Infinity) say(""); // the notice was about the other view
   return true;
 }
 
-// Open a room and begin in it at once; tell whether that could be asked for.
+// Open a room and begin at once; return true if the message could be sent.
 function begin(message) {
   if (isBeginning) return false;
   isBeginning = link.send({ type: "create", label: byId("label").value, settings: {}, ...message });
@@ -101,7 +101,7 @@ function begin(message) {
   return isBeginning;
 }
 
-// --- where one is -----------------------------------------------------------------------------------
+// --- addresses --------------------------------------------------------------------------------------
 
 function show() {
   const { name, value } = wanted(), isHere = ROOMS.includes(name) && table.room?.code === value;
@@ -142,7 +142,7 @@ function enter(name, code) {
   }
 }
 
-// A room's state has come: show it, and sit down if that is what one came for.
+// Show a room, and sit down if the address leads to a seat.
 function arrive(room) {
   const [side] = wantsSeat === room.code && table.seat === null ? freeSides(room) : [];
   if (room.phase !== "replay") mark(`${table.seat !== null || side ? "room" : "watch"}=${room.code}`, ["", "replay"].includes(wanted().name));
@@ -163,9 +163,9 @@ function refused({ about, code, reason, recording }) {
   const { name, value } = wanted(), lostSeat = about === "hello";
   isBeginning = false;
   if (lostSeat && (STUDY || !embed)) link.seat = null;
-  if (lostSeat && STUDY) return goOn(code === "unknown" ? "" : reason); // a seat that is gone is given anew there
+  if (lostSeat && STUDY) return goOn(code === "unknown" ? "" : reason); // the study gives a new seat
   if (embed) embed.refused({ about, reason, recording });
-  else if (lostSeat && recording) go(`replay=${recording}`); // what became of it
+  else if (lostSeat && recording) go(`replay=${recording}`); // its recording
   else if (lostSeat) return show(); // to look on, if its room is still there
   else if (!table.room && name !== "") {
     wantsSeat = "";
@@ -175,7 +175,7 @@ function refused({ about, code, reason, recording }) {
   say(reason);
 }
 
-// The signs: their code is fetched when somebody wants it.
+// Show the signs and keys; their code is fetched when needed.
 async function explain() { (await import("./legend.js")).explain(); }
 
 on("click", {
@@ -194,7 +194,7 @@ hear(link, {
     say("");
     lobby.show(welcome);
     const seat = wantedSeat();
-    if (!seat || seat.token !== link.asked?.token) show(); // else the seat that was asked for comes by itself
+    if (!seat || seat.token !== link.asked?.token) show(); // else the server sends the seat by itself
   },
   seated: () => {
     if (isBeginning) link.send({ type: "ready" });

@@ -3,7 +3,7 @@
 import { look } from "./ground.js";
 import { Pen, short, within } from "./pen.js";
 
-const GRIP = 0.06; // map widths within which an attractor is taken hold of, and no other one placed
+const GRIP = 0.06; // map widths within which a tap holds an attractor and places no other
 const OUTLINES = { line: [[-1, 0], [1, 0]], wedge: [[-0.5, 0.87], [1, 0], [-0.5, -0.87]], grid: [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]] };
 // How a kind of command becomes marks, and marks one; which of its numbers are a mark's size and turn; how it is played.
 /** @type {Record<string, any>} */
@@ -25,7 +25,7 @@ const KINDS = {
 };
 
 export class Marks extends Pen {
-  // Make commands as the server says that a seat takes them.
+  // Take the server's description of a seat's commands.
   equip(commands) {
     this.commands = commands;
     this.how = KINDS[commands.takes];
@@ -110,7 +110,7 @@ export class Marks extends Pen {
 
   angle(turn) { return 2 * Math.PI * turn / (this.turns[1] - this.turns[0]); }
 
-  // By a part of a whole turn.
+  // Turn the mark by a part of a whole turn.
   turn(part) { if (this.how.turn) this.adjust((mark) => { mark.turn += part * (this.turns[1] - this.turns[0]); }); }
 
   turnTo(turn) { this.adjust((mark) => { mark.turn = turn; }); }

@@ -1,4 +1,4 @@
-// The monitor of who runs a study: each participant's row, as the server has it. Nothing here changes anything.
+// The monitor of a study: a row for each participant. It only reads.
 
 import { byId, make } from "./elements.js";
 

@@ -1,13 +1,13 @@
-// What happened: a list of captures, a word over the board, and now and then a sentence for who hears the page.
+// News of captures: a list, a word over the board, and sentences for screen readers.
 
 import { byId, make } from "./elements.js";
 import { clock, NAMES, SIDES } from "./words.js";
 
-const TOGETHER_TICKS = 30; // captures of a second are one piece of news
+const TOGETHER_TICKS = 30; // captures within a second are one piece of news
 const MOST = 12; // pieces in the list
 const MIXED_TICKS = 60; // in which captures are the start’s, not the players’
 const TOAST_MS = 1400;
-const ANSWER_MS = 2000; // for so long what one did oneself is answered, whatever is captured meanwhile
+const ANSWER_MS = 2000; // an answer to the player's own action stays this long, whatever is captured
 const TOLD_EVERY_MS = 4000;
 
 export class News {
@@ -16,12 +16,12 @@ export class News {
     this.forget();
   }
 
-  // Begin with another game; seat: whose drones are "yours".
+  // Begin another game; the drones of `seat` are "yours".
   forget(seat = null) {
     this.seat = seat;
     this.isExplained = false;
     this.pieces = []; // newest first
-    this.untold = [0, 0]; // captures of red and blue that were not told yet
+    this.untold = [0, 0]; // captures of red and blue that were not announced yet
     byId("log").replaceChildren();
     this.hush();
   }
@@ -67,7 +67,7 @@ export class News {
     return this.seat === team ? `You took ${drones}` : `${NAMES[team]} took ${count} of yours`;
   }
 
-  // What one did oneself, to who sees the board and to who hears it.
+  // Answer the player's own action, on the board and for screen readers.
   answer(text) {
     this.answered = performance.now();
     this.show(text, "", ANSWER_MS);
@@ -80,7 +80,7 @@ export class News {
     this.fading = setTimeout(() => { byId("toast").hidden = true; }, forMs);
   }
 
-  // To who hears the page, at once.
+  // Tell screen readers something at once.
   say(text) { byId("told").textContent = text; }
 
   tell() {

@@ -1,14 +1,14 @@
 // The drawing: strokes by finger, pen, mouse or keys, painted at once in this page alone.
-// What a stroke asks for is decided by the server; nothing here knows.
+// The server alone turns strokes into commands.
 
 import { drawLine, look, onLook, pattern } from "./ground.js";
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const STEP = 0.02; // of a key, in map widths; five times as much with Shift
-const MOST_POINTS = 3000, MOST_STROKES = 250; // of what is sent
+const MOST_POINTS = 3000, MOST_STROKES = 250; // in a message
 const MOST_BEFORE = 50; // drawings to go back to
 const NEAREST = 0.004; // points closer than this, in map widths, say nothing new
-const FADE_MS = 600; // of ink whose command is in force: from then on the target shows what is asked for
+const FADE_MS = 600; // of ink whose command is in force, since the target shows it now
 const DRAWN = 0.8, SENT = 0.4; // how strong ink is
 
 export const within = (value, low, high) => Math.min(Math.max(value, low), high);
@@ -27,9 +27,9 @@ export class Pen {
     this.width = 0.1;
     /** @type {any[]} */
     this.strokes = [];
-    this.before = []; // drawings to go back to, and whether they were sent
-    this.sent = false; // what is here was sent, and the next stroke begins anew
-    this.fadesSince = null; // when what was sent came into force
+    this.before = []; // drawings to go back to, with `sent`
+    this.sent = false; // this drawing was sent, and the next stroke begins another
+    this.fadesSince = null; // time at which the sent drawing came into force
     this.keep = false;
     this.down = new Map(); // strokes being drawn, by pointer
     this.cursor = { x: 0.5, y: 0.5, shown: false };
@@ -37,10 +37,10 @@ export class Pen {
     onLook(() => { this.dirty = true; });
   }
 
-  // What its drawings are kept as.
+  // The kind of its saved drawings.
   get kind() { return "strokes"; }
 
-  // How wide, large or heavy is what comes next.
+  // Width, size or weight of the next mark.
   get extent() { return this.width; }
 
   resize(width) {
@@ -103,7 +103,7 @@ export class Pen {
     if (this.down.size === 0) this.lifted();
   }
 
-  // The system took the pointer away: what it drew was not meant.
+  // The system took the pointer away: its stroke is dropped.
   cancel(event) {
     const stroke = this.down.get(event.pointerId);
     this.down.delete(event.pointerId);
@@ -162,7 +162,7 @@ export class Pen {
     this.fadesSince = null;
   }
 
-  // Go back a stroke; whether what is undone was sent, so that what is here now has to be sent anew.
+  // Go back by one drawing; return true if the undone one was sent, so that this one has to be sent again.
   undo() {
     this.down.clear();
     const past = this.before.pop(), wasSent = this.sent;
@@ -200,7 +200,7 @@ export class Pen {
     this.changed();
   }
 
-  // Take the drawing for sending: what the protocol has for it, and for how long it was drawn.
+  // Return the drawing as a message has it, with the time it took to draw.
   take() {
     this.endKeyStroke();
     return { drawingMs: this.drawingSince ? performance.now() - this.drawingSince : 0, ...this.say(this.kept) };
@@ -279,7 +279,7 @@ export class Pen {
 
 function inkOf(brush) { return { attract: look.asked, repel: look.away }[brush] ?? look.ink; }
 
-// Told apart by sign and direction of hatching, not by colour alone.
+// The hatching shows the brush without colours, too.
 function hatched(pen, brush) {
   const size = 18, isPlus = brush === "attract";
   return pattern(pen, size, (tile) => {

@@ -1,4 +1,4 @@
-// How far one has come: the table's opponents in their order, which unlock one by one. This browser keeps it.
+// Progress through the opponents, which unlock one by one; the browser stores it.
 
 import { keep, recall } from "./store.js";
 
@@ -16,7 +16,7 @@ export function count(opponent, isWon) {
   keep("progress", { beaten: isWon ? [...new Set([...beaten, opponent])] : beaten, streak: isWon ? streak + 1 : 0 });
 }
 
-// Whether a room's game counts: even sides, which a person and a policy lead, and no lesson.
+// Tell if a room's game counts: even sides, a person against a policy, full speed, no lesson.
 export function counts({ settings: { red, blue, speed }, once }, opponent, isLesson) {
   return opponent.kind === "policy" && red === blue && speed >= 1 && !once && !isLesson;
 }

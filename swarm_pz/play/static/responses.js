@@ -5,7 +5,7 @@ import { keep, recall } from "./store.js";
 import { called } from "./words.js";
 
 const MOST = 8, STORE = "rules";
-// What each condition asks, and the number that it begins with.
+// Each condition's text, and its number at first, with bounds.
 const CONDITIONS = {
   fewer: { words: (n) => `fewer than ${n} drones`, value: 4, min: 1, max: 400, step: 1 },
   nobody_within: { words: (d) => `nobody within ${d}`, value: 0.2, min: 0.01, max: 1.5, step: 0.01 },
@@ -13,7 +13,7 @@ const CONDITIONS = {
 };
 
 export class Responses {
-  // policies: gives those that may answer; saved: gives the drawings that can be sent here; say: what the protocol has for one.
+  // policies returns those that may answer, saved the drawings that can be sent here, say the part of a message for one.
   constructor(link, { policies, saved, say }) {
     this.link = link;
     this.policies = policies;
@@ -30,7 +30,7 @@ export class Responses {
     this.begin();
   }
 
-  // Go on with a seat's own: a page that was loaded anew shows what still acts.
+  // Show the responses of a seat, also after a reload.
   begin() {
     const kept = recall(STORE, "session");
     this.rules = kept && kept.token === this.link.seat?.token ? kept.rules : [];
@@ -44,7 +44,7 @@ export class Responses {
     Object.assign(byId("rule-number"), { min, max, step, value });
   }
 
-  // Who can answer: policies, and what is saved.
+  // List policies and saved drawings that can answer.
   show() {
     const drawings = this.saved().map(({ name }, i) => new Option(name, i)), chosen = byId("rule-do").value;
     byId("rule-do").replaceChildren(...drawings, ...this.policies().map(({ name }) => new Option(called(name), name)));
@@ -78,7 +78,7 @@ export class Responses {
     this.link.send({ type: "rules", rules: this.rules.map(({ when, do: what }) => ({ when, do: what })) });
   }
 
-  // Show which one acts, to be switched off.
+  // Show the response that acts, with a button to stop it.
   act({ rule }) {
     this.acting = rule;
     byId("acting").hidden = rule === null || !this.rules[rule];

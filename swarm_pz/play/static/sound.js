@@ -1,4 +1,4 @@
-// Sound and vibration at what happens, off by one switch that this browser remembers.
+// Sound and vibration at events, with one switch that the browser stores.
 
 import { keep, recall } from "./store.js";
 

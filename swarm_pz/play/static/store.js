@@ -1,11 +1,11 @@
-// What the browser keeps under a name, for this window or for all of them; one that keeps nothing forgets.
+// Read a value that the browser stores for this window or for all windows; null without one.
 
 /** @param {"local" | "session"} where */
 export function recall(name, where = "local") {
   try { return JSON.parse(window[`${where}Storage`].getItem(`swarm-pz.${name}`)); } catch { return null; }
 }
 
-// Keep a value, or null for nothing; tell whether the browser does.
+// Store a value, or null; return true if the browser stored it.
 /** @param {"local" | "session"} where */
 export function keep(name, value, where = "local") {
   try {

@@ -1,17 +1,17 @@
-// A participant's page: one step of the study after the other, as the server says which comes next.
+// A participant's page: it shows one step of the study after the other, as the server sends them.
 
 import { button, byId, make } from "./elements.js";
 import { keep, recall } from "./store.js";
 
 const [, , CODE = ""] = location.pathname.split("/");
-const STATE_MS = 2000; // between two looks, which also say that one is still here
+const STATE_MS = 2000; // between two requests, which also keep the participant present
 const WAIT_MS = 700; // while something is about to begin
 const RETRY_MS = 1500;
 const SHORT = 11; // points of a scale that are buttons; longer ones are sliders
 
-let shown = ""; // what is shown now, so that it is not drawn anew while somebody writes
+let shown = ""; // key of the page that is shown: it is not drawn again while somebody writes
 let takesOver = false;
-let declined = false; // who does not take part is asked nothing more
+let declined = false; // the participant does not take part
 /** @type {any} */
 let later = 0;
 let own = recall("window", "session") ?? newWindow();
@@ -200,7 +200,7 @@ function complain(text, block, field) {
   block.scrollIntoView({ block: "center" });
 }
 
-// A question: its block, what reads and sets the answer, and the field that knows whether that can be.
+// Return a question's block, functions that get and put the answer, and the field that can check it.
 function question(item) {
   if (item.kind === "text" || item.kind === "number") return written(item);
   if (item.kind === "scale" && (item.most - item.least) / item.step + 1 > SHORT) return slider(item);

@@ -1,4 +1,4 @@
-// The table: a game that one plays or watches.
+// The table: a game that is played or watched.
 
 import { Arena } from "./arena.js";
 import { Chart } from "./chart.js";
@@ -16,7 +16,7 @@ const NO_LESSON = { stop() {}, over() {}, sent() {}, watch() {}, held: false, ru
 const HIDDEN = { opponents: "your opponents", ground: "ground that captures", trails: "trails", target: "your target" };
 const UNVARIED = { hide: [], frame_rate: 30, share: 0 };
 const MOST_PIXELS = 900;
-const SILENCE_MS = 2000; // without a frame, after which one is told
+const SILENCE_MS = 2000; // without a frame, after which the page says so
 
 export class Table {
   // left: called to go back to the start; begin: opens a room by a message and begins in it at once.
@@ -26,7 +26,7 @@ export class Table {
     this.begin = begin;
     this.room = null;
     this.seat = null;
-    this.place = this.leftPlace = null; // where one is, and was last
+    this.place = this.leftPlace = null; // present and last room or recording
     this.policies = [];
     this.heardMs = 0; // when the latest frame came
     /** @type {any} */
@@ -100,7 +100,7 @@ export class Table {
 
   get mayPlay() { return this.seat !== null && isRunning(this.room) && this.link.isOpen && !this.lesson.held; }
 
-  // A game that others would miss one in.
+  // A running game that the player should not leave by mistake.
   get isPlaying() {
     const { phase, settings } = this.room ?? {};
     return phase === "playing" && this.seat !== null && settings.red > 0 && settings.blue > 0 && !this.lesson.running;
@@ -121,7 +121,7 @@ export class Table {
     this.controls.equip(this.seat, commands, this.policies);
   }
 
-  // What an experimenter varies at one's seat; null for nothing.
+  // Apply the factors of an experiment at the seat; null for none.
   vary(factors) {
     const { hide, frame_rate: rate, share } = factors ?? UNVARIED;
     const unseen = hide.length ? `Not shown here: ${hide.map((name) => HIDDEN[name]).join(", ")}.` : "";
@@ -135,7 +135,7 @@ export class Table {
   setRoom(room) {
     const { phase } = room, began = isRunning(room) && !isRunning(this.room), place = placeOf(room);
     const starts = phase === "playing" && this.room?.phase !== "playing", ended = phase === "over" && this.room?.phase === "playing";
-    if (phase === "replay") this.giveUpSeat(); // the server has done so
+    if (phase === "replay") this.giveUpSeat(); // at the server it is given up already
     const entered = this.place !== place;
     const opened = phase === "replay" && this.room?.phase !== phase;
     this.place = place;
@@ -157,14 +157,14 @@ export class Table {
     }
     this.cover.show(room, this.seat, this.lastTick);
     this.controls.show();
-    this.controls.pen.dirty = true; // what is placed is shown while one may place it
+    this.controls.pen.dirty = true; // marks show only while they may be placed
     if (began && this.seat !== null && this.controls.pen.hint) this.news.answer(this.controls.pen.hint);
     if (ended) this.end();
     if (began || entered || opened || (ended && !this.lesson.running)) requestAnimationFrame(() => this.focus()); // once it is shown
   }
 
   focus() {
-    // After a game not a button: whoever is about to press a key for the game would press that.
+    // After a game no button gets the focus: a key meant for the game would press it.
     const first = byId(this.room?.phase === "over" ? "cover-text" : "ready");
     (first.checkVisibility() ? first : byId("arena")).focus({ preventScroll: true });
   }
@@ -196,7 +196,7 @@ export class Table {
     this.showTime(this.lastTick ?? 0);
   }
 
-  // Time goes up here as in what happened, in the result and in recordings; and how long a game may last.
+  // Show the time since the start, as news and recordings do, and the time limit.
   showTime(tick) {
     const { settings, phase, last_tick: last } = this.room, limit = phase === "replay" ? last / TICKS : settings.time_limit;
     byId("time").textContent = clock(tick);
@@ -211,7 +211,7 @@ export class Table {
     if (this.room) this.replay.show(this.room, this.from); // as it is by now
   }
 
-  // The lesson: its code is fetched when somebody wants it.
+  // Start the lesson; its code is fetched when needed.
   async learn() {
     const { Lesson } = await import("./lesson.js");
     if (this.lesson === NO_LESSON) this.lesson = new Lesson(this.link, { begin: this.begin, home: this.left, next: () => progress(this.cover.opponents).next });
@@ -229,11 +229,11 @@ export class Table {
     this.vary(null);
   }
 
-  // Leave the room or the recorded game, if one is in any.
+  // Leave the room or the recorded game, if there is one.
   leave() {
     this.lesson.stop();
     if (!this.place) return;
-    this.leftPlace = this.place; // what is still on its way from there is not shown
+    this.leftPlace = this.place; // late messages from there are not shown
     this.link.send({ type: "leave" });
     this.giveUpSeat();
     this.room = this.place = null;
@@ -247,7 +247,7 @@ export class Table {
   // --- what is seen -----------------------------------------------------------------------------------
 
   takeFrame(frame) {
-    if (!this.room) return; // left, and this one was under way
+    if (!this.room) return; // a late frame of a game that was left
     this.heardMs = performance.now();
     if (this.lesson.held) return;
     const captured = this.arena.take(frame);
@@ -266,7 +266,7 @@ export class Table {
     if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
     if (!shown || shown === this.shown || !this.room) return;
     this.shown = shown;
-    told.tick = shown.tick; // for those who measure: what is painted, and how old it is
+    told.tick = shown.tick; // for measurements: the painted tick and its age
     told.age = Math.round(this.link.now() - shown.serverMs);
     const blue = shown.teams.reduce((sum, team) => sum + team, 0), red = shown.teams.length - blue;
     byId("red-size").textContent = red;
@@ -288,5 +288,5 @@ export class Table {
 // A room by its code, a recorded game by its name.
 export function placeOf(room) { return room.phase === "replay" ? room.recording : room.code; }
 
-// A game counts down, in which one may draw already, or is played.
+// A game counts down or is played; drawing is allowed in both.
 function isRunning(room) { return room?.phase === "playing" || room?.phase === "starting"; }

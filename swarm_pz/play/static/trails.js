@@ -3,7 +3,7 @@
 import { look, newCanvas } from "./ground.js";
 
 const TRAIL_TICKS = 150, TRAIL_EVERY = 6;
-const SEGMENTS_AT_ONCE = 5; // of the trails' 25, so that no picture waits for all of them
+const SEGMENTS_AT_ONCE = 5; // of 25, so that no picture waits for all of them
 const DARKEST = 0.34;
 const MANY = 60; // drones of which each has a fainter trail
 
@@ -57,7 +57,7 @@ export class Trails {
     [this.past, this.nextPast, this.pastTick, this.making] = [this.nextPast, this.past, last.tick, null];
   }
 
-  // One path for all drones of a team, as they are `now`: few strokes, whatever the number of drones.
+  // Draw one path for all drones of a team as they are `now`: few strokes for any number of drones.
   segment(pen, from, to, now, tick, side) {
     const fresh = 1 - (now.tick - tick) / TRAIL_TICKS, { teams } = now;
     pen.lineWidth = Math.max(side * 0.002, 1);

@@ -1,4 +1,4 @@
-// A room in which no game runs yet: who is here, who is ready, and how somebody else comes in.
+// A room before its game: players, readiness, and the invitation.
 
 import { byId, hear, on } from "./elements.js";
 import { called, SIDES } from "./words.js";
@@ -13,7 +13,7 @@ export class Waiting {
     on("click", { copy: () => this.copy() });
   }
 
-  // Addresses for other devices; that of this page first, if it is one of them.
+  // List addresses for other devices, this page's own first if they can use it.
   setAddresses(addresses) {
     const isHere = LOOPBACK.test(location.host);
     this.isLocal = isHere && !addresses.length;
@@ -22,7 +22,7 @@ export class Waiting {
     byId("address-choice").hidden = all.length < 2;
   }
 
-  // Returns what is to be said of the room.
+  // Show a room, and return a sentence about it.
   show(room, seat) {
     const isWaiting = room.phase === "waiting", free = freeSides(room);
     byId("waiting").hidden = !isWaiting || !meetsSomebody(room, seat);
@@ -58,7 +58,7 @@ export class Waiting {
   }
 }
 
-// Whether one waits for others than policies.
+// Tell if the room waits for anybody but policies.
 export function meetsSomebody(room, seat) {
   return SIDES.some((side, i) => i !== seat && room.settings[side] > 0 && room[side].kind !== "policy");
 }
@@ -80,7 +80,7 @@ function describe(room, side, seat) {
   return `${side}: ${isOwn && !state.label ? "you" : name(state) + (isOwn ? " (you)" : "")}, ${how}`;
 }
 
-// Why one has no seat in a game that is played.
+// Explain why a visitor has no seat in a running game.
 function watching(room) {
   const given = SIDES.filter((side) => room[side].gone);
   if (given.length) return `You watch: the ${given.join(" and the ")} seat was given up for good. It is free again after this game.`;

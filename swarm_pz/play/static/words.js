@@ -5,7 +5,7 @@ export const NAMES = ["Red", "Blue"];
 export const SIGNS = ["●", "◆"];
 export const TICKS = 30; // a second
 
-// In a study, or another experiment, nobody is told whom they play, and nothing leads out of it.
+// Experiments hide opponents' names and all ways out of the game.
 export function isStudy() { return document.body.classList.contains("study"); }
 
 // A policy's or a control system's name.

@@ -1,4 +1,4 @@
-// What may be asked for where no server is. Python could not read a recording of anything else.
+// Valid values for games without a server, so that Python can read their recordings.
 
 export class Refused extends Error {
   code;

@@ -28,7 +28,7 @@ function tabulate(place, cosines, sines, at) {
   }
 }
 
-// A command whose cells sum to 1; nothing asks for the whole square.
+// Scale a command to a sum of 1; an empty one becomes uniform.
 export function normalised(density) {
   const peak = Math.max(...density), target = Float64Array.from(density, (value) => (peak ? value / peak : 1));
   const total = target.reduce((a, b) => a + b);
@@ -51,7 +51,7 @@ export function coefficientsOf(target) {
   return Float32Array.from(sums, (value) => value / sums[0]);
 }
 
-// What walls cost, as a slope.
+// The slope of the cost of walls.
 function beyond(place) { return 2 * WALL * (Math.max(place - (1 - MARGIN), 0) + Math.min(place - MARGIN, 0)); }
 
 export class Controller {
@@ -90,7 +90,7 @@ export class Controller {
     }
   }
 
-  // Remember where a drone is, look where it will be if it coasts, and add both to its team's mean.
+  // Add a drone's place, and its places ahead if it coasts, to its own and its team's sums.
   expect(i, positions, velocities, size, mean) {
     const { memory, weights, seen, x, y, cosX, sinX, cosY, sinY } = this, first = i * SQUARE;
     for (let h = 0; h <= HORIZON; h++) {

@@ -44,7 +44,7 @@ export class Game {
     random.permutation(count).forEach((place, i) => { this.altitudes[i] = (place + 1) / count; });
   }
 
-  // Where one side is alone from the start, nothing is.
+  // Practice, where one side is alone from the start, is never decided.
   get isDecided() { return !this.isPractice && (!this.sizes[0] || !this.sizes[1]); }
 
   get isOver() { return this.isDecided || this.tick >= this.lastTick; }

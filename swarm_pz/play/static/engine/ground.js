@@ -4,7 +4,7 @@ import { CELLS as GRID } from "../frames.js"; // a side
 
 export const TRAIL = 150; // ticks
 const BORDER = 2, WIDTH = GRID + 2 * BORDER; // fields have a border in which they are always 0
-const UNIT = 55440; // what a field of 1 is kept as: every number of cells in a ring divides it
+const UNIT = 55440; // a field of 1 as a whole number, which every number of cells in a ring divides
 const THRESHOLD = 0.75;
 
 const near = (cell, reach) => Math.min(cell + reach, GRID - 1) - Math.max(cell - reach, 0) + 1;

@@ -10,7 +10,7 @@ function sourceOf(orientation, row, column, side) {
 }
 
 const SOURCES = Array.from({ length: ORIENTATIONS }, (_, o) => [0, 1, 2, 3].map((cell) => sourceOf(o, cell >> 1, cell & 1, 2)));
-// The orientation that leads from one to another.
+// Return the orientation that leads from one to another.
 const relative = (from, to) => SOURCES.findIndex((by) => by.every((_, cell) => by[SOURCES[from][cell]] === SOURCES[to][cell]));
 const relu = (values) => values.map((value) => Math.max(value, 0));
 
@@ -21,7 +21,7 @@ function tensorsOf(/** @type {ArrayBuffer} */ buffer) {
   return (name) => read(header[name]);
 }
 
-// From images of so many cells a side, one after the other, to images.
+// Apply a convolution to images that stand one after the other.
 function convolution({ shape: [outputs, inputs, sources, size], values }, { values: bias }, stride = 1, padding = 0) {
   const kernel = new Float64Array(ORIENTATIONS * values.length), square = size * size, block = inputs * sources * square;
   for (let at = 0; at < kernel.length; at++) {
@@ -48,7 +48,7 @@ function convolution({ shape: [outputs, inputs, sources, size], values }, { valu
   };
 }
 
-// What a file of weights plays: it sees some channels on a grid, and answers log-densities in [-1, 1] on some cells.
+// Read a player from a file of weights: from some channels on a grid to log-densities in [-1, 1] on some cells.
 export function networkOf(/** @type {ArrayBuffer} */ buffer) {
   const tensor = tensorsOf(buffer), head = tensor("head.weight").values, [bias] = tensor("head.bias").values;
   const layer = (name, ...how) => convolution(tensor(`trunk.${name}.weight`), tensor(`trunk.${name}.bias`), ...how);

@@ -1,4 +1,4 @@
-// What a team sees: images, as swarm_pz/spaces/observation.py explains them, [channel, row = y, column = x].
+// The observation of a team: images [channel, row = y, column = x], as in swarm_pz/spaces/observation.py.
 
 import { CAPTURES_FROM, CELLS as GRID } from "../frames.js";
 import { CELLS } from "./controller.js";
@@ -50,7 +50,7 @@ function paintTrails({ ground: { trails }, teams, tick }, team, plane, grid) {
   }
 }
 
-// 255 value / maximum, on the side of 192 that says whether it captures there.
+// Return 255 value / maximum, at least 192 exactly where the team captures.
 function paintField({ ground: { fields } }, team, plane, grid) {
   const field = fields[team], { most, limit } = limitsOf(field), highest = new Int32Array(grid * grid);
   if (!most) return;
@@ -81,7 +81,7 @@ function paintTarget({ targets }, team, plane, grid) {
   }
 }
 
-// Each drone is shared out among the four cells whose centres are around where it will be.
+// Share each drone among the four cells whose centres surround its place.
 function paintShared({ positions, velocities, teams }, team, plane, grid, seconds) {
   const inside = (cell) => Math.min(Math.max(cell, 0), grid - 1);
   for (let i = 0; i < teams.length; i++) {

@@ -1,4 +1,4 @@
-// Who can be met without a server: the scripts of policies/scripted.py, and learned players by their weights.
+// Opponents without a server: the scripts of policies/scripted.py, and learned players by their weights.
 
 import { CELLS } from "./controller.js";
 import { networkOf } from "./network.js";
@@ -13,7 +13,7 @@ const away = (/** @type {number[]} */ [x0, y0]) => every((x, y) => Math.hypot(x 
 const disc = (distance) => Math.exp(-((distance / 0.1) ** 2) / 2);
 const ring = (place, width = 0.08) => away(place).map((distance) => Math.exp(-(((distance - 0.25) / width) ** 2)));
 
-// Each from what a script is told: the game, its team, the answers that it gave until now, and random numbers.
+// Each maps the game, its team, the number of its earlier answers, and random numbers to a density.
 const SCRIPTS = {
   blind_ring: ({ random }) => ring([random.next(), random.next()]),
   centre: () => away(MIDDLE).map(disc),
@@ -35,14 +35,14 @@ const LEARNED = ["hunter", "champion", "veteran", "finisher"];
 
 export const PLAYERS = [...Object.keys(SCRIPTS), ...LEARNED];
 
-// The mean place of the opposing drones, as they are seen.
+// Return the mean place of the opposing drones in the observation.
 function opponents({ game, team }) {
   const grid = 25, seen = observe(game, team, ["opposing_positions"], grid), total = seen.reduce((a, b) => a + b);
   const mean = (along) => seen.reduce((sum, value, i) => sum + value * (2 * along(i) + 1), 0) / (2 * grid * total);
   return total ? [mean((i) => i % grid), mean((i) => Math.floor(i / grid))] : MIDDLE;
 }
 
-// What a network asks for: log-densities on few cells, interpolated between their centres.
+// Return the density of a network's log-densities, interpolated between the centres of its cells.
 function asked({ channels, grid, cells, act }, game, team) {
   const answers = act(observe(game, team, ALL_CHANNELS.slice(0, channels), grid));
   const hat = (at, cell) => Math.max(0, 1 - Math.abs(Math.min(Math.max(at * cells - 0.5, 0), cells - 1) - cell));
@@ -57,7 +57,7 @@ async function fetchBeside(name) {
   return answer.arrayBuffer();
 }
 
-// A player for one game; act gives its command for the next second. fetchBytes gives the weights of a learned one.
+// Return a player for one game; act returns its command for the next second, fetchBytes the weights of a learned one.
 export async function loadPlayer(name, seed = 0, fetchBytes = fetchBeside) {
   const script = SCRIPTS[name], random = new Random(seed);
   if (!PLAYERS.includes(name)) throw new Error(`a player must be one of ${PLAYERS.join(", ")}, got ${name}`);

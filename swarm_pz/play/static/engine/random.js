@@ -31,7 +31,7 @@ export class Random {
     const start = b << 96n | a << 64n | d << 32n | c;
     this.step = (f << 96n | e << 64n | h << 32n | g) << 1n & WHOLE | 1n;
     this.state = (start + this.step) * FACTOR + this.step & WHOLE;
-    this.kept = null; // the upper half of a number of which the lower one was given
+    this.kept = null; // the upper half of a number whose lower half was returned
   }
 
   long() {
@@ -52,7 +52,7 @@ export class Random {
   // A bit.
   bit() { return Number(this.word() >> 31n); }
 
-  // The numbers below another one in some order.
+  // Return the whole numbers below `count` in random order.
   permutation(count) {
     const order = Array.from({ length: count }, (_, i) => i);
     for (let i = count - 1; i > 0; i--) {

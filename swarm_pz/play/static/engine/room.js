@@ -44,7 +44,7 @@ export function stateOf(has) {
 export class Room {
   game; log; before; players; recording; outcome; endedBy; target;
 
-  // table is the worker's, asked the message that opens the room.
+  // asked is the message that opens the room.
   constructor(table, code, asked) {
     const { settings = {}, seat = "red", opponent = null, label = "", once = false, lesson = false, seed = null } = asked;
     const { red = 10, blue = 10, time_limit: limit = 300, mapping, speed, majority } = settings;
@@ -106,7 +106,7 @@ export class Room {
     if (this.isOn) this.log.push({ type: "seat", seat: SIDES[this.team], event, server_ms: now(), ...(event === "connected" ? { client: this.table.client } : {}) });
   }
 
-  // Send something, as much later as the visitor is shown things.
+  // Act after the delay of the visitor's display, if they are still here.
   pass(act) { later(() => { if (this.table.room === this) act(); }, this.view.display_delay_ms); }
 
   say(message) { this.pass(() => this.table.say(message)); }

@@ -1,14 +1,14 @@
-// What a drawing asks for, as swarm_pz/play/strokes.py: strokes are painted, the image is smoothed, its means are the command.
+// Drawings as commands, as in swarm_pz/play/strokes.py: strokes are painted, the image is smoothed, its means are the command.
 
 import { CELLS, coefficientsOf, MODES, normalised } from "./controller.js";
 import { CELLS as GRID } from "../frames.js";
 
-const PIXELS = 2 * GRID; // a side of what is painted
+const PIXELS = 2 * GRID; // a side of the painted image
 const [UNTOUCHED, ATTRACT, REPEL] = [0, 1, 2], BRUSHES = { erase: UNTOUCHED, attract: ATTRACT, repel: REPEL };
-// Density of untouched ground beside ground that attracts; how far ground is smoothed; whether repelling ground stays empty.
+// beside: density of untouched ground beside ground that attracts; keeps: repelling ground stays empty when smoothed.
 const MAPPINGS = { firm: { beside: 0, smoothing: 0.05, keeps: true }, paper: { beside: 0.5, smoothing: 0.2, keeps: false } };
 
-// The pixels whose centres are within reach of a line; all in pixels.
+// Paint the pixels whose centres are within reach of a line; all in pixels.
 function paint(image, points, reach, value) {
   for (let k = 0; k < points.length; k++) {
     const [ax, ay] = points[k], [bx, by] = points[Math.min(k + 1, points.length - 1)], dx = bx - ax, dy = by - ay;
@@ -24,7 +24,7 @@ function paint(image, points, reach, value) {
   }
 }
 
-// Along one axis, mirrored at the walls: what each pixel gives to each.
+// Return weights that smooth along one axis, mirrored at the walls.
 function smoothing(width) {
   const weights = new Float64Array(PIXELS * PIXELS);
   for (let to = 0; to < PIXELS; to++) {
@@ -39,7 +39,7 @@ function smoothing(width) {
   return weights;
 }
 
-// A matrix times an image, turned over its diagonal: done twice, along both axes.
+// Return a matrix times an image, transposed: applied twice, it smooths along both axes.
 function along(matrix, image) {
   const turned = new Float64Array(PIXELS * PIXELS);
   for (let i = 0; i < turned.length; i++) {
@@ -68,7 +68,7 @@ export function densityOf(strokes, mapping = "firm") {
   return Float32Array.from(means, (value) => Math.min(value, 1));
 }
 
-// A command as its swarm receives it: 255 value / maximum of what the controller's cosines hold of it.
+// Return the picture of a command as its swarm receives it: 255 value / maximum of its cosine series.
 export function targetOf(density) {
   const coefficients = coefficientsOf(normalised(density)), values = new Float64Array(GRID * GRID), line = new Float64Array(MODES);
   const cosine = (k, cell) => (k ? 2 : 1) * Math.cos(Math.PI * k * (cell + 0.5) / GRID);

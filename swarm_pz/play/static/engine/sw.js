@@ -1,4 +1,4 @@
-// The page's files as they belong together, kept so that it comes up without a network; swarm-pz site names them.
+// Keep the page's files, so that it comes up without a network; swarm-pz site fills in their names.
 
 const VERSION = "", FILES = [];
 const NAME = `${registration.scope} ${VERSION}`;

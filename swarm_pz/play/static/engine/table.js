@@ -1,8 +1,8 @@
-// The page's side of a table in a worker: what a server's socket and its pages are where there is one.
+// The page's connection to the game in its worker, in place of a server's socket and pages.
 
 const KEPT_AFTER = 30; // frames
 let shown = 0;
-// By its name the worker knows what the page's address asks for: that of its own script is the cache's.
+// The worker gets the page's address by its name: the address of its own script may come from the cache.
 const worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: location.search });
 
 /** @type {any} */
@@ -31,7 +31,7 @@ export const PAGE = {
     worker.postMessage(null, [other]);
     return socket;
   },
-  // null where there is no such page.
+  // null if there is no such page.
   fetch: (path) => new Promise((resolve) => {
     const { port1: port, port2: other } = new MessageChannel();
     port.onmessage = ({ data }) => resolve(data === null ? null : new Response(data));
@@ -39,5 +39,5 @@ export const PAGE = {
   }),
 };
 
-// Once a game has run for a second, and nothing is in its way, keep the page so that it comes up offline, too.
+// Keep the page for use offline once a game has run for a second, as loading it then disturbs nothing.
 function keepAll() { navigator.serviceWorker?.register(new URL("../../sw.js", import.meta.url)).catch(() => {}); }

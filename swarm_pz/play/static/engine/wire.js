@@ -4,7 +4,7 @@ import { FASTEST, HEADER, HIDDEN, KEYFRAME, TARGET_HEADER, WITH_FIELDS } from ".
 
 const FRAME = 1, TARGET = 2, EXACT = 16;
 
-// The present moment of a game, perhaps without one team's drones; with exact positions and velocities for recordings.
+// Encode the present moment of a game, perhaps without one team's drones; recordings have exact positions and velocities.
 export function frameOf(game, { sequence = 0, ms = 0, altitudes = false, fields = null, hidden = -1, exact = false } = {}) {
   const { positions, velocities, teams } = game, count = teams.length, bits = (count + 7) >> 3, size = exact ? 8 : 4;
   const flags = (altitudes ? KEYFRAME : 0) | (fields ? WITH_FIELDS : 0) | (HIDDEN[hidden] ?? 0) | (exact ? EXACT : 0);

@@ -12,7 +12,7 @@ const LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 const MOST_OWED = 8; // ticks of a recorded game that are made up for at once
 
 export class Table {
-  // written is the file table.json of `swarm-pz site`, asked what the page's address asks for; send gives the visitor a message.
+  // written is the file table.json of `swarm-pz site`, asked the values of the page's address; send passes a message on.
   constructor({ welcome, rules, commands }, shelf, asked = {}) {
     const fitting = Object.fromEntries(Object.entries(asked).filter(([of, value]) => ADDRESS[of]?.(value)));
     const { countdown = 3, min_command_interval: interval = rules.min_command_interval, factors = {} } = /** @type {any} */ (fitting);
@@ -131,7 +131,7 @@ const ACTS = {
   pace: (table, { speed }) => Object.assign(table, { pace: table.watched && speed }),
 };
 
-// Read what the page's address asks for: values in JSON by their names. Other parts, which others add to links, are skipped.
+// Read the values of the page's address, in JSON, by their names. Unknown names, which others add to links, are skipped.
 export function askedBy(search) {
   const read = (text) => { try { return JSON.parse(text); } catch { return text; } };
   return Object.fromEntries([...new URLSearchParams(search)].filter(([of]) => Object.hasOwn(ADDRESS, of)).map(([of, text]) => [of, read(text)]));
