@@ -46,7 +46,7 @@ def read_story(path: Path) -> Story:
 
 
 def read(path: Path) -> tuple[Story, Arrays]:
-    """Return what `write` wrote; a CheckpointError is raised if the file is corrupt or foreign."""
+    """Return story and arrays; a CheckpointError is raised if the file is corrupt or foreign."""
     return _open(path, with_arrays=True)
 
 

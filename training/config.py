@@ -14,7 +14,7 @@ FIELD = (*["uniform"] * 2, *SCRIPTS, "centre", "evade", "evade", "halo", "lasso"
 """The opponents of a run: all scripts, more often those that are measured against or hard to beat."""
 
 MAY_CHANGE: dict[str, Any] = {"total_steps": 1, "threads": 1, "evaluate_every": 1, "checkpoint_every": 1}
-"""What a resumed run may change, and the values that take their place where settings are compared."""
+"""Settings that a resumed run may change, and the values that replace them in comparisons."""
 
 
 Steps = Annotated[int, Range(1, 10**12)]

@@ -166,7 +166,7 @@ class Training:
 
     @property
     def is_finished(self) -> bool:
-        """Whether there is nothing left to train."""
+        """True if nothing is left to train."""
         return self.model.num_timesteps >= self.config.total_steps
 
     def standing(self) -> str:

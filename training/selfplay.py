@@ -190,7 +190,7 @@ class League:
         return step
 
     def _is_awaited(self, began: int, step: int) -> bool:
-        """Return whether work that began at a step joins now: between two deals, at a step that is always the same."""
+        """Return True if work that began at a step joins now: between two deals, at a step that is always the same."""
         total, after = self.config.learner.total_steps, self.config.async_delay
         return after == 0 or step >= total or (step >= self.pool.until and step >= began + after)
 

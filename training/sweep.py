@@ -112,7 +112,7 @@ def _steps_of(place: Path) -> int:
 
 
 def _is_trained(place: Path, config: TrainConfig) -> bool:
-    """Return whether a run has ended; a CheckpointError is raised if it is another's."""
+    """Return True if a run has ended; a CheckpointError is raised if it is another's."""
     if not (place / CARD).is_file():
         return False
     trained = LearnedPolicy.read(place, config.game).card["training"]

@@ -1,4 +1,4 @@
-"""What commands tell while they run and leave behind."""
+"""Progress of commands, and the files that they leave behind."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ QUIET = 60.0
 """Seconds without a word that a log may have."""
 say = functools.partial(print, flush=True)
 arguments: ContextVar[list[str]] = ContextVar("arguments")
-"""What the command line was called with."""
+"""The words of the command line."""
 
 
 def command() -> str:
@@ -35,7 +35,7 @@ def command() -> str:
 
 
 def program() -> str:
-    """Return how to call swarm-pz from here: by its name, or by its place where that is not on the path."""
+    """Return the word that calls swarm-pz here: its name, or its place where it is not on the path."""
     called = Path(sys.argv[0])
     if called.name != "swarm-pz" or shutil.which("swarm-pz") is not None:
         return "swarm-pz"

@@ -1,4 +1,4 @@
-"""One number of many training seeds, and how sure it is.
+"""One number of many training seeds, and its interval.
 
 Agarwal, Schwarzer, Castro, Courville & Bellemare, "Deep reinforcement learning at the edge of the statistical
 precipice", NeurIPS 2021: the interquartile mean over runs, percentile intervals from a bootstrap that draws runs anew
@@ -31,7 +31,7 @@ def mean_of_known(scores: Array, axis: int) -> Array:
 
 
 def probability_of_improvement(scores: Array, baseline: Array) -> float:
-    """Return how likely a run of one method is better than one of another, the mean over tasks; a tie is half."""
+    """Return the probability that a run is better than one of the baseline, the mean over tasks; a tie is half."""
     better = (1.0 + np.sign(scores[:, None] - baseline[None])) / 2.0
     return float(mean_of_known(mean_of_known(better.reshape(-1, scores.shape[1]), 0), 0))
 
@@ -57,5 +57,5 @@ def drawn_pairs(pairs: Sequence[Array], generator: np.random.Generator, count: i
 
 
 def resampled(draw: Callable[[np.random.Generator, int], Array]) -> Array:
-    """Return what is drawn anew for intervals, along the first axis: always the same."""
+    """Return resamples for intervals, along the first axis, from a fixed seed."""
     return draw(np.random.default_rng(0), RESAMPLES)

@@ -1,4 +1,4 @@
-"""How hard it is tried to beat a policy: learners and a search, each with a fixed budget."""
+"""Attacks on a policy: exploiters and a search, each with a fixed budget."""
 
 from __future__ import annotations
 
@@ -33,11 +33,10 @@ def learn(
     digest: str | None = None,
     bundle: PolicyBundle | None = None,
 ) -> PolicyBundle:
-    """Train an exploiter of a policy, or go on with that, and return the folder of what it has learned.
+    """Train an exploiter of a policy, or resume it, and return its folder: a task of a pool.
 
-    It starts from the policy's weights if that is a learned one of ours. What is returned holds neither paths nor
-    times, so it does not depend on who trained it. Without a folder of the training nothing is kept for a resume.
-    `digest` and `bundle` are for `unpacked_policy`.
+    The card holds neither paths nor times, so it is the same wherever it was trained. Without a folder nothing is kept
+    for a resume. `digest` and `bundle` are for `unpacked_policy`.
     """
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "train")
@@ -71,7 +70,7 @@ def learn(
 
 
 class Learning:
-    """One exploiter, which learns in the background and is written into a folder here; it learns only once."""
+    """One exploiter, which learns in the background, once, and is written into a folder."""
 
     def __init__(
         self, background: BackgroundTasks, protocol: Protocol, work: Path, out: Path, policy: str, seed: int
@@ -85,7 +84,7 @@ class Learning:
         self._is_there = (self._out / CARD).is_file()
 
     def begin(self, should_stop: Callable[[], bool], say: Callable[[str], None]) -> None:
-        """Let it learn, unless it has."""
+        """Begin to learn, unless that is done."""
         if self._is_there:
             return
         digest = getattr(load(self._policy, self._protocol.game), "digest", None)
@@ -96,7 +95,7 @@ class Learning:
         self._background.send(self._name, learn, *given)
 
     def end(self, should_stop: Callable[[], bool]) -> str:
-        """Wait for it, and return the digest of what it has learned."""
+        """Wait for the exploiter, and return its digest."""
         if not self._is_there:
             learned = self._background.fetch(self._name, should_stop)
             replace(learned, name=self._out.name).unpack(self._out.parent)
@@ -113,7 +112,7 @@ def find(
     show: Show,
     should_stop: Callable[[], bool],
 ) -> str:
-    """Search for the tactic of the family against which a policy wins least; return its name."""
+    """Return the name of the tactic of the family against which a policy wins least."""
     robust = protocol.robust
     track = Track(name="search", seed=robust.seed + 1, games=robust.search_games, trials=())
     one = entry_name(number)

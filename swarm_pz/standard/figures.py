@@ -1,7 +1,6 @@
-"""What the games of a report say: scores with intervals, of each track and in one number.
+"""The figures of a report: scores with intervals, of each track and in one number.
 
-A win is one point; all else is none. A training seed's score in a track is the mean over opponents, each of which has
-its own score beside it: no mean hides the worst.
+A win is one point, a draw or a loss none. A training seed's score in a track is the mean over opponents.
 """
 
 from __future__ import annotations
@@ -36,8 +35,7 @@ class Results:
     """The games of an entry, by training seeds and tasks; a task is one opponent of one track, or an attack.
 
     Of each policy and task, `pairs` has the share won of each pair of games. `scores` (policies, tasks) are their
-    means, NaN where a policy would meet itself, by its digest. Games that are missing, or are of no task, raise a
-    ResultsError.
+    means, NaN where a policy would meet itself. Missing games, and those of no task, raise a ResultsError.
     """
 
     def __init__(self, lines: Sequence[Line], protocol: Protocol, digests: Sequence[str]) -> None:
@@ -118,7 +116,7 @@ def with_mean(scores: Array) -> Array:
 
 
 def figures(results: Results) -> dict[str, Any]:
-    """Return what a report says about its games, as plain values."""
+    """Return the figures of a report as plain values."""
     values = with_mean(results.by_track(results.scores))
     low, high = middle(with_mean(resampled(results.draw_tracks)))
     return {
@@ -147,7 +145,7 @@ def _short(values: Any) -> Any:
 
 
 def _worst(results: Results, track: str) -> dict[str, Any]:
-    """Return the opponent that most is lost to, and the mean over the worst quarter (the conditional value at risk)."""
+    """Return the worst opponent, and the mean over the worst quarter (the conditional value at risk)."""
     means = mean_of_known(results.scores, 0)
     scores = {
         task[1]: float(mean)
@@ -160,7 +158,7 @@ def _worst(results: Results, track: str) -> dict[str, Any]:
 
 
 def _open_loop(results: Results, place: int, score: float) -> dict[str, Any] | None:
-    """Return what players won that see the clock alone, and the gain over the better against the same opponents."""
+    """Return the scores of the clock alone, and the gain over the better one against the same opponents."""
     track = results.tracks[place]
     told = results.protocol.open_loop.get(track)
     if told is None:
@@ -192,14 +190,14 @@ def _task(results: Results, task: tuple[str, str]) -> dict[str, Any]:
 
 
 def forfeits_of(figures: dict[str, Any]) -> tuple[int, int, str]:
-    """Return how many games of a report were forfeited, of how many, and why the first one was."""
+    """Return the numbers of forfeits and of all games, and the reason of the first forfeit."""
     tasks = [task for track in figures["tracks"].values() for task in track["opponents"]]
     reasons = [str(task["first_forfeit"]) for task in tasks if "first_forfeit" in task]
     return sum(task["forfeits"] for task in tasks), sum(task["games"] for task in tasks), next(iter(reasons), "")
 
 
 def _how_soon(results: Results) -> dict[str, Any]:
-    """Return the share of games won against uniform coverage, and how soon; a draw censors its length."""
+    """Return the share of games won against uniform coverage, and the time to a win; a draw censors its length."""
     task = results.tasks[0]
     limit = results.protocol.game.time_limit
     games = [game for policy in range(results.policies) for game in results.of(policy, task)]
@@ -221,7 +219,7 @@ def _how_soon(results: Results) -> dict[str, Any]:
 
 
 def improvement(results: Results, baseline: Results) -> dict[str, Any]:
-    """Return how likely a run of the entry is better than one of the baseline, over the tasks that both have."""
+    """Return the probability that a run of the entry is better than one of the baseline, over tasks of both."""
 
     def draw(generator: np.random.Generator, count: int) -> Array:
         both = zip(results.draw(generator, count), baseline.draw(generator, count), strict=True)

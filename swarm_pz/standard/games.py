@@ -37,7 +37,7 @@ class Line(NamedTuple):
 
 
 def entry_name(number: int) -> str:
-    """Return what a track calls the policy of a training seed."""
+    """Return the name in a track of a training seed's policy."""
     return f"{ENTRY} {number}"
 
 
@@ -67,14 +67,14 @@ class PlayerFactory:
         return None if policy is None else folder_of(policy)
 
     def _policy(self, name: str) -> str | None:
-        """Return the name or folder of one of the entry's policies, or of what has learned to beat one."""
+        """Return the name or folder of one of the entry's policies or exploiters."""
         kind, _, rest = name.partition(" ")
         folders = {ENTRY: self.policies, LEARNED: self.exploiters}.get(kind, ())
         return folders[int(rest)] if rest.isdigit() and int(rest) < len(folders) else None
 
 
 def siege_of(name: str) -> Tactic:
-    """Return the tactic that a name with numbers stands for; raise a ResultsError if they are none of a tactic."""
+    """Return the tactic that a name with numbers stands for; raise a ResultsError if they are out of bounds."""
     try:
         return siege(tuple(float(word) for word in name.split()[1:]))
     except ValueError as error:
@@ -109,7 +109,7 @@ class TrackGames(Tournament):
         return self._pairings
 
     def rules_of(self, one: str, other: str) -> TournamentConfig:
-        """Return what the games of two players share: a trial may have rules of its own."""
+        """Return the settings of the games of two players: a trial may have rules of its own."""
         return with_trial(self.config, self._trials.get(other))
 
     def lines(self) -> list[Line]:
@@ -126,13 +126,13 @@ class TrackGames(Tournament):
 
 
 def config_of(track: Track, protocol: Protocol) -> TournamentConfig:
-    """Return what all games of a track share."""
+    """Return the settings of a track's games."""
     game = track.game(protocol.game)
     return TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=game)
 
 
 def with_trial(config: TournamentConfig, trial: Trial | None) -> TournamentConfig:
-    """Return what the games against an opponent share."""
+    """Return the settings of the games against an opponent."""
     return config if trial is None else config.replace(game=trial.game(config.game))
 
 
@@ -156,7 +156,7 @@ def all_tracks(protocol: Protocol) -> list[Track]:
 
 
 def attacked(protocol: Protocol) -> Track:
-    """Return the track in which the found attacks play the entry."""
+    """Return the track of the attackers' games."""
     return Track(name="robust", seed=protocol.robust.seed, games=protocol.robust.games, trials=())
 
 

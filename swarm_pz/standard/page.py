@@ -15,7 +15,7 @@ Point = tuple[float, float]
 
 
 def render(report: dict[str, Any], head: str = "") -> str:
-    """Return the page of a report: the same for the same report; `head` is HTML that is put into its head."""
+    """Return the page of a report; `head` is HTML that is put into its head."""
     said, cost = report["figures"], report["cost"]
     longest = max(said["uniform"]["curve"]["seconds"][-1], 1.0)
     page: str = _template().render(
@@ -54,7 +54,7 @@ KINDS = {"learned": "learned", "scripted": "scripted", "planned": "planned (sees
 
 
 def kinds_of(report: dict[str, Any]) -> str:
-    """Return what the policies of a report are, in words."""
+    """Return the kinds of a report's policies, in words."""
     return ", ".join(sorted({KINDS[policy["kind"]] for policy in report["policies"]}))
 
 

@@ -78,7 +78,7 @@ class Track:
         return game.replace(**{name: getattr(game, name).replace(**value) for name, value in self.rules.items()})
 
     def opponents(self, digest: str) -> list[str]:
-        """Return whom a policy meets: nobody meets itself. A ResultsError is raised if nobody is left."""
+        """Return the opponents of a policy, without itself; raise a ResultsError if none is left."""
         names = [trial.name for trial in self.trials if trial.digest != digest]
         if self.trials and not names:
             raise ResultsError(
@@ -91,9 +91,9 @@ class Track:
 class Robust:
     """The budget of attacks on an entry.
 
-    Each attack that is found plays `games`, on seeds that no search has seen. A method has `exploiters`, which its
-    policies share; each learns from `steps` commands, with seeds from 0 on for each policy. The search that does not
-    learn has `generations` of `candidates`, which play `search_games` each.
+    Each attack plays `games`, on seeds that no search has seen. The policies of a method share its `exploiters`, which
+    learn from `steps` commands each, with seeds from 0 on for each policy. The search that does not learn has
+    `generations` of `candidates`, which play `search_games` each.
     """
 
     seed: int
@@ -105,13 +105,13 @@ class Robust:
     search_games: int
 
     def exploiters_each(self, policies: int) -> int:
-        """Return how many exploiters each of so many policies has: so that three seeds cost as much as one."""
+        """Return the number of exploiters of each policy: three seeds cost as much as one."""
         return math.ceil(self.exploiters / policies)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """One version of the standard; `plain` is all of it, with what players won that see nothing but the clock."""
+    """One version of the standard; `plain` is all of it, with the scores of the clock alone."""
 
     version: str
     game: GameConfig
@@ -145,7 +145,7 @@ class Protocol:
 
     @property
     def open_loop(self) -> dict[str, dict[str, Any]]:
-        """What was won in each track by the best constant and the best sequence, as of `open_loop.BESTS`."""
+        """Scores of the best constant and the best sequence in each track, as of `open_loop.BESTS`."""
         found: dict[str, dict[str, Any]] = self.plain.get("open_loop", {})
         return found
 
@@ -155,7 +155,7 @@ class Protocol:
         return digest(self.plain)
 
     def quick(self) -> Protocol:
-        """Return a try of it, with few and short games: it says whether all works, and nothing about an entry."""
+        """Return a trial of it with few and short games: it shows that everything works, and scores nothing."""
         game = self.game.replace(time_limit=20.0)
         robust = replace(self.robust, games=2, steps=2_000, generations=1, candidates=4, search_games=2)
         tracks = tuple(replace(track, games=2) for track in self.tracks)

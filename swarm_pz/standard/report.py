@@ -19,7 +19,7 @@ _MOST = {REPORT: 2**24, GAMES: 2**28}
 
 
 def is_try(report: dict[str, Any]) -> bool:
-    """Return whether a report is a try, with few and short games."""
+    """Return True for a trial, with few and short games."""
     return str(report["protocol"]["version"]).endswith("-quick")
 
 
@@ -37,7 +37,7 @@ def write(folder: Path, report: dict[str, Any], lines: Sequence[Line], page: str
 
 
 def read_report(folder: Path) -> dict[str, Any]:
-    """Return what ``report.json`` holds; raise a ResultsError if it is missing, too large, corrupt or foreign."""
+    """Return the report in a folder; raise a ResultsError if it is missing, too large, corrupt or foreign."""
     path = folder / REPORT
     try:
         report = json.loads(_bytes(path))

@@ -36,7 +36,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """What is measured: a method, by the names or folders of its policies, one of each training seed."""
+    """A method: the names or folders of its policies, one of each training seed."""
 
     policies: tuple[str, ...]
     name: str
@@ -61,35 +61,22 @@ def run(
     say: Say = silent,
     command: str = "",
 ) -> dict[str, Any]:
-    """Play what is missing of the standard, write the report, and return what ``report.json`` holds.
+    """Play the missing games of the standard, write the report, and return what ``report.json`` holds.
 
-    Parameters
-    ----------
-    entry : Entry
-    out : Path
-        Folder of the report; unfinished work lies in its folder ``work``.
-    protocol : Protocol, optional
-        The current one, if not given.
-    baseline : Path, optional
-        Folder of another entry's report, to compare with.
-    pool : Executor, optional
-        Does the work, as of `open_pool`; this process if not given. The report is the same, costs aside.
-    progress, should_stop, say : callable, optional
-        Progress of each part, whether to stop, and lines about the parts.
-    command : str
-        What was called; it stands among the costs.
+    Unfinished work lies in ``out/work``. `baseline` is the folder of another entry's report. The report does not depend
+    on the `pool`, costs aside.
 
     Raises
     ------
     Stopped
-        If it was asked to; what was begun is kept.
+        If `should_stop` returns True; what was begun is kept.
     ResultsError
         If an opponent is not the one that the protocol names, the folder holds another entry's work, the baseline is of
         another protocol, or a policy is the only opponent of a track.
     PolicyError
         If a policy is unknown or does not answer densities, or (a ForfeitError) is a program that fails.
     WorkerError
-        If a worker died, or has other policies than are here; what was finished is kept.
+        If a worker died, or has other policies; what was finished is kept.
     """
     protocol = protocol if protocol is not None else Protocol.read()
     began = time.monotonic()
@@ -117,7 +104,7 @@ def run(
             played.append(games)
 
         with BackgroundTasks(how["pool"]) as background:
-            # Exploiters begin first: nobody can share in learning one, so they learn while others play.
+            # Exploiters begin first: each takes one worker for long, while the others play.
             learning = []
             for number, place in enumerate(exploiters):
                 policy, seed = divmod(number, each)
@@ -125,7 +112,7 @@ def run(
                 learning.append(attacks.Learning(background, protocol, work, Path(place), policies[policy], seed))
                 learning[-1].begin(should_stop, say)
             for track in protocol.tracks:
-                background.check()  # who cannot be learned against need not play for hours
+                background.check()  # raises errors of exploiters before hours of games
                 say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
                 play(track, PlayerFactory(policies, track.trials), digests=digests)
             searched = []
@@ -173,7 +160,7 @@ def run(
 
 
 def _claim(path: Path, what: dict[str, Any]) -> None:
-    """Write down which entry a folder is of; raise if it is of another."""
+    """Write the entry's digests into a folder; raise if it holds others."""
     if path.exists():
         try:
             before = json.loads(path.read_text())
@@ -188,7 +175,7 @@ def _claim(path: Path, what: dict[str, Any]) -> None:
 
 
 def cost_of(player: Player) -> dict[str, Any]:
-    """Return what a policy cost: commands and seconds of its training and of all ancestors', and its parameters.
+    """Return the cost of a policy: commands and seconds of its training and of all ancestors', and its parameters.
 
     A number is None if its card has it for no training; it is among `at_least` if it is missing for some of them.
     """

@@ -58,8 +58,7 @@ def named(point: Array, prefix: str) -> str:
 def search(score: Score, *, prefix: str, generations: int, candidates: int, seed: int) -> str:
     """Return the name, which begins with a prefix, of the best tactic that a search finds.
 
-    `score` returns for the names of a generation what each wins. The same names must get the same scores: then a search
-    that was stopped is the same search when it begins again.
+    `score` returns the scores of a generation's names: always the same, so that a stopped search can be repeated.
     """
     cma = require_extra("cma", "train")
     bounds = {"bounds": [0.0, 1.0], "popsize": candidates, "seed": seed, "verbose": -9, "CMA_stds": None}

@@ -1,4 +1,4 @@
-"""What commands print, write and refuse, and how they end."""
+"""Commands print, write and refuse as they should, and end with the right status."""
 
 import errno
 import json

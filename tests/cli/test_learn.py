@@ -1,4 +1,4 @@
-"""What ``sweep``, ``league`` and the searches of ``evaluate`` print and leave behind"""
+"""Output of ``sweep``, ``league`` and the searches of ``evaluate``."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How a policy is attacked: what a candidate is worth, and how an exploiter learns."""
+"""Attacks on a policy: the score of a candidate, and the training of an exploiter."""
 
 from types import SimpleNamespace
 
@@ -16,7 +16,7 @@ GAMES = {
     "siege loses": [("win", 1.0), ("win", 1.0)],
     "siege shares": [("loss", 0.5), ("win", 1.0)],
 }
-"""How the entry's games against a candidate ended, and its shares of the drones."""
+"""Ends of the entry's games against a candidate, and its shares of the drones."""
 
 
 def test_a_candidate_is_worth_what_the_entry_does_not_win_on_seeds_that_no_report_plays(tiny, tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-"""Who plays in a track, and by which rules."""
+"""Players and rules of a track's games."""
 
 from dataclasses import replace
 

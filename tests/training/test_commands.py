@@ -1,4 +1,4 @@
-"""What ``train``, ``league`` and ``evaluate --exploit`` do with folders that hold a run, and with Ctrl-C."""
+"""``train``, ``league`` and ``evaluate --exploit`` with folders that hold a run, and with Ctrl-C."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a league does: whom it deals, when snapshots and exploiters join, what it tells, and how it goes on."""
+"""A league deals opponents, takes snapshots, trains exploiters, and can be resumed."""
 
 from __future__ import annotations
 
