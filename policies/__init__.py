@@ -28,7 +28,7 @@ def load(name: str | Path, config: GameConfig | None = None, system: ControlSyst
     config : GameConfig, optional
         The game that it will play.
     system : ControlSystem, optional
-        What flies its team: the first of `config.controllers` if not given.
+        Flies its team: the first of `config.controllers` if not given.
 
     Raises
     ------
@@ -41,20 +41,20 @@ def load(name: str | Path, config: GameConfig | None = None, system: ControlSyst
 
 
 def read_folder(folder: Path, config: GameConfig) -> Player:
-    """Return the policy in a folder; what the entry-point group for folders names.
+    """Return the policy in a folder, for the entry-point group of folders.
 
     Raises
     ------
     CheckpointError
         If the folder's files are missing or corrupt, or do not fit the game.
     MissingExtraError
-        If what plays such a policy is not installed: PyTorch, or ONNX Runtime.
+        If PyTorch, or ONNX Runtime, is not installed.
     """
-    from swarm_pz.policies.onnx_policy import CARD, MODEL, OnnxPolicy, is_card
+    from swarm_pz.policies.onnx_policy import MODEL, OnnxPolicy
 
     is_learned = (folder / "policy.safetensors").exists()
     is_onnx = (folder / MODEL).exists() or (folder / MODEL).is_symlink()
-    if is_onnx or (not is_learned and is_card(folder / CARD)):
+    if is_onnx or not is_learned:
         if is_learned:
             raise CheckpointError(f"{folder} holds two policies, policy.onnx and policy.safetensors: keep one")
         require_extra("onnxruntime", "onnx")

@@ -1,4 +1,4 @@
-"""What the table shows of a policy before one plays it: its rating, and a picture of what it does."""
+"""Ratings and pictures of policies, for the page."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Card:
     rating : float
         On the ladder, where `uniform` is 1000.
     target : tuple of str
-        What it asked for at one moment of a game as blue: rows from the bottom up, digits from 0 to 9, its maximum.
+        Its density at one moment of a game as blue: rows from the bottom up, digits from 0 to the maximum 9.
     drones : tuple of (int, int)
-        Where its drones were, x and y in hundredths of a map width.
+        Its drones then, in hundredths of a map width.
     """
 
     rating: float

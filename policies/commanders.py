@@ -1,8 +1,6 @@
 """Scripts for control systems that take other commands than densities.
 
-A script is one function from a `GameState`, one game as one side sees it, to a command in any form that the system's
-`parse` reads; `commander` makes a policy of it. The same drawings by hand that `scripted` has for densities: surround
-them and close in, sit on the weakest, flee.
+A script is a function from a `GameState` to a command that the system's `parse` reads; `commander` makes it a policy.
 """
 
 from __future__ import annotations
@@ -23,29 +21,29 @@ from swarm_pz.spaces import densities as shapes
 Array = NDArray[np.float64]
 
 CLUSTER = 0.2
-"""Map widths within which drones count as together."""
+"""Map widths between drones of one cluster."""
 CLOSING_S = 12
-"""Seconds in which a ring closes, before it opens again."""
+"""Seconds in which a ring closes."""
 WIDE, TIGHT = 0.32, 0.14
-"""Radii of a ring that is open, and of one that is closed; the capture field of drones reaches 0.04 to each side."""
+"""Radii of an open and of a closed ring."""
 
 
 @dataclass(frozen=True)
 class GameState:
-    """One game as a script sees it.
+    """One game as one side sees it.
 
     Attributes
     ----------
     own, opposing : float64 array (n, 2), (m, 2)
-        Where the drones are, in map widths.
+        Positions in map widths.
     velocities : float64 array (n, 2)
         Of the own drones.
     numbers : int64 array (n,)
-        Which drones of the game the own ones are.
+        Of the own drones in the game.
     step : int
-        Commands given before this one.
+        Commands before this one.
     system : ControlSystem
-        What flies the team.
+        Flies the team.
     config : GameConfig
     """
 

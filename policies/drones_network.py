@@ -1,9 +1,8 @@
-"""The network of learned tactics for commands other than densities: it looks at drones, not at images.
+"""The network of learned policies that see drones, for commands other than densities.
 
-The same layers read every drone, their outputs are averaged over each side, and the averages decide: so the order of
-the drones means nothing (Zaheer et al., "Deep Sets", NeurIPS 2017). Where a command has a row for each drone, or a
-value for each cell of an image, the same layers decide all of them, from the averages and from the place of the drone
-or the cell.
+The same layers read every drone, and the averages of each side decide, so the order of drones does not matter (Zaheer
+et al., "Deep Sets", NeurIPS 2017). A row for each drone, or a value for each cell, is decided from the averages and
+from the place of the drone or the cell.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ LARGEST = 512
 
 
 def head_of(shape: tuple[int, ...], drones: int) -> Head:
-    """Return how commands of a shape are decided: row by row of drones, cell by cell of images, or at once."""
+    """Return the head for commands of a shape: for rows of drones, cells of images, or whole vectors."""
     if len(shape) == 2 and shape[0] == drones:
         return "drones"
     return "image" if len(shape) == 3 and shape[1] == shape[2] else "vector"
@@ -65,7 +64,7 @@ class DronesActor(nn.Module):
         self.head = nn.Linear(width, outputs)
 
     def summary(self, observations: Tensor) -> Tensor:
-        """Return what both sides look like (n, 2 * width + 2), whatever the order of their drones."""
+        """Return a summary (n, 2 * width + 2) of both sides, independent of the order of drones."""
         read, own = self.read(centred(observations)), observations[..., 4:] > 0
         parts = []
         for side in (own, ~own):

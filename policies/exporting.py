@@ -44,7 +44,7 @@ class _Ours(nn.Module):
 
 
 class _Theirs(nn.Module):
-    """What a policy of SB3 would answer at its best, by the layers that it is made of."""
+    """The deterministic action of a policy of SB3."""
 
     def __init__(self, policy: Any) -> None:
         super().__init__()
@@ -95,7 +95,7 @@ def _remembers(policy: Any) -> bool:
 
 
 def export_learned(policy: LearnedPolicy, config: GameConfig, system: ControlSystem, folder: Path) -> None:
-    """Write one of our own policies, for a game and a system, as an ONNX file with its card; it is tried before."""
+    """Write one of our own policies, for a game and a system, as an ONNX file with its card."""
     images, cells = policy.observation.kind == "grids", policy.card.get("action_cells")
     card = OnnxCard(
         name=policy.name,
@@ -112,7 +112,7 @@ def export_learned(policy: LearnedPolicy, config: GameConfig, system: ControlSys
 
 
 def load_model(path: Path) -> Any:
-    """Return the policy of a model that Stable-Baselines3 saved. Such a file is a pickle: loading it runs its code."""
+    """Return the policy of a model that Stable-Baselines3 saved; loading such a pickle runs its code."""
     try:
         data, parts, _ = load_from_zip_file(path, device="cpu")
         settings = dict(data["policy_kwargs"])  # type: ignore[index]
@@ -132,26 +132,14 @@ def load_model(path: Path) -> Any:
 
 
 def export_model(policy: Any, config: GameConfig, system: ControlSystem, folder: Path, name: str) -> None:
-    """Write the policy of a model of Stable-Baselines3 as an ONNX file with its card.
-
-    Parameters
-    ----------
-    policy : stable_baselines3.common.policies.BasePolicy
-        `model.policy`, or what `load_model` returned.
-    config : GameConfig
-        The game that it was trained for.
-    system : ControlSystem
-        What flies its team.
-    folder : Path
-    name : str
-        What tables shall call it.
+    """Write a policy of Stable-Baselines3, as of `load_model`, as an ONNX file with its card.
 
     Raises
     ------
     PolicyError
-        If its spaces are not such as a face of this game has.
+        If its spaces are none of this game.
     CheckpointError
-        If what comes out may not play; it is tried before it is written.
+        If the ONNX model cannot play.
     """
     observation, options = format_of(policy.observation_space, policy.action_space, config, system=system)
     shown = Format(config, observation, system, **options).observation_space
@@ -178,7 +166,7 @@ def export_model(policy: Any, config: GameConfig, system: ControlSystem, folder:
 
 
 def _traced(module: nn.Module, inputs: dict[str, spaces.Space[Any]], state: dict[str, str]) -> bytes:
-    """Return a network as an ONNX file that answers `ROWS` games at once, and says nothing about who made it."""
+    """Return a network as an ONNX file for `ROWS` games, without traces of this machine."""
     examples = tuple(torch.as_tensor(np.zeros((ROWS, *(space.shape or ())), space.dtype)) for space in inputs.values())
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)  # it misses torchvision aloud
     with warnings.catch_warnings(), torch.no_grad():

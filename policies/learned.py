@@ -1,7 +1,4 @@
-"""Learned tactics: a network's weights as safetensors, and a JSON card that says how to play them.
-
-Loading runs no code from the files: the card names numbers, the weights are arrays.
-"""
+"""Learned policies: a network's weights as safetensors, and a JSON card; loading them runs no code."""
 
 from __future__ import annotations
 
@@ -79,7 +76,7 @@ _FIELDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "training": (lambda value: isinstance(value, dict), "an object, the settings of the training"),
     ANCESTORS: (_are_ancestors, "a list of objects, each with name, steps and seconds"),
 }
-"""What a card's fields must be, and the words for it."""
+"""Checks of a card's fields, and their words."""
 
 
 def _check_card(card: dict[str, Any], name: str) -> None:
@@ -119,7 +116,7 @@ def lineage(card: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _network(card: dict[str, Any]) -> tuple[ObservationConfig, Actor | DronesActor]:
-    """Return what a policy sees, and the network that its card describes."""
+    """Return the observation and the network that a card describes."""
     if card.get("answers", "density") != "density":
         return ObservationConfig(kind="drones"), DronesActor(tuple(card["shape"]), card["head"], card["width"])
     observation = ObservationConfig(grid=card["grid"], channels=card["channels"])
@@ -133,29 +130,27 @@ class LearnedPolicy:
     Parameters
     ----------
     card : dict
-        What `policy.json` holds: format, width, config_hash, and of the training command, training (its settings),
-        steps, seconds, results. Policies that answer densities have channels, grid and action_cells, too; others have
-        `answers`, the shape of their actions, and head, as of `DronesActor`. If a card names a `system`, the policy
-        commands no other.
+        The content of `policy.json`: format, width, config_hash, and of the training command, training (its settings),
+        steps, seconds, results. Policies for densities have channels, grid and action_cells, too; others have
+        `answers`, shape and head, as of `DronesActor`. A policy with a `system` commands no other.
     weights : dict of array
         The actor's parameters by name.
     config : GameConfig
-        The game that it will play.
     name : str
     system : ControlSystem, optional
-        What flies its team; needed unless it answers densities.
+        Flies its team; needed unless it answers densities.
 
     Attributes
     ----------
     answers : str
         The kind of its commands.
     noise : float
-        Standard deviation of noise on its actions: 0, but in a league, whose members explore as the learner does.
+        Standard deviation of noise on its actions; not 0 in a league, whose members explore.
 
     Raises
     ------
     CheckpointError
-        If the card or the weights are not such as training writes.
+        If card or weights are corrupt.
     """
 
     def __init__(
@@ -197,13 +192,7 @@ class LearnedPolicy:
 
     @classmethod
     def read(cls, folder: Path, config: GameConfig) -> LearnedPolicy:
-        """Read the policy in a folder.
-
-        Raises
-        ------
-        CheckpointError
-            If files are missing, too large, corrupt or foreign.
-        """
+        """Read the policy in a folder; raise a CheckpointError if files are missing, too large, corrupt or foreign."""
         files = []
         for name, most in ((WEIGHTS, MOST_BYTES), (CARD, MOST_TEXT_BYTES)):
             if not (folder / name).exists():
@@ -243,7 +232,7 @@ class LearnedPolicy:
         return copy.deepcopy(self._actor)
 
     def write(self, folder: Path) -> None:
-        """Write the policy into a folder, the card last, so that a card never stands alone."""
+        """Write the policy into a folder, the card last."""
         folder.mkdir(parents=True, exist_ok=True)
         weights = {name: values.numpy() for name, values in self._actor.state_dict().items()}
         # Not its `save_file`: only the owner may read such a file.
@@ -258,13 +247,7 @@ class LearnedPolicy:
         return LearnedPolicy(self.card | {"results": results}, self.weights(), self._config, self.name, self._system)
 
     def for_system(self, system: ControlSystem) -> LearnedPolicy:
-        """Return the policy that commands a team flown by a system; itself, if its commands are densities.
-
-        Raises
-        ------
-        KindError
-            If it has learned to command another system, or its actions have another shape.
-        """
+        """Return the policy for a team that a system flies; raise a KindError if it cannot command that system."""
         if (learned := self.card.get("system", system.name)) != system.name:
             raise KindError(
                 f"policy {self.name!r} has learned to command {learned}, and not {system.name}: choose another policy, "
@@ -298,5 +281,5 @@ class LearnedPolicy:
         if self.answers == "density":
             return command_from_action(actions, self._config.command_cells, is_log=True)
         if self._actions is None:
-            raise KindError(f"policy {self.name!r} must be told which control system flies its team: load it by `load`")
+            raise KindError(f"policy {self.name!r} needs the control system of its team: load it by `load`")
         return self._actions.read(actions, count, f"the actions of policy {self.name}")

@@ -31,18 +31,13 @@ class Lookahead:
     Parameters
     ----------
     config : GameConfig
-        The rules.
-    horizon : float
-        Seconds of game that each candidate is tried for.
-    drone_steps : int
-        Simulated drone-steps that all rounds of a decision may cost.
-    promise : float
-        Weight of what has not been captured yet.
+    horizon, drone_steps, promise
+        As of `PlannerConfig`.
 
     Attributes
     ----------
     candidates, rounds : int
-        How many candidates a round has, and how many rounds are affordable.
+        Candidates of a round, and affordable rounds.
     """
 
     def __init__(self, config: GameConfig, horizon: float, drone_steps: int, promise: float) -> None:
@@ -55,8 +50,6 @@ class Lookahead:
         centres = (np.arange(config.command_cells) + 0.5) / config.command_cells
         self._x, self._y = np.meshgrid(centres, centres)
         self._finer = interpolation_matrix(config.command_cells, _NOISE_CELLS)
-
-    # --- candidates -----------------------------------------------------------------------------
 
     def propose(self, game: Games, team: int, last: Array | None, generator: np.random.Generator) -> Array:
         """Return log-densities (n, A, A): simple tactics, the last command and variations of it, mixtures."""
@@ -109,10 +102,8 @@ class Lookahead:
         coarse = generator.normal(size=(count, _NOISE_CELLS, _NOISE_CELLS))
         return np.asarray(self._finer @ coarse @ self._finer.T)
 
-    # --- trials -----------------------------------------------------------------------------------
-
     def try_out(self, game: Games, team: int, candidates: Array, model: Player | None) -> Array:
-        """Hold each candidate in a copy of the game to the horizon; return what each is worth (n,)."""
+        """Hold each candidate in a copy of the game to the horizon; return their values (n,)."""
         simulator = self._trials.simulator
         simulator.restore(game)
         rows = np.arange(len(candidates))
@@ -161,10 +152,8 @@ def search(
 ) -> Array:
     """Return the best log-density (A, A) that is found for one game.
 
-    The cross-entropy method (Rubinstein, "The cross-entropy method for combinatorial and continuous optimization",
-    1999): of each round's candidates the best have the next round's as offspring, ever closer. Without a model the
-    opponent keeps its command; `last` is the log-density found before. After each round `is_over` is asked whether so
-    many are enough.
+    The cross-entropy method (Rubinstein, 1999): the best of a round's candidates are parents of the next round's.
+    Without a model the opponent keeps its command; `last` is the log-density before. `is_over` takes the rounds done.
     """
     candidates = lookahead.propose(game, team, last, generator)
     best, highest = np.asarray(candidates[0]), -np.inf

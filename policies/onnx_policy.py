@@ -1,7 +1,6 @@
-"""Tactics from any framework: a neural network as an ONNX file, and a JSON card that says how to play it.
+"""Policies from any framework: a neural network as an ONNX file, and a JSON card with its inputs and outputs.
 
-Nothing in such a folder is run as code: the model is arithmetic, which a process of its own does
-(`swarm_pz.policies.onnx_network`), and the card holds words and numbers.
+Nothing in such a folder is run as code: a process of its own does the model's arithmetic, and the card is data.
 """
 
 from __future__ import annotations
@@ -53,32 +52,31 @@ _GET_AGAIN = "get it again from where it came from, or write it by swarm_pz.poli
 
 @dataclass(frozen=True, kw_only=True)
 class OnnxCard(Config):
-    """A model's card: what the model sees, and how its answers are read.
+    """A model's card: its observations, and the form of its outputs.
 
     Attributes
     ----------
     name : str
-        What tables call it.
+        For tables.
     origin : str
-        Who made it, from what, and how.
+        The author, and how the model was made.
     answers : str
         The kind of its commands, as `ControlSystem.takes`.
     system : str
-        The control system that it has learned to command; if empty, any that takes such commands.
+        The control system that it commands; if empty, any that takes such commands.
     observation : ObservationConfig
-        What it sees.
     observation_dtype : {"uint8", "float32"}
         Images from 0 to 255, or from 0 to 1.
     channels_last : bool
         Images (G, G, C) in place of (C, G, G).
     action : {"normalised", "command", "discrete"}
-        How its answers are read, as of `Format`; those outside of the format's limits are clipped. Of discrete ones,
-        an answer is the number of a command, or else a value for each, of which the largest is taken.
+        As of `Format`; outputs are clipped to its limits. A discrete output is a command's number, or a value for each
+        command, of which the largest counts.
     action_cells : int, optional
     flatten_actions : bool
-        Answers are flat vectors.
+        Outputs are flat vectors.
     state : dict of str to str
-        Of a model with memory: the output whose values an input has at the next step; zeros at first.
+        Memory: the output that is fed to an input at the next step; zeros at first.
     """
 
     _section: ClassVar[str] = "card"
@@ -127,7 +125,7 @@ def digest_of(card: OnnxCard, model: bytes) -> str:
 
 
 def read_files(folder: Path) -> tuple[OnnxCard, bytes]:
-    """Return a folder's card and model; they must be files, not links, and as they were written."""
+    """Return a folder's card and model; raise a CheckpointError for links, and for changed or missing files."""
     text, model = _read(folder / CARD, _MOST_CARD), _read(folder / MODEL, MOST_BYTES)
     try:
         said = json.loads(text)
@@ -140,42 +138,21 @@ def read_files(folder: Path) -> tuple[OnnxCard, bytes]:
         card = OnnxCard.from_dict(said)
     except (SwarmError, TypeError) as error:
         raise CheckpointError(f"the card in {folder} cannot be used: {error}; {_GET_AGAIN}") from error
-    if digest is None:
-        raise CheckpointError(
-            f"the card in {folder} names no digest, by which changes are found: write the folder by "
-            "swarm_pz.policies.onnx_policy.write, which puts it in"
-        )
     if digest != (found := digest_of(card, model)):
         raise CheckpointError(
-            f"{folder} was changed after it was written: its card names digest {digest!r}, its content has "
-            f"{found!r}; {_GET_AGAIN}"
+            f"{folder} was changed after it was written: its card has the digest {digest!r}, its content {found!r}; "
+            f"{_GET_AGAIN}"
         )
     return card, model
-
-
-def is_card(path: Path) -> bool:
-    """Tell whether a file is the card of an ONNX model, by the format that it names."""
-    try:
-        return bool(json.loads(_read(path, _MOST_CARD))["format"] == FORMAT)
-    except (CheckpointError, ValueError, RecursionError, LookupError, TypeError):
-        return False
-
-
-def write_files(folder: Path, card: OnnxCard, model: bytes) -> None:
-    """Write a folder's files, the card last, so that a card never stands alone."""
-    with draft_of(folder / MODEL) as draft:
-        draft.write_bytes(model)
-    said = {"format": FORMAT} | card.to_dict() | {"digest": digest_of(card, model)}
-    with draft_of(folder / CARD) as draft:
-        draft.write_text(json.dumps(said, indent=2) + "\n")
 
 
 def _read(path: Path, most: int) -> bytes:
     """Return the content of a file; links are refused."""
     if not (path.exists() or path.is_symlink()):
-        others = sorted(one.name for one in path.parent.glob("*.onnx")) if path.name == MODEL else []
-        hint = f"; it holds {', '.join(others[:3])}: a model must be called {MODEL}" if others else ""
-        raise CheckpointError(f"{path.parent} must hold {MODEL} and {CARD}, {path.name} is missing{hint}")
+        found = ", ".join(sorted(one.name for one in path.parent.glob("*.*"))[:9])
+        raise CheckpointError(
+            f"{path.parent} must hold {CARD} and {MODEL} or policy.safetensors, it has no {path.name}, but {found}"
+        )
     try:
         return read_bytes(path, most, links=False)
     except ConfigError as error:
@@ -190,19 +167,18 @@ class OnnxPolicy:
     card : OnnxCard
     network : Network
     config : GameConfig
-        The game that it will play.
     system : ControlSystem, optional
-        What flies its team; needed unless it answers densities.
+        Flies its team; needed unless it answers densities.
 
     Attributes
     ----------
     digest : str
-        Identifies card and model together.
+        Of card and model.
 
     Raises
     ------
     CheckpointError
-        If the model does not take and give what its card says, or not in this game.
+        If inputs and outputs do not fit the card or the game.
     """
 
     def __init__(
@@ -241,7 +217,7 @@ class OnnxPolicy:
         return CheckpointError(f"the card of policy {self.name!r} and its model do not agree: {what}")
 
     def _check_inputs(self, space: spaces.Space[Any]) -> None:
-        """Check that the model takes what its card says it sees."""
+        """Check the model's inputs against its card."""
         seen = {name: spec for name, spec in self.network.signature.inputs.items() if name not in self.card.state}
         rows = self.network.signature.rows
         if isinstance(space, spaces.Dict):
@@ -255,7 +231,7 @@ class OnnxPolicy:
             raise self._lie(f"in this game it is to be shown {_listed(expected)}, the model takes {_listed(seen)}")
 
     def _check_answer(self, space: spaces.Space[Any]) -> None:
-        """Check that the model gives what its card says it answers."""
+        """Check the model's output against its card."""
         spec, rows = self.network.signature.outputs[self._answer], self.network.signature.rows
         if isinstance(space, spaces.Discrete):
             is_number = spec.shape == (rows,) and np.issubdtype(spec.dtype, np.integer)
@@ -271,24 +247,12 @@ class OnnxPolicy:
 
     @classmethod
     def read(cls, folder: Path, config: GameConfig) -> OnnxPolicy:
-        """Read the policy in a folder.
-
-        Raises
-        ------
-        CheckpointError
-            If files are missing, corrupt, foreign or malicious.
-        """
+        """Read the policy in a folder; raise a CheckpointError if files are missing, changed or malicious."""
         card, model = read_files(folder)
         return cls(card, _network(folder / MODEL, model), config)
 
     def for_system(self, system: ControlSystem) -> OnnxPolicy:
-        """Return the policy that commands a team flown by a system.
-
-        Raises
-        ------
-        KindError
-            If it has learned to command another system.
-        """
+        """Return the policy for a team that a system flies; raise a KindError if it commands another system."""
         if self.card.system not in ("", system.name):
             raise KindError(
                 f"policy {self.name!r} has learned to command {self.card.system}, and not {system.name}: choose "
@@ -306,13 +270,7 @@ class OnnxPolicy:
             self._states.pop(row, None)
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer n observations with commands (n, ...).
-
-        Raises
-        ------
-        PolicyError
-            If the model fails, or answers NaN or infinity.
-        """
+        """Answer n observations with commands (n, ...); raise a PolicyError if the model fails, or answers NaN."""
         answers, form = self.answers_to(observations, rows), self._told_format()
         if isinstance(form.action_space, spaces.Discrete):
             answers = answers.argmax(axis=1) if answers.ndim == 2 else answers
@@ -322,7 +280,7 @@ class OnnxPolicy:
         return form.read(answers, len(rows), f"the answers of policy {self.name}")
 
     def answers_to(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Return what the model itself answers to n observations, of whatever size; raises as `act`."""
+        """Return the model's outputs (n, ...) for n observations; raises as `act`."""
         self._told_format()
         shown = self.card.in_form(observations)
         seen = [name for name in self.network.signature.inputs if name not in self.card.state]
@@ -335,15 +293,11 @@ class OnnxPolicy:
 
     def _told_format(self) -> Format:
         if self._format is None:
-            raise KindError(f"policy {self.name!r} must be told which control system flies its team: load it by `load`")
+            raise KindError(f"policy {self.name!r} needs the control system of its team: load it by `load`")
         return self._format
 
-    def write(self, folder: Path) -> None:
-        """Write the policy into a folder, the card last, so that a card never stands alone."""
-        write_files(folder, self.card, self.network.data)
-
     def _answer_part(self, given: Arrays, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Answer as many games as the model takes, or fewer."""
+        """Answer a batch of games, or fewer."""
         signature, count = self.network.signature, len(rows)
         # The batch size never varies, since the rounding depends on it: an answer depends on no other game.
         feeds = {name: np.zeros(spec.shape, spec.dtype) for name, spec in signature.inputs.items()}
@@ -365,7 +319,7 @@ class OnnxPolicy:
 
 
 def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig | None = None) -> None:
-    """Write a policy's folder: the model, and its card with their digest; the model is tried before.
+    """Try a model, and write it into a folder with its card.
 
     Parameters
     ----------
@@ -379,7 +333,7 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
     Raises
     ------
     CheckpointError
-        If the model may not play, or is none of a policy; if no control system takes what the card says it answers.
+        If the model does not fit its card, or no control system takes its commands.
     OutputError
         If the folder cannot be written to, or holds something.
     """
@@ -404,7 +358,11 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
         )
     _warn_of_clipping(policy, config)
     check_folder(folder)
-    write_files(folder, card, model)
+    with draft_of(folder / MODEL) as draft:
+        draft.write_bytes(model)
+    with draft_of(folder / CARD) as draft:  # the last, so that a card never stands alone
+        plain = {"format": FORMAT} | card.to_dict() | {"digest": digest_of(card, model)}
+        draft.write_text(json.dumps(plain, indent=2) + "\n")
 
 
 def _game_of(card: OnnxCard, network: Network) -> GameConfig:
@@ -421,24 +379,23 @@ def _game_of(card: OnnxCard, network: Network) -> GameConfig:
 
 def _systems_for(card: OnnxCard, config: GameConfig) -> list[ControlSystem]:
     """Return the control systems that a card's policy may command: the game's if it is one, else all there are."""
-    own, said = config.team_systems[0], f"the card of policy {card.name!r} says"
+    own = config.team_systems[0]
     known = {own.name: own} | {name: system_of(name) for name in registered() if name not in {own.name, *faults()}}
     if card.system and card.system not in known:
         raise CheckpointError(
-            f"{said} system={card.system!r}, and no such control system is installed: {nearest(card.system, known)}"
+            f"the card's system must be installed, got {card.system!r}: {nearest(card.system, known)}"
         )
     named = [known[card.system]] if card.system else list(known.values())
-    able = [
-        system
-        for system in named
-        if card.answers == system.takes or (card.answers == "density" and serves_densities(system, config))
-    ]
-    if not able:
-        kinds = {system.takes for system in named} | ({"density"} if not card.system else set())
-        whom = f"the control system {card.system} takes" if card.system else "no control system takes"
-        other = f" those of kind {named[0].takes!r}" if card.system else f" these: {nearest(card.answers, kinds)}"
-        raise CheckpointError(f"{said} answers={card.answers!r}, and {whom}{other}")
-    return [own] if own in able else able
+    takes = [system for system in named if card.answers == system.takes]
+    if card.answers == "density":
+        takes += [system for system in named if serves_densities(system, config) and system not in takes]
+    if not takes:
+        kinds = sorted({system.takes for system in named} | ({"density"} if not card.system else set()))
+        raise CheckpointError(
+            f"the card's answers must be commands for {card.system or 'a control system'}, of kind {', '.join(kinds)}, "
+            f"got {card.answers!r}: {nearest(card.answers, kinds)}"
+        )
+    return [own] if own in takes else takes
 
 
 def _warn_of_clipping(policy: OnnxPolicy, config: GameConfig) -> None:

@@ -17,7 +17,7 @@ import onnxruntime
 
 
 def _open(data: bytes) -> Any:
-    """Return what runs a model: on one thread, node by node as its file says."""
+    """Return a session that runs a model on one thread, node by node as in its file."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.use_deterministic_compute = True

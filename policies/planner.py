@@ -1,12 +1,10 @@
 """Sampling-based model-predictive play: try many densities in the simulator, send the best.
 
-Privileged: it copies the game's true state, which no side may see. It shows how well the game can be
-played, and is no fair opponent of policies that play from observations.
+Privileged: it copies the game's true state, so it is no fair opponent of policies that play from observations.
 
-Every command is searched for over images of log-densities (`lookahead`), each held for a few seconds of a
-copy of the game; the best is sent for one command period, and the search begins anew. What the opponent
-does meanwhile is what its model would do: keep its last command, play a named policy, or play
-whichever known policy would have given its latest commands.
+Every command is the best of images of log-densities (`lookahead`), each held for a few seconds of a copy of the game.
+In the copy the opponent does what its model would: keep its last command, play a named policy, or play the known policy
+that explains its latest commands best.
 """
 
 from __future__ import annotations
@@ -31,27 +29,25 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.spawn import Seed
 
 GUESS = "guess"
-"""The model that stands for whichever known policy explains the opponent best."""
+"""The known policy that explains the opponent best."""
 _MEMORY = 0.8
-"""How much an older command counts, beside the one after it, in what explains the opponent."""
+"""Weight of a command in an explanation, relative to the next one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlannerConfig(Config):
-    """How long and how far a planner looks ahead.
+    """Budget and horizon of a planner.
 
     Attributes
     ----------
     drone_steps : int
-        Simulated drone-steps that a decision may cost; the same budget gives the same decision.
+        Simulated drone-steps of a decision; the same budget gives the same decision.
     milliseconds : float, optional
-        For live play: search for this long instead, however many drone-steps that allows. Decisions
-        then depend on the machine.
+        For live play: time of a decision instead, which then depends on the machine.
     horizon : float
-        Seconds of game that each candidate is tried for.
+        Seconds of game for each candidate.
     promise : float
-        Weight of what has not been captured yet: how close each side's drones are to capture at the
-        horizon.
+        Weight of the drones' closeness to capture at the horizon.
     """
 
     drone_steps: Annotated[int, Range(1, 10**12)] = 200_000
@@ -61,47 +57,42 @@ class PlannerConfig(Config):
 
 
 class _Guess(NamedTuple):
-    """What each model expects as the next command (n, A, A), and how wrong it has been (n,)."""
+    """The next command by each model (n, A, A), and its past error (n,)."""
 
     expected: Array
     errors: Array
 
 
 class _Bench(NamedTuple):
-    """What a planner needs for games of one set of rules."""
+    """A planner's tools for one set of rules."""
 
     lookahead: Lookahead
     present: BatchEnv
-    """Of one game: what models are shown."""
+    """One game, which models see."""
     models: dict[ControlSystem, list[Player | None]]
-    """By the system that flies the opponent; None stands for an opponent that keeps its last command."""
+    """By the opponent's system; None is an opponent that keeps its last command."""
 
 
 class Planner:
-    """Plays the best density it finds in the simulator.
-
-    Whatever game it is shown, it plays by that game's rules. It can command every control system that takes densities
-    or serves them.
+    """Plays the best density that it finds in the simulator, by the rules of the game.
 
     Parameters
     ----------
     config : GameConfig
-        A game that it will play.
     model : str, optional
-        Name of the policy that it takes its opponent for, or "guess" for the one of all scripts and
-        learned tactics that explains the opponent's latest commands best; without one the opponent is
-        taken to keep its last command. Models begin anew at every decision.
+        The policy that its opponent is taken for, or "guess" for the known one that explains the opponent's latest
+        commands best. Without one, the opponent keeps its last command. Models begin anew at every decision.
     settings : PlannerConfig, optional
 
     Attributes
     ----------
     milliseconds : list of float
-        What each decision took.
+        Of each decision.
 
     Raises
     ------
     KindError
-        If no team's control system serves densities, or the model cannot command any system that it would play against.
+        If no team's control system serves densities, or the model cannot command any opposing system.
     """
 
     def __init__(self, config: GameConfig, model: str | None = None, settings: PlannerConfig | None = None) -> None:
@@ -117,18 +108,12 @@ class Planner:
         self._check_systems(config.team_systems)
 
     def for_system(self, system: ControlSystem) -> Planner:
-        """Return itself, for a team that a system flies.
-
-        Raises
-        ------
-        KindError
-            If the model cannot command the system of the other team.
-        """
+        """Return itself; raise a KindError if the model cannot command the other team's system."""
         self._check_systems([system])
         return self
 
     def _check_systems(self, systems: Sequence[ControlSystem]) -> None:
-        """Raise what hinders it from commanding each of these systems, if something hinders it with all of them."""
+        """Raise a KindError if it can play with none of these systems."""
         first, second = self._config.team_systems
         faults = []
         for system in systems:
@@ -152,7 +137,7 @@ class Planner:
         return self._benches[config]
 
     def _models(self, bench: _Bench, opposing: ControlSystem) -> list[Player | None]:
-        """Return what it takes an opponent for that is flown by a system."""
+        """Return the models of an opponent that a system flies."""
         if opposing not in bench.models:
             config, guesses = bench.present.config, self._model == GUESS
             names = known_tactics(opposing, config) if guesses else [] if self._model is None else [self._model]
@@ -207,7 +192,7 @@ class Planner:
     def _explain(
         self, bench: _Bench, models: Sequence[Player | None], game: Games, team: int, row: int
     ) -> Player | None:
-        """Return the model that would have given the opponent's latest commands; note what each says now."""
+        """Return the model that explains the opponent's latest commands best; keep each one's next command."""
         given = game.targets[0, 1 - team]
         guess = self._guesses.get(row)
         errors = np.zeros(len(models))

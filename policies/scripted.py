@@ -24,7 +24,7 @@ TRAITS = 16
 
 
 class View:
-    """What a tactic sees of n games, and the grids on which it thinks.
+    """The observations of n games, and the grids for their densities.
 
     Attributes
     ----------

@@ -88,11 +88,11 @@ class trained:  # noqa: N801  (reads like the policy's name that it is)
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Raise an error: `for_system` returns the policy that plays."""
-        raise KindError("the policy 'trained' plays once it is told which system flies its team: load it by `load`")
+        raise KindError("the policy 'trained' needs the control system of its team: load it by `load`")
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
         """Raise an error: `for_system` returns the policy that plays."""
-        raise KindError("the policy 'trained' plays once it is told which system flies its team: load it by `load`")
+        raise KindError("the policy 'trained' needs the control system of its team: load it by `load`")
 
 
 def __getattr__(name: str) -> Shipped:

@@ -99,7 +99,7 @@ class Bomb:
 
 
 SPOILED = {
-    "no weights": (lambda folder: (folder / WEIGHTS).unlink(), "policy.safetensors is missing"),
+    "no weights": (lambda folder: (folder / WEIGHTS).unlink(), "policy.onnx or policy.safetensors"),
     "torn weights": (put(WEIGHTS, lambda content: content[:-100]), "corrupt or foreign"),
     "a pickle": (put(WEIGHTS, lambda _: pickle.dumps(Bomb())), "corrupt or foreign"),
     "a changed weight": (
