@@ -10,7 +10,7 @@ import { Sound } from "./sound.js";
 import { count, counts, progress } from "./progress.js";
 import { recall } from "./store.js";
 import { freeSides } from "./waiting.js";
-import { called, clock, NAMES, SIDES, TICKS } from "./words.js";
+import { called, clock, SIDES, TICKS } from "./words.js";
 
 const NO_LESSON = { stop() {}, over() {}, sent() {}, watch() {}, held: false, running: false, room: null };
 const HIDDEN = { opponents: "your opponents", ground: "ground that captures", trails: "trails", target: "your target" };

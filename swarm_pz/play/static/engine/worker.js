@@ -12,6 +12,8 @@ const LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 const MOST_OWED = 8; // ticks of a recorded game that are made up for at once
 
 export class Table {
+  asked; rules; commands; shelf; countdown; interval; room; replay; kind; client; clock; pace; sought; shown; owed;
+
   // written is the file table.json of `swarm-pz site`, asked the values of the page's address; send passes a message on.
   constructor({ welcome, rules, commands }, shelf, asked = {}) {
     const fitting = Object.fromEntries(Object.entries(asked).filter(([of, value]) => ADDRESS[of]?.(value)));
