@@ -57,24 +57,6 @@ def test_each_side_is_painted_in_its_colour_and_its_place(scene):
     assert red[:3] == [0xD6, 0x28, 0x39] and blue[:3] == [0x1D, 0x62, 0xD6] and nothing[3] == 0
 
 
-def test_a_trail_fades_and_ends_where_its_drone_was_five_seconds_ago(scene):
-    strengths = scene(
-        """
-        const x = (tick) => 0.05 + 0.9 * tick / 210, ages = [200, 155, 120, 90, 60, 30];
-        for (let tick = 0; tick <= 210; tick += 3) {
-            arena.take(frame(tick, [0], { positions: Float32Array.from([x(tick), 0.501]) }));
-            arena.paint();
-        }
-        for (let i = 0; i < 9; i++) arena.paint();               // the past is painted a few pieces at a time
-        return ages.map((age) => {
-            const column = pixels(arena.drones, Math.round(500 * x(210 - age)), 240, 1, 20);
-            return Math.max(...column.filter((_, i) => i % 4 === 3));
-        });
-        """
-    )
-    assert strengths == sorted(strengths) and strengths[1] == 0 < strengths[2] < strengths[-1] / 3
-
-
 def test_ground_that_captures_is_filled_to_its_edge_in_its_teams_colour_and_faintly_where_it_nearly_does(scene):
     inside, nearly, below, beside, other, bottom = scene(
         """
@@ -111,43 +93,3 @@ def test_a_target_is_one_outline_and_the_whole_square_none(scene):
         """
     )
     assert pieces == [2, 0], "a line is crossed going in, and going out"
-
-
-def test_ink_is_seen_and_the_eraser_takes_it_away(scene):
-    one, both, undone, erased = scene(
-        """
-        const { Pen } = await load("pen"), ink = canvas();
-        const pen = new Pen(document.body, ink, { lifted() {}, changed() {}, mayDraw: () => true });
-        const draw = (y) => {
-            pen.extend(pen.start([0.2, y], 0), [0.5, y]);
-            pen.paint();
-            return pixels(ink, 0, 0, 500, 500).filter((value, i) => i % 4 === 3 && value).length;
-        };
-        pen.brush = "repel";
-        const seen = [draw(0.2), draw(0.8)];
-        pen.undo();
-        pen.paint();
-        const undone = pixels(ink, 0, 0, 500, 500).filter((value, i) => i % 4 === 3 && value).length;
-        Object.assign(pen, { brush: "erase", width: 0.3 });
-        return [...seen, undone, draw(0.2)];
-        """
-    )
-    assert one > 1000 and both > 1.5 * one and undone == one and erased == 0
-
-
-def test_each_sign_of_the_legend_has_a_picture_by_day_and_by_night(page, scene):
-    counts, corners = [], []
-    for look in ("light", "dark"):
-        page.emulate_media(color_scheme=look)
-        shown = scene(
-            """
-            const { explain } = await load("legend"), legend = document.getElementById("legend");
-            if (!legend.open) explain();
-            const signs = [...legend.querySelectorAll("canvas")];
-            return signs.map((sign) => [...pixels(sign, 0, 0, sign.width, sign.height)]);
-            """
-        )
-        counts += [len(set(sign)) for sign in shown]
-        corners += [sign[0] for sign in shown]
-    assert len(counts) == 12 and min(counts) > 10
-    assert corners == [255] * 6 + [corners[-1]] * 6 and corners[-1] < 60, "while it is open, too"
