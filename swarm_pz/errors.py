@@ -37,7 +37,7 @@ class CommandError(SwarmError, ValueError):
 
 
 class GameOverError(SwarmError, RuntimeError):
-    """A step was asked of a game that has ended or was never reset."""
+    """A step of a game that has ended or was never reset."""
 
 
 class PolicyError(SwarmError, ValueError):
@@ -53,7 +53,7 @@ class KindError(PolicyError):
 
 
 class FlightError(SwarmError, RuntimeError):
-    """A control system raised, answered nonsense, or took too long: its team has nobody who flies it.
+    """A control system raised, returned invalid accelerations, or took too long.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class WorkerError(ResultsError, RuntimeError):
 
 
 class OutputError(SwarmError, OSError):
-    """A file cannot be written where it was asked for."""
+    """A file cannot be written."""
 
 
 class RenderError(SwarmError, RuntimeError):
@@ -106,7 +106,7 @@ class MissingExtraError(SwarmError, ImportError):
 
 
 class Stopped(KeyboardInterrupt):
-    """Work was asked to stop, has saved all that it did, and says where it is."""
+    """Work was interrupted; all that it did is saved, and the message names the place."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -118,7 +118,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def require_extra(module: str, extra: str) -> ModuleType:
-    """Import `module`, or say which extra of swarm-pz brings it, and the line that installs it here.
+    """Import `module`; the error names the extra of swarm-pz that has it, and the line that installs it.
 
     Raises
     ------

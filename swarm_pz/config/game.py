@@ -183,7 +183,7 @@ class GameConfig(Config):
 
     @property
     def tells_sending(self) -> bool:
-        """Whether resending the command in force has an effect."""
+        """True if resending the command in force has an effect."""
         memory = self.memory
         forgets = "sending" in (*memory.trail_forgotten_on, *memory.controller_forgotten_on)
         return forgets or self.controller.target_mass != 1.0
