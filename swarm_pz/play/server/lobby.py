@@ -223,7 +223,7 @@ class Lobby:
 
     def recording_of(self, token: str) -> str | None:
         """Return the recording of the latest game of a token's seat, if it is over and still there."""
-        name = self.context.recordings.get(token)
+        name = self.context.seat_index.recording_of(token)
         try:
             return self.find_recording(name).name if name is not None else None
         except RecordingError:

@@ -365,7 +365,7 @@ class Room:
         self._only_policies_are_ready()
         for seat in self.seats:
             if seat.token and self.session is not None and self.plan.hosted is None:  # a study's games lead nobody back
-                self._context.recordings[seat.token] = self.session.recorder.path.name
+                self._context.seat_index.note(seat.token, self.session.recorder.path.name)
         self._changed()
 
     # --- end --------------------------------------------------------------------------------------

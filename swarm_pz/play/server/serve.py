@@ -177,6 +177,7 @@ def serve(
         countdown_s=countdown_s,
         record_labels=record_labels,
     )
+    _ = context.seat_index  # read before anybody waits for it
     lobby = Lobby(context, policies, cards, addresses_of(names), origins, is_hosted=study is not None)
     host_of_study = None
     if study is not None:
