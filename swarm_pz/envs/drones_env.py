@@ -10,15 +10,10 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import AGENTS, GameConfig, resolve
 from swarm_pz.envs.drones_batch import DronesBatch, Side
-from swarm_pz.envs.one_game import OneGameEnv
+from swarm_pz.envs.one_game import OneGameEnv, Step
 from swarm_pz.envs.opponents import DuelResult, Opponent
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.spaces.drones import DroneAction, DroneActions
-
-DronesStep = tuple[
-    dict[str, NDArray[np.float32]], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
-]
-"""Observations, rewards, terminations, truncations and infos, each by agent."""
 
 
 class DronesEnv(OneGameEnv):
@@ -129,16 +124,10 @@ class DronesEnv(OneGameEnv):
         self.observation_spaces = dict.fromkeys(self.possible_agents, self.view.space)
         self.action_spaces = {agent: DroneActions(action).space for agent in self.possible_agents}
 
-    def reset(
-        self, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[dict[str, NDArray[np.float32]], dict[str, dict[str, Any]]]:
-        """Start a game; arguments as of `CaptureEnv.reset`."""
-        game_seed, scenario = self._asked(seed, options)
-        self.drones.reset([game_seed], np.zeros(1, np.int64), scenario)
-        self._began(seed, self.possible_agents)
-        return self._observations(), self._infos(None)
+    def _start(self, seed: np.random.SeedSequence, scenario: Mapping[str, NDArray[Any]]) -> None:
+        self.drones.reset([seed], np.zeros(1, np.int64), scenario)
 
-    def step(self, actions: Mapping[str, Any]) -> DronesStep:
+    def step(self, actions: Mapping[str, Any]) -> Step:
         """Hold one action of every agent, also of inactive ones, for a step, or until the game ends.
 
         Raises
@@ -163,15 +152,7 @@ class DronesEnv(OneGameEnv):
         except CommandError:  # one by one, to say whose
             accelerations = np.stack([read(actions[agent], (), f"{agent}'s action") for agent in agents])
         result = self.drones.step(accelerations[None], self.screen.after_control_period)
-        if not self.batch.running[0]:
-            self.agents = []
-        return (
-            self._observations(),
-            dict(zip(agents, result.rewards[0].tolist(), strict=True)),
-            dict.fromkeys(agents, bool(result.terminated[0])),
-            dict.fromkeys(agents, bool(result.truncated[0])),
-            self._infos(result),
-        )
+        return self._stepped(result, result.rewards[0])
 
     def _observations(self) -> dict[str, NDArray[np.float32]]:
         return dict(zip(self.possible_agents, self.drones.observe()[0], strict=True))

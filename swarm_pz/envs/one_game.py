@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
@@ -30,6 +31,9 @@ STATE_CHANNELS = (
     "time_left",
 )
 
+Step = tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]
+"""Observations, rewards, terminations, truncations and infos, each by agent."""
+
 
 class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped base
     """A PettingZoo environment over a batch of one game."""
@@ -43,18 +47,8 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
         self.metadata = self.screen.metadata
         self.agents: list[str] = []
         self.state_space = spaces.Box(0, 255, (len(STATE_CHANNELS), GRID_CELLS, GRID_CELLS), np.uint8)
-        self._np_random: np.random.Generator | None = None
-
-    @property
-    def np_random(self) -> np.random.Generator:
+        self.np_random = seeding.np_random()[0]
         """The generator from which games without a seed come; may be assigned."""
-        if self._np_random is None:
-            self._np_random = seeding.np_random()[0]
-        return self._np_random
-
-    @np_random.setter
-    def np_random(self, generator: np.random.Generator) -> None:
-        self._np_random = generator
 
     @property
     def np_random_seed(self) -> Any:
@@ -74,28 +68,50 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
             raise CommandError(f"there is no agent {agent!r}; {nearest(str(agent), entries)}")
         return entries[agent]
 
-    def _asked(
-        self, seed: int | None, options: Mapping[str, Any] | None
-    ) -> tuple[np.random.SeedSequence, dict[str, NDArray[Any]]]:
-        """Return the seed of the next game, and its scenario; if one is refused, nothing has changed."""
-        scenario = check_scenario(options or {}, self.batch.config)
-        return check_seed(seed) if seed is not None else next_seed(self.np_random), scenario
+    def reset(
+        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        """Start a game, without a seed the next of the last seed's sequence; `options` may hold a scenario.
 
-    def _began(self, seed: int | None, agents: list[str]) -> None:
-        """Note that a game has begun."""
+        Raises
+        ------
+        CommandError
+            If seed or options do not fit; nothing is changed.
+        """
+        scenario = check_scenario(options or {}, self.batch.config)
+        self._start(check_seed(seed) if seed is not None else next_seed(self.np_random), scenario)
         if seed is not None:
-            self._np_random = seeding.np_random(int(seed))[0]
-        self.agents = list(agents)
+            self.np_random = seeding.np_random(int(seed))[0]
+        self.agents = list(self.possible_agents)
         self.screen.begin()
+        return self._observations(), self._infos(None)
+
+    def _stepped(self, result: Any, rewards: NDArray[np.float64]) -> Step:
+        """Return a step's results; rewards (A,) are those of the agents in their order."""
+        agents = self.possible_agents
+        if not self.batch.running[0]:
+            self.agents = []
+        return (
+            self._observations(),
+            dict(zip(agents, rewards.tolist(), strict=True)),
+            dict.fromkeys(agents, bool(result.terminated[0])),
+            dict.fromkeys(agents, bool(result.truncated[0])),
+            self._infos(result),
+        )
+
+    @abstractmethod
+    def _start(self, seed: np.random.SeedSequence, scenario: Mapping[str, NDArray[Any]]) -> None: ...
+
+    @abstractmethod
+    def _observations(self) -> dict[str, Any]: ...
+
+    @abstractmethod
+    def _infos(self, result: Any) -> dict[str, dict[str, Any]]: ...
 
     @property
     def max_cycles(self) -> int:
-        """Steps until a draw; may be assigned."""
+        """Steps until a draw."""
         return self.batch.max_cycles
-
-    @max_cycles.setter
-    def max_cycles(self, cycles: int) -> None:
-        self.batch.max_cycles = cycles
 
     def state(self) -> NDArray[np.uint8]:
         """Return the whole board, channels in the order of `STATE_CHANNELS`."""

@@ -6,21 +6,20 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pettingzoo import AECEnv
 from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 
 from swarm_pz.config import AGENTS, BLUE, RED, GameConfig, resolve
 from swarm_pz.envs.batch_env import BatchEnv, StepResult, by_game
-from swarm_pz.envs.one_game import OneGameEnv
+from swarm_pz.envs.one_game import OneGameEnv, Step
 from swarm_pz.errors import CommandError, GameOverError
 from swarm_pz.simulator import CheckedCommands
 from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.formats import Format
 from swarm_pz.spaces.observation import Observations, of_game
 
-Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]
-"""Observations, rewards, terminations, truncations and infos, each by agent."""
 _GAMES, _TEAMS = np.zeros(2, np.int64), np.array([RED, BLUE])
 """The sides of the one game: its number, and the team."""
 
@@ -116,20 +115,8 @@ class CaptureEnv(OneGameEnv):
         """The names of red's discrete actions; empty for others."""
         return self.formats[AGENTS[RED]].command_names
 
-    def reset(
-        self, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[dict[str, Observations], dict[str, dict[str, Any]]]:
-        """Start a game, without a seed the next of the last seed's sequence; `options` may hold a scenario.
-
-        Raises
-        ------
-        CommandError
-            If seed or options do not fit; nothing is changed.
-        """
-        game_seed, scenario = self._asked(seed, options)
-        self.batch.reset([game_seed], scenario=scenario)
-        self._began(seed, self.possible_agents)
-        return self._observations(), self._infos(None)
+    def _start(self, seed: np.random.SeedSequence, scenario: Mapping[str, NDArray[Any]]) -> None:
+        self.batch.reset([seed], scenario=scenario)
 
     def step(self, actions: Mapping[str, Any]) -> Step:
         """Hold one action of each agent for a command period, or until the game ends.
@@ -148,15 +135,7 @@ class CaptureEnv(OneGameEnv):
             raise CommandError(f"actions must hold one command for each of {list(AGENTS)}, got {came}")
         commands = np.array([[self.check_action(agent, actions[agent]).values for agent in AGENTS]])
         result = self.batch.step(CheckedCommands(commands), self.screen.after_control_period)
-        if not self.batch.running[0]:
-            self.agents = []
-        return (
-            self._observations(),
-            dict(zip(AGENTS, result.rewards[0].tolist(), strict=True)),
-            dict.fromkeys(AGENTS, bool(result.terminated[0])),
-            dict.fromkeys(AGENTS, bool(result.truncated[0])),
-            self._infos(result),
-        )
+        return self._stepped(result, result.rewards[0])
 
     def check_action(self, agent: str, action: Any) -> CheckedCommands:
         """Return an agent's action as a command (*command_shape); a checked one as it is.
