@@ -110,8 +110,12 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
 
     @property
     def max_cycles(self) -> int:
-        """Steps until a draw."""
+        """Steps until a draw; PettingZoo's tests assign it."""
         return self.batch.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, cycles: int) -> None:
+        self.batch.max_cycles = cycles
 
     def state(self) -> NDArray[np.uint8]:
         """Return the whole board, channels in the order of `STATE_CHANNELS`."""
