@@ -20,6 +20,7 @@ from swarm_pz.errors import RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.protocol import Origin
+from swarm_pz.play.recordings.folder import read_regular
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import FRAME_TICKS, Moment, Recording
 from swarm_pz.play.server.connection import Connection
@@ -27,8 +28,8 @@ from swarm_pz.play.server.room_settings import settings_of
 from swarm_pz.play.server.views import frame_of, target_message
 from swarm_pz.play.server.worker import Worker
 
-MOST_BYTES = 32 * 2**20
-"""Largest file that can be watched."""
+MOST_BYTES, MOST_LISTS = 16 * 2**20, 10**6
+"""Largest file that is read here, and most lists in it: each takes twenty times as much memory as in the file."""
 MOST_SECONDS = 120.0
 """For playing one through."""
 T = TypeVar("T")
@@ -53,11 +54,8 @@ class LoadedRecording:
     def read(cls, path: Path) -> LoadedRecording:
         """Read a recorded game and play it through.
 
-        Raises RecordingError if it is too long, cannot be read, or shows nothing.
+        Raises RecordingError if it cannot be read, or shows nothing.
         """
-        if path.stat().st_size > MOST_BYTES:
-            film = "swarm-pz replay --film makes a film of it"
-            raise RecordingError(f"{path.name} is too long to be watched here; {film}")
         recording = Recording.read(path)
         frames = list(recording.frames())
         if not frames:
@@ -161,7 +159,7 @@ class Replays:
 
     async def work(self, path: Path, work: Callable[[Path], T]) -> T:
         """Return the result of a function of a recording's path."""
-        return await self.reader.do(_named, path, work)
+        return await self.reader.do(_bounded, path, work)
 
     def close(self) -> None:
         """Let the threads end."""
@@ -169,9 +167,13 @@ class Replays:
         self.player.close()
 
 
-def _named(path: Path, work: Callable[[Path], T]) -> T:
-    """Return the result of a function of a recording's path; every error names the file."""
+def _bounded(path: Path, work: Callable[[Path], T]) -> T:
+    """Return the result of a function of a recording's path, if the file is not too large; every error names it."""
     try:
+        if path.stat().st_size > MOST_BYTES or read_regular(path).count(b"[") > MOST_LISTS:
+            raise RecordingError(
+                f"{path.name} is too long to be watched here; swarm-pz replay --film makes a film of it"
+            )
         return work(path)
     except SwarmError:
         raise
