@@ -43,19 +43,9 @@ export class Cover {
     byId("recording").href = `#replay=${room.recording}`;
     byId("go-home").textContent = isDone ? "Go on" : "Back to the start";
     byId("go-home").classList.toggle("primary", Boolean(isDone));
-    this.showNotice();
     this.showResult(isOver && room.outcome !== "stopped");
     const waiting = this.waiting.show(room, seat), text = isOver ? this.result(lastTick) : `${this.unready ?? waiting}${this.pace}`;
     requestAnimationFrame(() => { byId("cover-text").textContent = text; }); // said once it is shown
-  }
-
-  // Say that the opponent has left, and the game goes on against a swarm that nobody steers.
-  showNotice() {
-    const { room, seat } = this, isAlone = room.phase === "playing" && seat !== null && room[this.other].gone;
-    if (!isAlone) this.playsOn = false;
-    byId("notice").hidden = !isAlone || this.playsOn;
-    const who = isAlone && (room[this.other].label || "Your opponent");
-    say("notice-text", isAlone ? `${who} has left for good: their swarm goes on with its last command.` : "");
   }
 
   // Offer the next opponent after a game that was won.

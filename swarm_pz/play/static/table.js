@@ -56,15 +56,6 @@ export class Table {
       leave: () => this.left(),
       "close-replay": () => this.left(),
       "go-home": () => this.left(),
-      "end-game": () => {
-        this.leave();
-        this.left();
-      },
-      "play-on": () => {
-        this.cover.playsOn = true;
-        this.cover.showNotice();
-        this.focus();
-      },
     });
     on("change", {
       "take-side": () => {
@@ -100,10 +91,12 @@ export class Table {
 
   get mayPlay() { return this.seat !== null && isRunning(this.room) && this.link.isOpen && !this.lesson.held; }
 
+  get opponent() { return this.room[SIDES[1 - this.seat]]; }
+
   // A running game that the player should not leave by mistake.
   get isPlaying() {
     const { phase, settings } = this.room ?? {};
-    return phase === "playing" && this.seat !== null && settings.red > 0 && settings.blue > 0 && !this.lesson.running;
+    return phase === "playing" && this.seat !== null && settings.red > 0 && settings.blue > 0 && !this.opponent.gone && !this.lesson.running;
   }
 
   // A recorded game is being read, to be shown from a tick on.
@@ -152,8 +145,7 @@ export class Table {
     byId("controls").hidden = this.seat === null || ["replay", "over"].includes(phase);
     if (this.replay || phase === "replay") this.showReplay();
     if (ended && this.seat !== null) {
-      const opponent = room[SIDES[1 - this.seat]];
-      if (counts(room, opponent, this.lesson.running)) count(opponent.name, room.outcome === SIDES[this.seat]);
+      if (counts(room, this.opponent, this.lesson.running)) count(this.opponent.name, room.outcome === SIDES[this.seat]);
     }
     this.cover.show(room, this.seat, this.lastTick);
     this.controls.show();
@@ -238,7 +230,7 @@ export class Table {
     this.giveUpSeat();
     this.room = this.place = null;
     byId("take-side").selectedIndex = 0;
-    for (const id of ["controls", "scrubber", "cover", "notice", "watching", "acting"]) byId(id).hidden = true;
+    for (const id of ["controls", "scrubber", "cover", "watching", "acting"]) byId(id).hidden = true;
     byId("table").dataset.phase = "";
     this.arena.look(0);
     this.forget();
@@ -261,7 +253,9 @@ export class Table {
     this.controls.pen.paint();
     this.cover.count(this.room, this.link.now());
     const isSilent = this.room?.phase === "playing" && performance.now() - this.heardMs > SILENCE_MS;
-    say("silence", isSilent ? "The server is silent. You see the last moment that it sent." : "");
+    const isLeft = this.room?.phase === "playing" && this.seat !== null && this.opponent.gone;
+    const left = isLeft ? `${this.opponent.label || "Your opponent"} has left for good: their swarm goes on with its last command.` : "";
+    say("silence", isSilent ? "The server is silent. You see the last moment that it sent." : left);
     const shown = this.arena.paint(), told = byId("arena").dataset;
     if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
     if (!shown || shown === this.shown || !this.room) return;
