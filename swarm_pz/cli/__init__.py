@@ -6,11 +6,9 @@ the command that needs it.
 
 from __future__ import annotations
 
-import inspect
 import os
 import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import swarm_pz
 from swarm_pz.config import PRESETS
@@ -116,23 +114,8 @@ def _run(arguments: list[str]) -> None:
     name, *words = words  # errors are then about this command alone
     if name not in commands:
         of = program.removeprefix("swarm-pz").lstrip()
-        hint = (
-            "; tables of a folder of recordings are made by study tables FOLDER" if of and Path(name).is_dir() else ""
-        )
-        raise CommandError(f"there is no command {of}{of and ' '}{name!r}; {nearest(name, commands)}{hint}")
+        raise CommandError(f"there is no command {of}{of and ' '}{name!r}; {nearest(name, commands)}")
     function = commands[name]
-    _check_positional(name, function, words)
     if program == "swarm-pz" and name in learn.RUNS and "--resume" in words:
         function = defaults.with_run(function, learn.RUNS[name], words)
     tyro.cli(function, prog=f"{program} {name}", args=words, config=config, registry=REGISTRY)
-
-
-def _check_positional(name: str, function: Callable[..., None], words: list[str]) -> None:
-    """Raise if a positional argument is written as an option."""
-    for parameter in inspect.signature(function).parameters.values():
-        option = "--" + parameter.name.replace("_", "-")
-        is_given = any(word == option or word.startswith(option + "=") for word in words)
-        if parameter.kind is inspect.Parameter.POSITIONAL_ONLY and is_given:
-            raise CommandError(
-                f"{parameter.name} is written without {option}, as in: swarm-pz {name} {option[2:].upper()}"
-            )

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from swarm_pz.bench import Speed
     from swarm_pz.standard.exploitability import Exploitability
 
-_LEAST = 6
-"""Characters that are left of a name at least."""
+_WIDE = 400
+"""Columns of a table in a pipe or a file, where names are whole."""
 
 
 def print_matches(matches: list[MatchResult]) -> None:
@@ -139,7 +139,7 @@ def print_study(rows: Sequence[Any]) -> None:
             (
                 row.player or row.kind,
                 "the same" if row.both_seats else row.opponent or row.opponent_kind,
-                *([row.config_hash[:_LEAST]] if several else []),
+                *([row.config_hash[:6]] if several else []),
                 f"{row.wins}-{row.draws}-{row.losses}",
                 f"{100 * row.win_rate_low:.0f} to {100 * row.win_rate_high:.0f} %",
                 figure(row.median_s, 0),
@@ -194,39 +194,28 @@ def printable(text: str) -> str:
 def _print(
     headings: Sequence[str], rows: Sequence[Sequence[str]], *, title: str, caption: str = "", texts: int = 1
 ) -> None:
-    """Print a table; where it is too wide for a terminal its first columns, the texts, are cut, never a number."""
+    """Print a table; on a terminal, the first columns, the texts, are wrapped where it is too wide, never a number."""
     from rich.box import SIMPLE_HEAD
-    from rich.cells import cell_len
     from rich.console import Console
     from rich.markup import escape
+    from rich.measure import Measurement
     from rich.table import Table
     from rich.text import Text
 
-    rows = [[printable(cell) for cell in row] for row in rows]
-    console = Console()
-    widths = [
-        max(map(cell_len, [*heading.split("\n"), *column])) for heading, *column in zip(headings, *rows, strict=True)
-    ]
-    # In a pipe or a file names are whole.
-    width = console.width if console.is_terminal else sum(widths) + 2 * len(widths)
-    # Two spaces between columns, where there is room for them.
-    padding = 1 if sum(widths[texts:]) + 8 * texts + 2 * (len(widths) - 1) <= width else 0
-    gaps = (padding + 1) * (len(widths) - 1)
-    room = width - sum(widths[texts:]) - gaps
-    for column in reversed(range(texts)):
-        widths[column] = min(widths[column], max(_LEAST, room // (column + 1)))
-        room -= widths[column]
     table = Table(
         box=SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
         show_edge=False,
         pad_edge=False,
-        padding=(0, padding, 0, 0),
+        padding=(0, 1, 0, 0),
         title=escape(title),
         caption=escape(caption) or None,
     )
-    for number, (heading, least) in enumerate(zip(headings, widths, strict=True)):
-        table.add_column(heading, justify="left" if number < texts else "right", no_wrap=True, width=least)
+    for number, heading in enumerate(headings):
+        is_text = number < texts
+        table.add_column(heading, justify="left" if is_text else "right", no_wrap=not is_text, overflow="fold")
     for row in rows:
-        table.add_row(*map(Text, row))  # names are no markup
-    # It may be wider than the terminal, but shows its numbers.
-    Console(width=max(width, sum(widths) + gaps)).print("", table)
+        table.add_row(*(Text(printable(cell)) for cell in row))  # names are no markup
+    console = Console()
+    wide = console.options.update(max_width=_WIDE)
+    least = Measurement.get(console, wide, table).minimum
+    Console(width=max(console.width if console.is_terminal else _WIDE, least)).print("", table)
