@@ -170,7 +170,7 @@ function refused({ about, code, reason, recording }) {
   else if (!table.room && name !== "") {
     wantsSeat = "";
     table.lesson.stop();
-    return giveUp(ROOMS.includes(name) ? `There is no room ${value}. If the code is right, the room is closed: look for its games under Recorded games.` : reason);
+    return giveUp(ROOMS.includes(name) && code === "unknown" ? `There is no room ${value}. If the code is right, the room is closed: look for its games under Recorded games.` : reason);
   }
   say(reason);
 }

@@ -104,7 +104,7 @@ export class Table {
     this.place = recording;
     this.from = from;
     this.leftPlace = null;
-    this.cover.wait("Opening the recorded game. The server plays it through first, which may take a while…");
+    this.cover.wait("Opening the recorded game…");
   }
 
   sitDown({ seat, token, commands, factors }) {
