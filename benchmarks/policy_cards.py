@@ -19,7 +19,7 @@ from swarm_pz.simulator.ergodicity import reconstruct
 LADDER = Path(__file__).parents[1] / "docs" / "tables" / "ladder.csv"
 CELLS = 10
 SECONDS = 6.0
-"""Into the game: swarms have left their corners, and nobody has won."""
+"""Seconds of a game after which its picture is taken: swarms have left their corners, and none has won."""
 
 
 def ratings(table: str) -> dict[str, float]:

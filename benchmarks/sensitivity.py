@@ -33,11 +33,11 @@ VARIANTS: dict[str, GameConfig] = {
     "teams apart": GameConfig(spawn=SpawnConfig(layout="squares")),
 }
 NEAR, STARTS = 0.1, 1000
-"""Map widths within which an opponent is near; games of which only the first second is played."""
+"""Map widths within which an opponent is near; number of games of which the first second is played."""
 
 
 def opening(config: GameConfig) -> tuple[float, float]:
-    """Return the share of drones that start near an opponent, and a game's captures in 1 s if nobody sends anything."""
+    """Return the share of drones that start near an opponent, and captures in a game's first second without commands."""
     simulator = Simulator(config, num_games=STARTS)
     simulator.reset(range(STARTS))
     places, teams = simulator.positions.astype(float), simulator.teams

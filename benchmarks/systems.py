@@ -18,7 +18,7 @@ from swarm_pz.simulator import CheckedCommands, Simulator
 
 def drone_steps(name: str, games: int, seconds: float, rounds: int = 5) -> float:
     """Return the median number of drone-steps a second of one thread, in rounds of so many seconds in all."""
-    # Nobody is captured, so that nothing ends, and all systems fly the same number of drones.
+    # Without captures, games do not end, and all systems fly the same number of drones.
     config = GameConfig(controllers=name, capture=CaptureConfig(enabled=False))
     simulator = Simulator(config, num_games=games)
     simulator.reset(range(games))
@@ -27,7 +27,7 @@ def drone_steps(name: str, games: int, seconds: float, rounds: int = 5) -> float
         try:
             rows = np.arange(games)
             commands = simulator.control.read(densities, simulator.games, rows, team, "density", "densities")
-        except ValueError:  # it cannot serve them: its first command stays
+        except ValueError:  # it takes no densities: its first command stays
             continue
         simulator.command(team, CheckedCommands(commands), rows)
     simulator.advance(30)  # compiles

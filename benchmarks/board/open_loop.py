@@ -48,7 +48,7 @@ SEED = 7_220_000
 
 
 def _symmetric() -> NDArray[np.int64]:
-    """Return which of the 25 places the square's symmetry maps to one another, by 6 numbers."""
+    """Return the class (6 of them) of each of the 25 places under the square's symmetry."""
     near = np.minimum(np.arange(SIDE), np.arange(SIDE)[::-1])
     pairs = np.sort(np.stack(np.broadcast_arrays(near[:, None], near), axis=-1), axis=-1).reshape(-1, 2)
     return np.unique(pairs, axis=0, return_inverse=True)[1].ravel()
@@ -58,11 +58,11 @@ _CENTRES = (np.arange(CELLS) + 0.5) / CELLS
 BETWEEN = np.maximum(1.0 - np.abs(_CENTRES[:, None] - np.linspace(0.0, 1.0, SIDE)) * (SIDE - 1), 0.0)
 """Weights (cells, places) by which an image is interpolated along one axis."""
 PLACES = {True: _symmetric(), False: np.arange(SIDE * SIDE)}
-"""Which number stands at each place, with the symmetry and without."""
+"""Index of the number at each place, with the symmetry and without."""
 
 
 def decoded(numbers: Array, count: int, symmetric: bool) -> Images:
-    """Return the images that numbers stand for: of each image its log-densities, and the log of its length last."""
+    """Return the images of numbers: for each image its log-densities, and last the log of its length."""
     images = []
     for part in numbers.reshape(count, -1):
         logs = BETWEEN @ part[:-1][PLACES[symmetric]].reshape(SIDE, SIDE) @ BETWEEN.T
@@ -83,7 +83,7 @@ def encoded(images: Images, symmetric: bool) -> Array:
 
 
 class Several:
-    """A player with images of its own in each few rows."""
+    """Several players, with images of their own, in equal shares of the rows."""
 
     name, answers, observation = "several", "density", ObservationConfig(channels=CLOCK)
 
@@ -141,7 +141,7 @@ def worth(found: Array) -> Array:
 
 
 def search(track: Track, pool: Executor) -> dict[str, Images]:
-    """Return the best constant and the best sequence that are found for a track."""
+    """Return the best constant and the best sequence for a track."""
     pairs, generations, candidates, more = BUDGET[track.name]
     x, y = cell_centres(CELLS)
     drawn = (np.ones_like(x), ring(np.hypot(x - 0.5, y - 0.5), width=0.15), corner_discs(x, y))
@@ -150,7 +150,7 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
     seed, best = SEED + 1000 * track.seed, {}
 
     def climb(begin: Images, symmetric: bool, step: float) -> list[Images]:
-        """Return some images, where a search from them ends, and the best that it met."""
+        """Return the images, the end of a search from them, and the best that it met."""
         nonlocal seed
         first = encoded(begin, symmetric)
         strategy = cma.CMAEvolutionStrategy(first, step, {"popsize": candidates, "seed": 1, "verbose": -9})

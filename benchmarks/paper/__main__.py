@@ -1,4 +1,4 @@
-"""Plays the games behind the paper's claims under both presets, draws them, and judges what is reproduced.
+"""Plays the games behind the paper's claims under both presets, draws them, and judges them.
 
 python -m benchmarks.paper                                     # all figures
 python -m benchmarks.paper --only capture_geometry comebacks   # two of them

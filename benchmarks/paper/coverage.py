@@ -1,4 +1,4 @@
-"""A team alone: targets to cover, and how well it does over time."""
+"""A team alone: targets, flights and the ergodic metric over time."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def give(simulator: Simulator, command: ArrayLike) -> None:
     """Send a density (A, A) to the team in all games; the metric compares with it under every control system."""
     density = np.asarray(command, np.float64)
     simulator.command(RED, np.broadcast_to(density, (simulator.num_games, *density.shape)))
-    if simulator.config.team_systems[RED].takes != "density":  # its target is what it makes of that
+    if simulator.config.team_systems[RED].takes != "density":  # other systems make their own target of it
         simulator.games.coefficients[:, RED] = make_target(density, simulator.config.controller.modes)[1]
 
 
@@ -174,7 +174,7 @@ class Flight:
 
 
 def over_seeds(values: Array) -> dict[str, Any]:
-    """Return the mean (T,) over seeds of values (seeds, T), and the ends of its interval, as plain lists."""
+    """Return the mean (T,) over seeds of values (seeds, T), and the ends of its interval, as lists."""
     mean, low, high = bootstrap(values)
     return {"mean": rounded(mean), "low": rounded(low), "high": rounded(high)}
 

@@ -1,4 +1,4 @@
-"""Drawings as a person makes them at the table, and the commands that the table makes of them."""
+"""Drawings of a person, and the commands that the server makes of them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Drawing(NamedTuple):
     strokes: tuple[Stroke, ...]
 
     def density(self, mapping: Mapping) -> Array:
-        """Return the command (A, A) that the table makes of them, rounded to a thousandth."""
+        """Return the command (A, A) that the server makes of them, rounded to a thousandth."""
         asked = density_of(self.strokes, CELLS, mapping)
         return np.asarray(np.round(asked / asked.max(), 3))
 
@@ -49,7 +49,7 @@ def _painted(attracts: bytes, cells: int, mapping: Mapping, repels: bool) -> Arr
         return np.ones((cells, cells))  # nothing is drawn: spread out
     brushes = {True: "attract", False: "repel"} if repels else {True: "attract"}
     strokes = [
-        # A little wider than a cell, as dots are round.
+        # Dots are round, so they are a little wider than a cell.
         _stroke([[(column + 0.5) / cells, (row + 0.5) / cells]], brush=brushes[bool(ground[row, column])], width=0.12)
         for row, column in np.ndindex(ground.shape)
         if bool(ground[row, column]) in brushes
@@ -58,7 +58,7 @@ def _painted(attracts: bytes, cells: int, mapping: Mapping, repels: bool) -> Arr
 
 
 def interpolated(density: Array, cells: int) -> Array:
-    """Return the target that a command (A, A) stands for, at the centres of (cells, cells)."""
+    """Return the target of a command (A, A) at the centres of (cells, cells)."""
     centres, own = ((np.arange(count) + 0.5) / count for count in (cells, len(density)))
     along = np.stack([np.interp(centres, own, unit) for unit in np.eye(len(density))], axis=1)
     return np.asarray(along @ density @ along.T)

@@ -93,11 +93,11 @@ def draw(figure: Figure, series: dict[str, Any], preset: str, out: Path) -> None
         for columns in (1, 2):
             canvas = on_canvas(figure, series, columns)
             canvas.draw_without_rendering()
-            canvas.set_layout_engine("none")  # once is enough, and takes most of the time
+            canvas.set_layout_engine("none")  # its layout is done; again would take most of the time
             for kind, date in (("pdf", "CreationDate"), ("svg", "Date")):  # the same numbers, the same file
                 canvas.savefig(out / f"{name}_{columns}col.{kind}", metadata={date: None})
         canvas.savefig(drawn, dpi=RASTER)
-        cut, plain = image.Quantize.MEDIANCUT, image.Dither.NONE  # a palette takes less than half of the room
+        cut, plain = image.Quantize.MEDIANCUT, image.Dither.NONE  # a palette halves the file
         picture = image.open(drawn).convert("RGB").quantize(256, method=cut, dither=plain)
     picture.save(out / f"{name}.png", optimize=True, dpi=(RASTER, RASTER))
 

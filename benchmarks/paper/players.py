@@ -97,7 +97,7 @@ class Ensemble:
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> Array:
         """Answer n observations with densities (n, A, A)."""
         positions, share = observations[:, 0].astype(np.float64), observations[:, 1, 0, 0] / 255
-        # Whole numbers, whose sums do not depend on their order, nor so on how many games are played.
+        # Sums of whole numbers do not depend on their order, nor on the number of games.
         odd = 2.0 * np.arange(positions.shape[-1]) + 1.0
         weight = 2.0 * len(odd) * np.maximum(positions.sum(axis=(1, 2)), 1.0)
         places = np.stack([positions.sum(axis=axis) @ odd for axis in (1, 2)], axis=1) / weight[:, None]
@@ -125,7 +125,7 @@ class Captures:
         self.totals: list[list[NDArray[np.int64]]] = [[np.zeros(2, np.int64)] for _ in range(games)]
 
     def __call__(self, rollout: Rollout) -> None:
-        """Look at the games that were running."""
+        """Add the captures of the running games."""
         captures = rollout.simulator.games.captures
         for row in rollout.rows.tolist():
             self.totals[row].append(captures[row].astype(np.int64))

@@ -20,10 +20,10 @@ DARK = tuple(value / 255 for value in INK)
 FADED = {"facecolor": "white", "alpha": 0.7, "linewidth": 0, "pad": 0.5}
 GREY, PALE = "#868e96", "#dee2e6"
 SERIES = ("#0b7a75", "#d9822b", "#6a4c93", "#4d6b1f")
-"""Colours of what belongs to no team; lines differ in their dashes, too."""
+"""Colours for other things than teams; lines also differ in their dashes."""
 DASHES = ("-", "--", ":", "-.")
 BRUSHES = {"attract": "#0b6e4f", "repel": "#7a4a00"}
-"""Colours of what is drawn at the table."""
+"""Colours of a person's strokes."""
 _MARKERS = ("o", "D")
 
 RC = {
@@ -160,7 +160,7 @@ def is_wide(figure: Any) -> bool:
 
 
 def panels(figure: Any, count: int, across: tuple[int, int] = (2, 4), **options: Any) -> list[Any]:
-    """Return so many axes, at most so many beside each other in one and in two columns."""
+    """Return `count` axes, at most `across` beside each other in one and in two columns."""
     columns = min(count, across[is_wide(figure)])
     every = figure.subplots(-(-count // columns), columns, squeeze=False, **options).ravel().tolist()
     for axes in every[count:]:
@@ -180,7 +180,7 @@ def legend_below(figure: Any, handles: Any = None, columns: int | tuple[int, int
 
 
 def for_targets(figure: Any, series: dict[str, Any], draw: Callable[[Any, Any], None], ylabel: str) -> None:
-    """Draw what belongs to each target into axes of its own, with one legend."""
+    """Draw the results of each target into axes of its own, with one legend."""
     every = panels(figure, len(series), (1, 3), sharey=True, sharex=True)
     for axes, (target, found) in zip(every, series.items(), strict=True):
         draw(axes, found)

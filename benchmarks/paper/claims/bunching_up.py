@@ -21,9 +21,9 @@ Array = NDArray[np.float64]
 
 GAMES = 50
 SIGMAS = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, None)
-"""Standard deviations of the discs that blue holds, in map widths; None: the whole square alike."""
+"""Standard deviations of the discs that blue holds, in map widths; None is the whole square."""
 COMPACT, SPREAD = 0.15, 0.25
-"""Up to here a team counts as close together, and from here on as spread."""
+"""Largest deviation of a team that counts as close together, and least of one that counts as spread."""
 DOT = 0.1
 """Width of the brush with which a person asks blue to be close together, in map widths."""
 AIMERS = ("chase", "ring")
@@ -31,12 +31,12 @@ AIMERS = ("chase", "ring")
 AT_ONCE = 5.0
 """Seconds from the first loss to the last that count as at once."""
 WATCHED = 60.0
-"""Seconds after which a game is left."""
+"""Seconds after which a game is stopped."""
 LEAST = 0.1
 
 
 class Losses:
-    """Watches every control period when blue first lost a drone, when it had lost all, and how it stood before.
+    """Times of blue's first and last loss, and its spread before, from every control period.
 
     `first` and `last` are seconds (E,), infinite for never; `spread` (E,) is the root mean square distance of blue's
     drones from their mean just before the first loss, NaN without one.
@@ -63,7 +63,7 @@ class Losses:
         self._before, self._places = members, simulator.positions.copy()
 
     def whole_within(self, seconds: float) -> NDArray[np.bool_]:
-        """Return which games (E,) blue lost whole, so soon after its first loss."""
+        """Return the games (E,) in which blue lost all drones so soon after its first loss."""
         return np.asarray(np.isfinite(self.last) & (self.last <= self.first + seconds + 1e-6))
 
 
@@ -74,7 +74,7 @@ def disc(sigma: float | None, cells: int) -> Array:
 
 
 def place_blue(rollout: Rollout, density: Array, seed: int) -> None:
-    """Start blue's drones where they will stay, drawn from their target; red's start as ever."""
+    """Start blue's drones at places drawn from their target; red's start as usual."""
     cells, first = len(density), rollout.config.team_sizes[RED]
     for row in rollout.rows.tolist():
         generator = np.random.default_rng((seed, row))
@@ -91,7 +91,7 @@ def better_share(at_once: Array) -> Any:
 
 
 def play(command: Array, aimer: str, way: Way, setting: Setting) -> tuple[NDArray[np.bool_], Array]:
-    """Let blue hold a command while red aims at it; return who is lost whole at once, and how far it was spread."""
+    """Let blue hold a command while red aims at it; return the games in which it is lost at once, and its spread."""
     numbers, config = setting.games(GAMES), setting.config
     rollout = Rollout(player(aimer, way, setting), Fixed(command), numbers, seed=setting.seed, config=config)
     place_blue(rollout, command, setting.seed)
@@ -149,7 +149,7 @@ def measure(setting: Setting) -> Finding:
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw against the disc's width how often all of blue is lost at once, for both ways to aim."""
+    """Draw the share of games in which all of blue is lost at once, over the disc's width."""
     axes, rows, games = figure.subplots(), series["rows"], series["games"]
     places = np.arange(len(rows))
     for way, (aimer, dash, marker) in enumerate(zip(AIMERS, style.DASHES, "oD", strict=False)):

@@ -42,11 +42,11 @@ SCENES: dict[str, tuple[list[Cell], list[Cell]]] = {
         list(CENTRES),
     ),
 }
-"""Where red's drones stand, and the cells in which they should capture by the rule of the paper."""
+"""Places of red's drones, and the cells in which they should capture by the paper's rule."""
 
 
 def still(config: GameConfig) -> GameConfig:
-    """Return rules under which nobody moves, so that a trail is one cell."""
+    """Return rules under which no drone moves, so that a trail is one cell."""
     controller = config.controller.replace(max_acceleration=1e-9)
     return config.replace(controller=controller, time_limit=10.0)
 
@@ -108,7 +108,7 @@ def measure(setting: Setting) -> Finding:
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw the field of each scene, its drones, and outline what it captures."""
+    """Draw the field, the drones and the outlined captured cells of each scene."""
     panels, red = style.panels(figure, len(series)), style.TEAMS[RED]
     look = {"origin": "lower", "cmap": "Greys", "vmin": 0, "vmax": 1, "extent": (0, WINDOW, 0, WINDOW), "zorder": 0}
     for axes, (name, scene) in zip(panels, series.items(), strict=True):

@@ -20,7 +20,7 @@ OPPONENT = "uniform"
 
 
 def installed(names: tuple[str, ...], setting: Setting) -> list[str]:
-    """Return those players whose dependencies are there."""
+    """Return the players whose dependencies are installed."""
     there = []
     for name in names:
         with contextlib.suppress(MissingExtraError):
@@ -30,7 +30,7 @@ def installed(names: tuple[str, ...], setting: Setting) -> list[str]:
 
 
 def longest_behind(histories: list[list[int]], results: list[str], total: int) -> int | None:
-    """Return the won game that was behind for the longest, None if none is won."""
+    """Return the number of the won game that was behind for the longest; None if none is won."""
     won = [number for number, result in enumerate(results) if result == "win"]
     return max(won, key=lambda number: sum(2 * size < total for size in histories[number]), default=None)
 
@@ -71,7 +71,7 @@ def measure(setting: Setting) -> Finding:
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw how all stand from each handicap, and a comeback from each."""
+    """Draw the results from each handicap, and a comeback from each."""
     panels = style.panels(figure, len(HANDICAPS) + 1, (1, 3))
     for axes, handicap in zip(panels, series["games"], strict=False):
         style.bars(axes, [row for row in series["rows"] if row["handicap"] == handicap])

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 GAMES = 50
 OPPONENT = "uniform"
 TRAIL = 50
-"""Control periods of past that are drawn."""
+"""Control periods in a drawn trail."""
 
 
 def _dots(width: float, last: int = 1) -> Callable[[Setting], Ensemble]:
@@ -56,7 +56,7 @@ TACTICS: dict[str, Callable[[Setting], Ensemble]] = {
 
 
 class Recorder:
-    """Keeps one game, a row each control period."""
+    """States of one game, one for each control period."""
 
     def __init__(self) -> None:
         self.positions: list[NDArray[np.float32]] = []
@@ -74,7 +74,7 @@ class Recorder:
 
 
 def moments(blue_sizes: Sequence[int]) -> list[int]:
-    """Return four places of a won game: near the start, opponents halved, amid the last one's stand, the end."""
+    """Return four rows of a won game: near the start, opponents halved, amid the last one's stand, the end."""
     sizes, end = np.asarray(blue_sizes), len(blue_sizes) - 1
     halved = int(np.flatnonzero(sizes <= sizes[0] // 2)[0])
     stand = int(np.flatnonzero(sizes > 1)[-1]) + 1
@@ -183,7 +183,7 @@ def _longest_stand(games: list[Game], total: int) -> Game:
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw the four moments of a won game, and how all tactics stand."""
+    """Draw the four moments of a won game, and the results of all tactics."""
     shown, wide = series["shown"], style.is_wide(figure)
     rows, across = (1, 4) if wide else (2, 2)
     top, bottom = figure.add_gridspec(2, 1, height_ratios=[1.1 * rows if shown else 0.01, 1])

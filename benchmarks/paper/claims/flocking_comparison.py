@@ -19,7 +19,7 @@ from swarm_pz.systems import FlockingCommand
 
 SEEDS, DRONES = 20, 12
 TRIED = 5
-"""Seeds on which schedules are tried; those on which the best one is measured are others."""
+"""Seeds for the choice of a schedule; the best one is measured on others."""
 MODES = ((0.3, 0.3), (0.77, 0.77))
 """Middles of the drawing's spots: a diffuse one at the lower left, a compact one at the upper right."""
 REACHED = 0.005
@@ -80,7 +80,7 @@ def flock(
 
     def send(mode: int) -> None:
         _attract(simulator, MODES[mode], weights[mode])
-        simulator.games.coefficients[:] = coefficients  # whichever attractor is in force
+        simulator.games.coefficients[:] = coefficients  # the whole target, under either attractor
 
     send(0)
     if schedule is None:
@@ -113,7 +113,7 @@ def best_schedule(config: GameConfig, seeds: list[int], target: Array, weights: 
 
 
 def weights_of(config: GameConfig) -> list[float]:
-    """Return attractors' weights, from the least to the largest that there is."""
+    """Return three weights of attractors, from the least to the largest."""
     return [float(weight) for weight in np.linspace(*config.flocking.migration, 3)]
 
 
@@ -140,7 +140,7 @@ def lesser(values: Array) -> Any:
 
 
 def widths(flight: Flight) -> Array:
-    """Return the sum of squared distances from each mode, of drones near it, and how many these are (seeds, 2, 2)."""
+    """Return the sum of squared distances of near drones from each mode, and their number (seeds, 2, 2)."""
     squared = near_modes(flight.places)
     return np.stack([np.nansum(squared, axis=(1, 2)), np.isfinite(squared).sum(axis=(1, 2))], axis=1)
 
@@ -160,13 +160,13 @@ def widest_over_narrowest(values: Array) -> Any:
 
 
 def equal_spots(width: float, cells: int) -> Array:
-    """Return a target of two spots alike, in which drones are a width (rms) from the middles."""
+    """Return a target of two equal spots of an rms width."""
     density = sum(gaussian(*mode, width / np.sqrt(2), cells) for mode in MODES)
     return np.asarray(density / np.max(density))
 
 
 def measure(setting: Setting) -> Finding:
-    """Fly, find the flock's best schedule, and see what an attractor's weight changes."""
+    """Fly, find the flock's best schedule, and measure the effect of an attractor's weight."""
     seeds, tries = setting.seeds(SEEDS), [500 + seed for seed in game_seeds(setting.seed, TRIED)]
     config = lone_team(DRONES, setting.config)
     drawn = DRAWINGS["two_spots"].density(setting.mapping)
@@ -233,7 +233,7 @@ def _over(number: Number, by: float) -> Number:
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw where drones were, the metric for both targets, and what an attractor's weight changes."""
+    """Draw maps of drones, the metric for both targets, and the effect of an attractor's weight."""
     wide = style.is_wide(figure)
     top, bottom = figure.add_gridspec(2, 1, height_ratios=[1, 1] if wide else [2, 3])
     cells = top.subgridspec(*((1, 4) if wide else (2, 2)))

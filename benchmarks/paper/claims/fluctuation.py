@@ -29,18 +29,18 @@ from swarm_pz.config import RED, CaptureConfig, GameConfig
 SEEDS, DRONES = 20, 12
 """Games, and drones of each team at the start."""
 LOST, LOST_AT = 4, 10
-"""Of red's drones, how many are captured at once, and in which second."""
+"""Number of red's drones that are captured at once, and the second of it."""
 PERIODS = 10
 """Control periods in a second."""
 
 
 def some_at_once(second: int, teams: NDArray[np.int8], generator: np.random.Generator) -> NDArray[np.int64]:
-    """Return `LOST` of red's drones in one second, nobody before and after: who changes sides in a game."""
+    """Return the drones that change sides: `LOST` of red's in one second, none before and after."""
     return generator.choice(np.flatnonzero(teams == RED), LOST if second == LOST_AT else 0, replace=False)
 
 
 def one_a_second(_: int, teams: NDArray[np.int8], generator: np.random.Generator) -> NDArray[np.int64]:
-    """Return one drone of either team, each as likely as the others."""
+    """Return one drone of either team, drawn uniformly."""
     return generator.choice(len(teams), 1)
 
 
@@ -52,7 +52,7 @@ CHANGES: dict[str, Callable[[int, NDArray[np.int8], np.random.Generator], NDArra
 
 
 def fly(config: GameConfig, seeds: Sequence[int], target: str, changes: str) -> NDArray[np.float64]:
-    """Return red's metric (seeds, seconds) over the places of whoever was red at the time."""
+    """Return red's metric (seeds, seconds) over the places of the drones that were red at the time."""
     simulator = start(config, seeds, TARGETS[target])
     generators = [np.random.default_rng([seed, 1]) for seed in seeds]
     choose = CHANGES[changes]
@@ -69,7 +69,7 @@ def fly(config: GameConfig, seeds: Sequence[int], target: str, changes: str) -> 
 
 
 def measure(setting: Setting) -> Finding:
-    """Cover all targets while nobody, some at once, or one after the other change sides."""
+    """Cover all targets while no drone changes sides, or some at once, or one after the other."""
     seeds = setting.seeds(SEEDS)
     config = setting.config.replace(drones_per_team=DRONES, capture=CaptureConfig(enabled=False))
     metric = {changes: {target: fly(config, seeds, target, changes) for target in TARGETS} for changes in CHANGES}

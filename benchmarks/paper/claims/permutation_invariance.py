@@ -19,7 +19,7 @@ SEEDS, DRONES = 20, 24
 WARM_UP = 5
 """Seconds of game before drones are permuted."""
 ROUNDING = 1e-6
-"""Map widths that a permutation may make in one control period: some roundings of float32."""
+"""Largest difference in map widths after one control period: some roundings of float32."""
 SAME = 0.0001
 """Difference of the ergodic metric that counts as none."""
 _LAST_AXIS = ("trails", "memory")
@@ -30,7 +30,7 @@ _SECOND_AXIS = (
 
 
 def permuted(games: Games, order: NDArray[np.int64]) -> Games:
-    """Return games in which drone i is what drone `order[i]` was."""
+    """Return games in which drone i is the former drone `order[i]`."""
     changed = {name: getattr(games, name)[:, order] for name in _SECOND_AXIS}
     changed |= {name: np.ascontiguousarray(getattr(games, name)[..., order]) for name in _LAST_AXIS}
     return games._replace(**changed)
@@ -105,7 +105,7 @@ def measure(setting: Setting) -> Finding:
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw how far drones come apart, and the metric of both orders."""
+    """Draw the distances between drones and their permuted selves, and the metric of both orders."""
     left, right = style.panels(figure, 2, (1, 2))
     times = 0.1 * np.arange(1, len(series["largest_distance"]) + 1)
     for name, dash, label in (

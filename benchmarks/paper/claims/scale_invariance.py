@@ -45,7 +45,7 @@ def apart(one: Array, other: Array) -> Array:
 
 
 def nearest(places: Array, targets: Array) -> NDArray[np.int64]:
-    """Return which of some targets' coefficients (n, K, K) is nearest to each game's places (seeds, ..., 2)."""
+    """Return the index of the nearest of some coefficients (n, K, K) to those of each game's places (seeds, ..., 2)."""
     modes = targets.shape[-1]
     found = basis(places.reshape(len(places), -1, 2), modes).mean(axis=1)
     weights = (1.0 + np.add.outer(np.arange(modes) ** 2, np.arange(modes) ** 2)) ** -1.5
@@ -121,7 +121,7 @@ def fly(config: Any, seeds: list[int], command: Array) -> Flight:
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw each drawing, maps of where drones were for all sizes, with their scale, and the metric over time."""
+    """Draw each drawing, maps of the drones for all sizes, with their scale, and the metric over time."""
     wide, rows, columns = style.is_wide(figure), len(series), 1 + len(SIZES)
     grid = figure.add_gridspec(
         rows if wide else rows + 1,

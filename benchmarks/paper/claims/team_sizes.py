@@ -16,9 +16,9 @@ from swarm_pz.evaluation.rollout import Game, play_games
 GAMES = 60
 RED_PLAYER, BLUE_PLAYER = "ring", "uniform"
 LEAST_RATE = 0.2
-"""Drones a second that change sides where sizes change rapidly: our bound, one every 5 s."""
+"""Least rate of changing drones that counts as rapid: our bound, one every 5 s."""
 SECONDS = 10
-"""Seconds within which a lead that is gone was brief; also the length of a window in which captures are counted."""
+"""Longest brief lead in seconds; also the length of a window in which captures are counted."""
 LATE = 1 / 3
 """Share of a game that is near its end."""
 PAPER_SECONDS = 185.0
@@ -57,7 +57,7 @@ def turns_of_lead(sizes: list[int], total: int) -> int:
 
 
 def measure(setting: Setting) -> Finding:
-    """Play; count captures, and ask how steady they were near the end."""
+    """Play, count captures, and measure their steadiness near the end."""
     config, numbers = setting.config, setting.games(GAMES)
     captures = Captures(len(numbers))
     red = player(RED_PLAYER, "person", setting)

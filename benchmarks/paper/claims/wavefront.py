@@ -16,9 +16,9 @@ from swarm_pz.evaluation.rollout import Rollout
 GAMES = 40
 ATTACK, OPPONENT = "wavefront", "uniform"
 OTHERS = ("centre", "chase", "corners", "evade", "halo", "lasso", "noise", "ring")
-"""Tactics that a wave is compared with: all scripts but two that no person would draw and uniform coverage itself."""
+"""Tactics for comparison with a wave: all scripts but two that no person would draw, and but uniform coverage."""
 MANY, QUICKLY = 5, 10
-"""Drones that are many, half of a team, and seconds in which they are taken quickly: our bounds."""
+"""Number of drones that counts as many, half of a team, and seconds that count as quick: our bounds."""
 
 
 def rates(games: Any) -> Any:
@@ -28,7 +28,7 @@ def rates(games: Any) -> Any:
 
 
 def gaps(games: Any) -> Any:
-    """Return by how much the first player's two rates (2,) are above the median of the others'."""
+    """Return the first player's two rates (2,) less the median of the others'."""
     found = rates(games)
     return found[0] - np.median(found[1:], axis=0)
 
