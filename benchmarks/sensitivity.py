@@ -37,7 +37,7 @@ NEAR, STARTS = 0.1, 1000
 
 
 def opening(config: GameConfig) -> tuple[float, float]:
-    """Return the share of drones that start near an opponent, and captures in a game's first second without commands."""
+    """Return the share of drones that start near an opponent, and a game's captures in 1 s without commands."""
     simulator = Simulator(config, num_games=STARTS)
     simulator.reset(range(STARTS))
     places, teams = simulator.positions.astype(float), simulator.teams

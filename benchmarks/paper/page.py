@@ -21,15 +21,15 @@ from swarm_pz.evaluation.intervals import LEVEL
 from swarm_pz.evaluation.provenance import versions
 
 OPENING = (
-    "How much of what *A Game Benchmark for Real-Time Human-Swarm Control* says about its game is reproduced, by the "
-    "rules of the paper and of its [released code](paper.md#the-released-code). Commands are drawings, as the server "
-    "makes commands of them; raw densities stand beside them. A part holds if its whole 95 % interval says so, and is "
-    "no stricter than the paper's sentence: what it says *may* happen has to happen once. The table of parts also has "
-    "questions of our own, which do not count. The paper has no number for *converges*: here the ergodic metric E "
-    "falls to a tenth, a bound of ours that was set after a first look. The command also writes PDF and SVG, one and "
-    "two columns wide."
+    "This page tests the claims of *A Game Benchmark for Real-Time Human-Swarm Control* about its game, by the "
+    "rules of the paper and of its [released code](paper.md#the-released-code). Commands are drawings, converted "
+    "as the server does; raw densities stand beside them. A part holds if its whole 95 % interval does, and asks "
+    "no more than the paper's sentence: what *may* happen has to happen once. The table of parts also has "
+    "questions of our own, which do not count. The paper gives no number for *converges*: here the ergodic metric "
+    "E must fall to a tenth, a bound of ours that was set after a first look. The command also writes PDF and "
+    "SVG, one and two columns wide."
 )
-"""Markdown that the page opens with."""
+"""Opening of the page, Markdown."""
 
 
 def to_dict(figure: Figure, finding: Finding, setting: Setting, command: str = "") -> dict[str, Any]:

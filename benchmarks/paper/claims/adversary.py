@@ -76,7 +76,7 @@ FIGURE = Figure(
     section="IV-B",
     quote="an opponent swarm specified by a uniform coverage command across the domain "
     "— with no changes over time — is a challenging adversary",
-    note=f"A person paints what a script asks for, every {PACE} s; a program sends it raw, every second.",
+    note=f"A person paints a script's density every {PACE} s; a program sends it raw every second.",
     measure=measure,
     draw=draw,
     heights=(3.9, 2.3),

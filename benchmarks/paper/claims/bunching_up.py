@@ -169,8 +169,8 @@ FIGURE = Figure(
     claim="A team whose drones are close together can be captured all at once, and so lose the game.",
     section="IV-B",
     quote="simultaneously capture all the agents on the player's team and win the game",
-    note="Blue starts where it will stay. Red aims by a disc (`chase`) or a ring (`ring`), of which the better counts; "
-    f"as a person it draws every {PACE} s. Five seconds are our bound for at once.",
+    note="Blue starts where it stays. Red aims by a disc (`chase`) or a ring (`ring`), of which the better counts; "
+    f"a person draws every {PACE} s. *At once* means within five seconds, our bound.",
     measure=measure,
     draw=draw,
     heights=(2.7, 2.7),

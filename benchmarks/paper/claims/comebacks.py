@@ -92,7 +92,7 @@ FIGURE = Figure(
     claim="A game is not over before the last drone is captured: a team that is far behind can still win.",
     section="IV-B",
     quote="One agent, controlled strategically, can be sufficient to build up team size again.",
-    note=f"`{PLAYERS[-1]}` and `{PLAYERS[1]}` were trained under the rules `paper`. A person paints what they ask for, "
+    note=f"`{PLAYERS[-1]}` and `{PLAYERS[1]}` were trained under the rules `paper`. A person paints their densities "
     f"every {PACE} s.",
     measure=measure,
     draw=draw,

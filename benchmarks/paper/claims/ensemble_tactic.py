@@ -204,8 +204,7 @@ FIGURE = Figure(
     section="IV-A",
     quote="Once the red player specifies a unimodal target distribution, the red agents converge to the center of the "
     "environment",
-    note=f"A dot is one touch of the brush, as the table makes a command of it. The better of {' and '.join(DOTS)} "
-    "counts.",
+    note=f"A dot is one touch of the brush. The better of {' and '.join(DOTS)} counts.",
     measure=measure,
     draw=draw,
     heights=(6.4, 3.9),

@@ -272,9 +272,9 @@ FIGURE = Figure(
     section="IV-C",
     quote="Our system enables players to specify both targets at once, while flocking requires "
     "both targets to be specified in sequence, one at a time",
-    note="The equal spots are as compact as a flock is. This flock differs from the published one: in separation, "
+    note="The equal spots are as compact as a flock. This flock differs from the published one: in separation, "
     "constant speed, the limit to turning, cohesion (from a sum there), start and weight. Other flocks may do better. "
-    "Nobody has timed people.",
+    "People were not timed.",
     measure=measure,
     draw=draw,
     heights=(8.6, 4.4),

@@ -112,8 +112,8 @@ FIGURE = Figure(
     section="III-C",
     quote="Even if the number of agents under their control is fluctuating, their swarm will still converge to their "
     "last target.",
-    note=f"Red's {DRONES} drones follow one command, sent once; blue's {DRONES} cover the square. Who is captured is "
-    "drawn by lot. The worst of three targets counts.",
+    note=f"Red's {DRONES} drones follow one command, sent once; blue's {DRONES} cover the square. Captured "
+    "drones are drawn at random. The worst of three targets counts.",
     measure=measure,
     draw=draw,
     heights=(5.4, 2.3),

@@ -129,8 +129,8 @@ FIGURE = Figure(
     claim="Control is permutation-invariant: it does not matter which drone is which.",
     section="III-C",
     quote="If Agent 1, Agent 2, etc. swapped positions, the swarm would still converge to the player's target",
-    note="By `paper` the game is chaotic: after rounding alone, single drones soon go other ways. The team covers as "
-    "before.",
+    note="Under `paper` the game is chaotic: rounding alone soon changes the paths of single drones. The team covers "
+    "as before.",
     measure=measure,
     draw=draw,
     heights=(4.2, 2.3),

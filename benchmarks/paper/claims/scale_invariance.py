@@ -173,8 +173,7 @@ FIGURE = Figure(
     claim="Control is scale-invariant: the same drawing makes teams of any size cover the target.",
     section="III-C",
     quote="all three swarm sizes converge to the three different target distributions",
-    note="The paper does not tell its drawings; these were made for the table here. A flock flies to a drawing's "
-    "strongest mode.",
+    note="The paper does not give its drawings; these are our own. A flock flies to a drawing's strongest mode.",
     revised="The bound of 0.001 decided at first, and so did that maps of 6 and 24 drones put at most 20 % of the time "
     "into different cells. The paper asks for neither: the bound is ours, the share is shown.",
     measure=measure,

@@ -169,7 +169,7 @@ FIGURE = Figure(
     "the end.",
     section="IV-B",
     quote="Near the end of the game, the frequency of agent captures stabilizes",
-    note=f"`{RED_PLAYER}`, drawn every {PACE} s, against `{BLUE_PLAYER}`. The paper tells of one game.",
+    note=f"`{RED_PLAYER}`, drawn every {PACE} s, against `{BLUE_PLAYER}`. The paper shows one game.",
     measure=measure,
     draw=draw,
     heights=(4.4, 2.3),
