@@ -96,8 +96,9 @@ def test_a_recording_that_plays_differently_here_or_breaks_off_is_an_error(tmp_p
     moved = lines[place] | {"tick": lines[place]["tick"] + 3}
     write_lines(tmp_path / "b.jsonl", [*lines[:place], *lines[place + 1 : later], moved, *lines[later:-1]])
     said = refused("replay b.jsonl --verify")
-    assert "plays differently here from tick" in said and "had to come into force at tick" in said
-    assert "it is unfinished: it breaks off after" in said
+    assert "had to come into force at tick" in said and "it is unfinished: it breaks off after" in said
+    write_lines(tmp_path / "b.jsonl", [lines[0] | {"seed": 2}, *lines[1:]])
+    assert "plays differently here from tick 0" in refused("replay b.jsonl --verify")
 
 
 def test_a_folder_of_recordings_is_one_servers(served, refused):

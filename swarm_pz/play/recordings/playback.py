@@ -9,40 +9,21 @@ from __future__ import annotations
 
 import copy
 import math
-import time
-from collections import defaultdict
 from collections.abc import Callable
-from itertools import islice
 from pathlib import Path
-
-import numpy as np
 
 from swarm_pz.analysis.video import FILM_RATE, open_film
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
-from swarm_pz.errors import RecordingError
 from swarm_pz.play.commands import Command
-from swarm_pz.play.frames import FASTEST, Frame
 from swarm_pz.play.game import LiveGame
-from swarm_pz.play.protocol import CapturedMessage
 from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording
-from swarm_pz.play.recordings.verification import Verification, faults_of
+from swarm_pz.play.recordings.verification import Verification, verify
 from swarm_pz.rendering.painter import FILM, Painter
 
-_MOST_FAULTS = 10
 _MARK_TICKS = 90
 """Ticks between the moments that are kept, so that going anywhere is quick; more in a game too long to keep so many."""
 _MARKS_BYTES = 2**24
 """Memory for the moments that are kept."""
-_POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
-"""Resolution of a frame."""
-_ACCELERATION_STEP = 1e-3
-"""Tolerance of accelerations in a page, in units of the largest one.
-
-From the same state they differ by less than 1e-4 (tests/play/engine_cases.py); here the controller's memory is our own,
-and in 5,300 solves the largest difference was 1.5e-4.
-"""
-_ROUNDING = 2e-7
-"""Further tolerance of positions and velocities of float32."""
 
 
 class Playback:
@@ -102,52 +83,8 @@ class Playback:
         return came
 
     def verify(self, limit_s: float = math.inf) -> Verification:
-        """Compare all that follows from commands and start with what was recorded.
-
-        Raises RecordingError if that takes more than `limit_s` seconds.
-        """
-        frames, difference = self._compare(time.monotonic() + limit_s)
-        # Where the simulation leads elsewhere, it says nothing of the end.
-        faults = faults_of(self.recording, self.game if difference is None else None)
-        return Verification(
-            frames=frames,
-            first_difference=difference,
-            faults=tuple(islice(faults, _MOST_FAULTS)),
-            finished=self.recording.end is not None,
-            in_page=bool(self._exact),
-        )
-
-    def _compare(self, until: float) -> tuple[int, int | None]:
-        """Return the number of frames compared, and the first tick whose frame or captures differ."""
-        recording = self.recording
-        captured: dict[int, list[tuple[int, int]]] = defaultdict(list)
-        for line in recording.of(CapturedMessage):
-            captured[line.tick].append((line.drone, line.team))
-        frames = recording.frames()
-        frame, count = next(frames, None), 0
-        self.seek(0)
-        teams = self.game.simulator.games.teams[0].copy()
-        for tick in range(recording.last_tick + 1):
-            if time.monotonic() > until:
-                raise RecordingError(
-                    f"{recording.name} takes too long to play again here; try swarm-pz replay --verify"
-                )
-            is_torn = recording.end is None and tick == recording.last_tick  # what came after was lost
-            self.advance(tick - self.game.tick)
-            before, teams = teams, self.game.simulator.games.teams[0].copy()
-            taken = [(int(drone), int(teams[drone])) for drone in np.flatnonzero(teams != before)]
-            recorded = captured[tick]
-            if self.game.tick != tick or recorded != (taken[: len(recorded)] if is_torn else taken):
-                return count, tick
-            is_due = tick % FRAME_TICKS == 0 or self.game.over
-            if frame is not None and frame.tick == tick:
-                count += 1
-                if not is_due or not self._shows(frame):
-                    return count, tick
-                frame = next(frames, None)
-            elif is_due and not is_torn:
-                return count, tick
-        return count, None if frame is None else frame.tick
+        """Play the game again by the rules; see `swarm_pz.play.recordings.verification.verify`."""
+        return verify(self.recording, limit_s)
 
     def film(self, path: Path, speed: float = 2.0, progress: Callable[[float, float], None] | None = None) -> None:
         """Write the game as a film.
@@ -165,17 +102,3 @@ class Playback:
                 append(painter.draw(self.game.simulator))
                 if progress is not None:
                     progress(min(tick, last) / TICKS_PER_SECOND, last / TICKS_PER_SECOND)
-
-    def _shows(self, frame: Frame) -> bool:
-        """Tell whether a frame, which holds neither altitudes nor fields in recordings, shows the present moment."""
-        simulator = self.game.simulator
-        positions = np.abs(frame.positions - simulator.positions[0]).max(initial=0.0)
-        velocities = np.abs(np.clip(simulator.speeds[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)
-        near, alike = 0.51 * _POSITION_STEP, 0.51 * _VELOCITY_STEP
-        if frame.is_exact:
-            largest = self.recording.config.game.controller.max_acceleration
-            alike = _ACCELERATION_STEP * largest * CONTROL_PERIOD + _ROUNDING
-            near = alike * CONTROL_PERIOD + _ROUNDING
-        is_here = positions <= near and velocities <= alike
-        is_same = is_here and (frame.teams == simulator.teams[0]).all()
-        return bool(is_same) and frame.altitudes is None and frame.fields is None

@@ -1,31 +1,46 @@
-"""Rules of the table that a recorded game must have kept, besides those of the simulation.
+"""Plays a recorded game again by the rules, tick by tick, and compares all that follows from its start and commands.
 
-The simulation decides frames, captures, sizes and the end; here it is checked when commands came into force, and that
-a drawing's density is its own. Names, labels, times of clocks and the answers of policies are not checked.
+Bits depend on the kind of processor, and games are chaotic: on another kind the same commands may lead elsewhere after
+some seconds. Names, labels, times of clocks and the answers of policies are not checked.
 """
 
 from __future__ import annotations
 
+import time
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
-from swarm_pz.config import TEAM_NAMES, TICKS_PER_CONTROL_PERIOD
-from swarm_pz.errors import CommandError
-from swarm_pz.play.commands import as_followed
+from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES
+from swarm_pz.errors import CommandError, RecordingError
+from swarm_pz.play.commands import Command, as_followed
+from swarm_pz.play.frames import FASTEST, Frame
 from swarm_pz.play.game import LiveGame
-from swarm_pz.play.protocol import InForceMessage, SeatCommand, SeatMessage
-from swarm_pz.play.recordings.recording import Recording, reason_of_end
+from swarm_pz.play.protocol import CapturedMessage, SeatCommand, SeatMessage
+from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording, reason_of_end
 from swarm_pz.play.strokes import Stroke, attraction_of, density_of
 
+_MOST_FAULTS = 10
 _DENSITY_STEP = 1e-6
 """Tolerance of a drawing's density, since another processor may have made it."""
+_POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
+"""Resolution of a frame."""
+_ACCELERATION_STEP = 1e-3
+"""Tolerance of accelerations in a page, in units of the largest one.
+
+From the same state they differ by less than 1e-4 (tests/play/engine_cases.py); here the controller's memory is our own,
+and in 5,300 solves the largest difference was 1.5e-4.
+"""
+_ROUNDING = 2e-7
+"""Further tolerance of positions and velocities of float32."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Verification:
-    """The comparison of a recorded game with the simulation of its commands from its start.
+    """The comparison of a recorded game with the one that follows from its start and commands.
 
     Attributes
     ----------
@@ -53,52 +68,106 @@ class Verification:
         return self.frames > 0 and self.first_difference is None and not self.faults
 
 
-def faults_of(recording: Recording, game: LiveGame | None) -> Iterator[str]:
-    """Yield the contradictions in a recording.
+def verify(recording: Recording, limit_s: float) -> Verification:
+    """Play a recorded game again; raise RecordingError if that takes more than `limit_s` seconds."""
+    again = _Again(recording)
+    difference = again.play(time.monotonic() + limit_s)
+    faults = [*again.faults, *_commands(recording)]
+    if difference is None:  # else the simulation led elsewhere, and to another end
+        faults += _end(recording, again.game)
+    return Verification(
+        frames=again.compared,
+        first_difference=difference,
+        faults=tuple(islice(faults, _MOST_FAULTS)),
+        finished=recording.end is not None,
+        in_page=again.in_page,
+    )
 
-    `game` is the recorded game at its last tick; None if the simulation led elsewhere, so that its end is another one.
-    """
-    yield from _schedule(recording)
-    yield from _commands(recording)
-    if game is not None:
-        yield from _end(recording, game)
 
+class _Again:
+    """A recorded game that is played again: commands arrive as they did, and come into force by the rules."""
 
-def _schedule(recording: Recording) -> Iterator[str]:
-    """Yield the commands that came into force at another tick than follows from their arrivals."""
-    interval, origin, end = recording.config.interval_ticks, recording.header.origin, recording.end
-    begin = origin.tick if origin is not None else 0
-    for team, side in enumerate(TEAM_NAMES):
-        begun = [(line.tick, _called(line)) for line in recording.of(InForceMessage) if line.team == team]
-        before = max((tick for tick, _ in begun if tick < begin), default=-interval)
-        begun = [(tick, name) for tick, name in begun if tick >= begin]
-        own = [line for line in recording.live if isinstance(line, SeatCommand) and line.team == team]
-        due = _due([(line.tick, _called(line)) for line in own], before, interval)
-        # Where the recording breaks off, the last commands in force may have been lost; where the game ended while
-        # control systems chose accelerations, they came into force before.
-        least = sum(tick < recording.last_tick for tick, _ in due)
+    def __init__(self, recording: Recording) -> None:
+        self.recording, self.game = recording, LiveGame(recording.config, recording.header.seed)
+        self.compared, self.faults, self.in_page = 0, [], False  # type: int, list[str], bool
+        origin = recording.header.origin
+        self._origin, past = (origin.tick, origin.lines) if origin is not None else (0, 0)
+        self._arrived: dict[int, list[Command]] = defaultdict(list)
+        commands = zip(recording.of(SeatCommand), recording.commands, strict=True)
+        before = sum(isinstance(line, SeatCommand) for line in recording.log[:past])
+        for line, command in islice(commands, before, None):
+            self._arrived[line.tick].append(command)
+        self._begun: dict[int, list[Command]] = defaultdict(list)
+        for tick, command in recording.in_force():
+            self._begun[tick].append(command)
+        self._captured: dict[int, list[tuple[int, int]]] = defaultdict(list)
+        for capture in recording.of(CapturedMessage):
+            self._captured[capture.tick].append((capture.drone, capture.team))
+
+    def play(self, until: float) -> int | None:
+        """Play to the last tick that was recorded; return the first tick whose frame or captures differ."""
+        recording, game, end = self.recording, self.game, self.recording.end
+        frames = recording.frames()
+        frame, teams = next(frames, None), game.simulator.games.teams[0].copy()
+        for tick in range(recording.last_tick + 1):
+            if time.monotonic() > until:
+                raise RecordingError(f"{recording.name} takes too long to play again here")
+            is_torn = end is None and tick == recording.last_tick  # what came after was lost
+            before, teams = teams, game.simulator.games.teams[0].copy()
+            taken = [(int(drone), int(teams[drone])) for drone in np.flatnonzero(teams != before)]
+            recorded = self._captured[tick]
+            if game.tick != tick or recorded != (taken[: len(recorded)] if is_torn else taken):
+                return tick
+            is_due = tick % FRAME_TICKS == 0 or game.over
+            if frame is not None and frame.tick == tick:
+                self.compared += 1
+                if not is_due or not self._shows(frame):
+                    return tick
+                if frame.is_exact:
+                    games, self.in_page = game.simulator.games, True
+                    games.positions[0], games.velocities[0] = frame.positions, frame.velocities
+                frame = next(frames, None)
+            elif is_due and not is_torn:
+                return tick
+            self._command(tick)
+            if tick < recording.last_tick:
+                game.advance()
+        return None if frame is None else frame.tick
+
+    def _command(self, tick: int) -> None:
+        """Hand in the commands of a tick, and compare those that come into force; of the past take them as they are."""
+        game, begun = self.game, self._begun[tick]
+        if tick < self._origin:
+            for command in begun:
+                game.put_in_force(command)
+            return
+        for command in self._arrived[tick]:
+            game.hand_in(command)
+        due = [] if game.over else [event.command for event in game.begin_period()]
+        end = self.recording.end
         is_cut = end is None or end.outcome == "stopped" or end.ended_by == "forfeit"
-        due = due[: max(least, len(begun)) if is_cut else least]
-        for tick, name in sorted(set(due) ^ set(begun)):
-            verb = "had to" if (tick, name) in due else "cannot"
-            yield f"command {name} of {side} {verb} come into force at tick {tick}"
+        if tick == self.recording.last_tick and is_cut:  # the last ones may be lost, or the period did not end
+            due = [command for command in due if command in begun]
+        for command in (*due, *begun):
+            if due.count(command) != begun.count(command):
+                name = f"{command.number} by {command.sender}" if command.sender else str(command.number)
+                verb = "had to" if command in due else "cannot"
+                fault = f"command {name} of {TEAM_NAMES[command.team]} {verb} come into force at tick {tick}"
+                self.faults.append(fault)
 
-
-def _called(line: SeatCommand | InForceMessage) -> str:
-    """Return a command's number, and its sender in the player's place."""
-    return f"{line.number} by {line.sender}" if line.sender else str(line.number)
-
-
-def _due(arrived: list[tuple[int, str]], latest: int, interval: int) -> list[tuple[int, str]]:
-    """Return the ticks at which commands come into force, from their arrival ticks; the latest one waits."""
-    due: list[tuple[int, str]] = []
-    for place, (tick, number) in enumerate(arrived):
-        solve = -(-max(tick, latest + interval) // TICKS_PER_CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
-        # One that arrives before that solve takes its place.
-        if place + 1 == len(arrived) or arrived[place + 1][0] > solve:
-            due.append((solve, number))
-            latest = solve
-    return due
+    def _shows(self, frame: Frame) -> bool:
+        """Tell whether a frame, which holds neither altitudes nor fields in recordings, shows the present moment."""
+        simulator = self.game.simulator
+        positions = np.abs(frame.positions - simulator.positions[0]).max(initial=0.0)
+        velocities = np.abs(np.clip(simulator.speeds[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)
+        near, alike = 0.51 * _POSITION_STEP, 0.51 * _VELOCITY_STEP
+        if frame.is_exact:
+            largest = self.recording.config.game.controller.max_acceleration
+            alike = _ACCELERATION_STEP * largest * CONTROL_PERIOD + _ROUNDING
+            near = alike * CONTROL_PERIOD + _ROUNDING
+        is_here = positions <= near and velocities <= alike
+        is_same = is_here and (frame.teams == simulator.teams[0]).all()
+        return bool(is_same) and frame.altitudes is None and frame.fields is None
 
 
 def _commands(recording: Recording) -> Iterator[str]:
