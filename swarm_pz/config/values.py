@@ -66,6 +66,25 @@ def check_values(
     return np.asarray(np.clip(values, low, high, out=values))
 
 
+def check_indices(given: ArrayLike, shape: tuple[int, ...], count: int, expected: str) -> NDArray[np.integer]:
+    """Return whole numbers in [0, count) as an array of this shape.
+
+    Raises
+    ------
+    CommandError
+        If they are not; it begins with `expected`.
+    """
+    try:
+        numbers = np.array(given)
+        fits = numbers.shape == shape and np.issubdtype(numbers.dtype, np.integer)
+        fits = fits and bool(((numbers >= 0) & (numbers < count)).all())
+    except (TypeError, ValueError):
+        fits = False
+    if not fits:
+        raise CommandError(f"{expected}, got {describe(given)}")
+    return numbers
+
+
 def as_floats(given: Any, expected: str) -> NDArray[np.float64]:
     """Return real numbers as a fresh float64 array in C order; none may be masked, a date or complex.
 

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check_choice, check_count
 from swarm_pz.config.system import ControlSystem
-from swarm_pz.config.values import check_values
-from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.config.values import check_indices, check_values
+from swarm_pz.errors import ConfigError
 from swarm_pz.simulator.commands import interpolation_matrix
 
 LOG_DENSITY_RANGE = 4.0
@@ -165,12 +165,4 @@ class _Numbers(Actions):
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
         known = len(self._commands)
         expected = f"{name} must be whole numbers in [0, {known}), one for each of {count} games"
-        try:
-            numbers = np.array(actions)
-        except (TypeError, ValueError) as error:
-            raise CommandError(f"{expected}, got {actions!r}") from error
-        if numbers.shape != (count,) or not np.issubdtype(numbers.dtype, np.integer):
-            raise CommandError(f"{expected}, got {actions!r}")
-        if count and not (numbers.min() >= 0 and numbers.max() < known):
-            raise CommandError(f"{expected}, got {actions!r}")
-        return np.asarray(self._commands[numbers])
+        return np.asarray(self._commands[check_indices(actions, (count,), known, expected)])

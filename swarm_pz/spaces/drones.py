@@ -25,8 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import GRID_CELLS, RED, GameConfig, ObservationConfig
 from swarm_pz.config.base import check, check_choice, check_count
-from swarm_pz.config.values import check_values, describe
-from swarm_pz.errors import CommandError
+from swarm_pz.config.values import check_indices, check_values
 from swarm_pz.kernels.sight import OTHER, SELF, see
 from swarm_pz.simulator import Simulator
 from swarm_pz.spaces.observation import observe
@@ -142,15 +141,5 @@ class DroneActions:
         if self._directions is None:
             return check_values(actions, (*shape, 2), -1.0, 1.0, name)
         known = len(self._directions)
-        try:
-            numbers = np.asarray(actions)
-            fits = numbers.shape == shape and np.issubdtype(numbers.dtype, np.integer)
-            fits = fits and bool(((numbers >= 0) & (numbers < known)).all())
-        except (TypeError, ValueError):
-            fits = False
-        if not fits:
-            raise CommandError(
-                f"{name} must be whole numbers in [0, {known}) of shape {shape}, each a direction of "
-                f"{', '.join(DIRECTIONS)}; got {describe(actions)}"
-            )
-        return np.asarray(self._directions[numbers])
+        expected = f"{name} must be whole numbers in [0, {known}) of shape {shape}: {', '.join(DIRECTIONS)}"
+        return np.asarray(self._directions[check_indices(actions, shape, known, expected)])
