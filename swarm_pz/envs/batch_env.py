@@ -38,7 +38,7 @@ class StepResult:
     """The result of a step of all games; rows of games that had ended before are zero or False."""
 
     rewards: NDArray[np.float64]
-    """(E, 2) of red and blue; each row sums to zero."""
+    """(E, 2) of red and blue, which sum to zero; of wrappers (E,) of learners, or (E, N) of drones."""
     terminated: NDArray[np.bool_]
     """(E,) one team owns every drone."""
     truncated: NDArray[np.bool_]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -10,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check, check_choice, check_number
-from swarm_pz.envs.batch_env import BatchEnv, by_game
-from swarm_pz.envs.opponents import DuelBatch, DuelResult, Opponents
+from swarm_pz.envs.batch_env import BatchEnv, StepResult, by_game
+from swarm_pz.envs.opponents import DuelBatch, Opponents
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.sight import BOTH
 from swarm_pz.simulator import CheckedCommands
@@ -106,24 +107,22 @@ class DronesBatch:
 
     def step(
         self, accelerations: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
-    ) -> DuelResult:
+    ) -> StepResult:
         """Hold accelerations (E, N, 2), as `DroneActions.read` returns them, for a step; inactive drones have none."""
         sides = self.sides
         # A drone that comes over in this step flies on without a push until its agent has seen something.
         commands = np.where(self.flies[:, :, None], accelerations, 0.0)
         packed = self.batch.pack(commands)
         if self.duel is None:
-            both = CheckedCommands(np.stack([packed, packed], axis=1))
-            result = self.batch.step(both, after_control_period)
-        else:
-            result = self.duel.step(CheckedCommands(packed), after_control_period).result
-        rewards = result.rewards[np.arange(len(sides))[:, None], sides]
-        return DuelResult(rewards, result.terminated, result.truncated, result)
+            result = self.batch.step(CheckedCommands(np.stack([packed, packed], axis=1)), after_control_period)
+            return replace(result, rewards=result.rewards[np.arange(len(sides))[:, None], sides])
+        result = self.duel.step(CheckedCommands(packed), after_control_period)
+        return replace(result, rewards=np.repeat(result.rewards[:, None], sides.shape[1], axis=1))
 
-    def infos(self, result: DuelResult | None, row: int) -> list[dict[str, Any]]:
+    def infos(self, result: StepResult | None, row: int) -> list[dict[str, Any]]:
         """Return the infos of one game's drones: `BatchEnv.infos` of its team, `side`, and `flies`, 0 or 1."""
         teams, rows = np.array([RED, BLUE]), np.array([row, row])
-        of_team = by_game(self.batch.infos(None if result is None else result.result, teams, rows))
+        of_team = by_game(self.batch.infos(result, teams, rows))
         flies = self.flies[row].astype(np.int64).tolist()
         return [
             {**of_team[side], "side": side, "flies": plays}

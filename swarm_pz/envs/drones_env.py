@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import AGENTS, GameConfig, resolve
+from swarm_pz.envs.batch_env import StepResult
 from swarm_pz.envs.drones_batch import DronesBatch, Side
 from swarm_pz.envs.one_game import OneGameEnv, Step
-from swarm_pz.envs.opponents import DuelResult, Opponent
+from swarm_pz.envs.opponents import Opponent
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.spaces.drones import DroneAction, DroneActions
 
@@ -157,7 +158,7 @@ class DronesEnv(OneGameEnv):
     def _observations(self) -> dict[str, NDArray[np.float32]]:
         return dict(zip(self.possible_agents, self.drones.observe()[0], strict=True))
 
-    def _infos(self, result: DuelResult | None) -> dict[str, dict[str, Any]]:
+    def _infos(self, result: StepResult | None) -> dict[str, dict[str, Any]]:
         return dict(zip(self.possible_agents, self.drones.infos(result, 0), strict=True))
 
 

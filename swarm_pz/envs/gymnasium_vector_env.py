@@ -12,7 +12,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import GameConfig, resolve
-from swarm_pz.envs.opponents import DuelBatch, DuelResult, OneLearner, Opponents
+from swarm_pz.envs.batch_env import StepResult
+from swarm_pz.envs.opponents import DuelBatch, OneLearner, Opponents
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed, seeds_of
@@ -166,7 +167,7 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
                 infos[name][over] = 0
         return self.duel.observe(), result.rewards, result.terminated, result.truncated, _masked(infos) | final
 
-    def _finish(self, result: DuelResult, over: NDArray[np.bool_]) -> dict[str, Any]:
+    def _finish(self, result: StepResult, over: NDArray[np.bool_]) -> dict[str, Any]:
         """Start the games that are over afresh, and return their ends as Gymnasium has them."""
         rows = np.flatnonzero(over)
         last, infos = self.duel.observe(rows), self.duel.infos(result)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -24,16 +24,6 @@ from swarm_pz.spaces.observation import Observations
 
 Opponent = str | Path | Player | Model
 Opponents = Opponent | Sequence[Opponent]
-
-
-@dataclass(frozen=True)
-class DuelResult:
-    """The result of a step for the learners: arrays (E,), rewards of drones (E, N); and the batch's result."""
-
-    rewards: NDArray[np.float64]
-    terminated: NDArray[np.bool_]
-    truncated: NDArray[np.bool_]
-    result: StepResult
 
 
 class _Opponent(NamedTuple):
@@ -139,8 +129,8 @@ class DuelBatch:
 
     def step(
         self, actions: ArrayLike | CheckedCommands, after_control_period: Callable[[], None] | None = None
-    ) -> DuelResult:
-        """Play the learners' actions (E, ...), or their commands (E, *command_shape), against the opponents' answers.
+    ) -> StepResult:
+        """Play the learners' actions (E, ...), or their commands (E, *command_shape); rewards are theirs (E,).
 
         Raises
         ------
@@ -157,13 +147,13 @@ class DuelBatch:
             others = 1 - self.sides[rows]
             self._commands[rows, others] = self.batch.ask(policy, others, rows)
         result = self.batch.step(CheckedCommands(self._commands), after_control_period)
-        return DuelResult(result.rewards[self._games, self.sides], result.terminated, result.truncated, result)
+        return replace(result, rewards=result.rewards[self._games, self.sides])
 
-    def infos(self, result: DuelResult | None = None, rows: NDArray[np.int64] | None = None) -> dict[str, NDArray[Any]]:
+    def infos(self, result: StepResult | None = None, rows: NDArray[np.int64] | None = None) -> dict[str, NDArray[Any]]:
         """Return the learners' infos of some games, or of all: `BatchEnv.infos`, share, side and opponent."""
         chosen = self._games if rows is None else rows
         sides = self.sides[chosen]
-        infos = self.batch.infos(None if result is None else result.result, sides, chosen)
+        infos = self.batch.infos(result, sides, chosen)
         infos["share"] = infos["size"] / self.config.num_drones
         infos["side"] = sides
         infos["opponent"] = self._numbers[chosen]

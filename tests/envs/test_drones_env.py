@@ -66,7 +66,9 @@ def test_a_captured_drone_pays_for_the_defeat_like_its_team(side):
                 break
             sides, flew = batch.sides[0], batch.flies[0]
             result = batch.step(generator.uniform(-1, 1, (1, 6, 2)))
-            assert result.rewards[0].tolist() == result.result.rewards[0, sides].tolist()
+            (red, blue), won = result.captured[0], batch.batch.outcome(0, 0) if result.terminated[0] else "draw"
+            expected = (red - blue) / 3 + {"win": 1, "draw": 0, "loss": -1}[won]
+            assert result.rewards[0] == pytest.approx(np.where(sides == 0, expected, -expected))
             assert side == "both" or len(set(result.rewards[0].tolist())) == 1
             captured += int((flew & ~batch.flies[0]).sum() if side != "both" else (sides != batch.sides[0]).sum())
             ends += int(result.terminated[0])

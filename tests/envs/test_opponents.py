@@ -103,7 +103,12 @@ def test_who_sits_where_sees_commands_is_rewarded_and_told_as_its_own_side(side)
     assert diary.shown == [round(255 * (1 - share))] * 2
     targets = duel.batch.simulator.targets.reshape(2, 2, 100).argmax(axis=-1)
     assert targets[:, side].tolist() == [99, 99] and targets[:, 1 - side].tolist() == [0, 1]
-    np.testing.assert_array_equal(result.rewards, result.result.rewards[:, side])
+    assert result.rewards.tolist() == [0.0, 0.0]
+
+    def win():
+        duel.batch.simulator.games.teams[0] = side
+
+    assert duel.step(np.ones((2, 10, 10)), win).rewards.tolist() == [1.0, 0.0]
 
 
 def test_opponents_are_not_asked_about_games_that_have_ended():
