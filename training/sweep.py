@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -16,7 +15,7 @@ from swarm_pz.policies.learned import CARD, LearnedPolicy
 from swarm_pz.policy import folder_of
 from swarm_pz.training.checkpoint import CHECKPOINT, read_story
 from swarm_pz.training.config import TrainConfig
-from swarm_pz.training.ppo import HISTORY, Training
+from swarm_pz.training.ppo import Training
 
 Say = Callable[[str], None]
 
@@ -55,22 +54,16 @@ def sweep(
             _check_players(config)
         left = [place for place, one in runs.items() if not _is_trained(place, one)]
         total = config.total_steps * len(runs)
-        told = dict.fromkeys([] if tasks.is_here else left, 0)
 
-        def look() -> None:
-            for place in told:
-                told[place] = _tell_evaluations(place, told[place], say)
+        def look() -> bool:
             show(min(sum(map(_steps_of, runs)), total), total)
-
-        def look_and_ask() -> bool:
-            look()
             return should_stop()
 
         for place in left:
             more = (should_stop, say) if tasks.is_here else (never, silent)
             tasks.send(str(place), train_one, runs[place], None if tasks.is_elsewhere else place, command, *more)
         for place in left:
-            bundle = tasks.fetch(str(place), look_and_ask)
+            bundle = tasks.fetch(str(place), look)
             look()
             if bundle is not None:
                 bundle.unpack(folder)
@@ -119,14 +112,3 @@ def _is_trained(place: Path, config: TrainConfig) -> bool:
     if TrainConfig.from_dict(trained) != config:
         raise CheckpointError(f"{place} holds a policy that was trained otherwise; use another folder")
     return True
-
-
-def _tell_evaluations(place: Path, told: int, say: Say) -> int:
-    """Print the new evaluations of a run in another process; return the number of all printed so far."""
-    try:
-        records = json.loads((place / HISTORY).read_text())["records"]
-    except (OSError, ValueError, LookupError):  # has not begun, or is elsewhere
-        return told
-    for record in records[told:]:
-        say(f"{place}: {record['step']:,} steps, won {record['win_rate']:.2f} of its evaluation's games")
-    return len(records)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
+from swarm_pz.cli.options import WORKERS, WorkerOptions, Workers
 from swarm_pz.cli.player_options import Opponent, Player, Players, able, able_to_fly, known
 from swarm_pz.cli.report import arguments, command, need, print_rules, program, progress, say, write_json
 from swarm_pz.config import GameConfig
@@ -159,8 +160,7 @@ def tournament(
     games: int = 40,
     seed: int = 0,
     budget_ms: float = 2000.0,
-    processes: int = 2,
-    ray: str | None = None,
+    workers: WorkerOptions = WORKERS,
     out: Path = Path("runs/ladder"),
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
@@ -174,8 +174,6 @@ def tournament(
         games: Games of every two players, even, half from each side.
         seed: Seed of the tournament; all pairings play the same starts.
         budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
-        processes: Processes that share the games.
-        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
         out: Folder of the tournament: games.jsonl, ladder.md, ladder.json and ladder.png.
         game: The rules.
     """
@@ -187,17 +185,15 @@ def tournament(
     check_folder(out)
     with progress("players", "loading players"):
         field = Tournament(players or able(game), config, out, policies.load, command())
-    _play_on(field, processes, ray)
+    _play_on(field, workers)
     _write_ladder(field)
 
 
-def _play_on(field: Tournament, processes: int, ray: str | None) -> None:
+def _play_on(field: Tournament, workers: Workers) -> None:
     """Play what is missing of a tournament, until it is asked to stop."""
-    from swarm_pz.evaluation.workers import open_pool
-
     with (
         goes_on_with(command()),
-        open_pool(processes, ray) as pool,
+        workers.open() as pool,
         progress() as show,
         stops_at_safe_points() as should_stop,
     ):
@@ -232,8 +228,7 @@ def season(
     budget_ms: float = 2000.0,
     field: bool = True,
     allow_programs: bool = False,
-    processes: int = 2,
-    ray: str | None = None,
+    workers: WorkerOptions = WORKERS,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Play the entries in a folder against each other and the benchmark's field, and write the season's page.
@@ -247,8 +242,6 @@ def season(
         budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
         field: Play against the opponents of the benchmark's track `field`, too.
         allow_programs: Run entries that are programs. They can do whatever you can.
-        processes: Processes that share the games.
-        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
         game: The rules.
     """
     need("cli", "choix", "matplotlib")
@@ -270,7 +263,7 @@ def season(
         tournament = Tournament(players, config, folder, entries, command())
     for line in left_out:
         print(tables.printable(line))
-    _play_on(tournament, processes, ray)
+    _play_on(tournament, workers)
     figures = _write_ladder(tournament)
     with draft_of(folder / seasons.PAGE) as draft:
         draft.write_text(seasons.render(figures, entries, tournament.games.values()), encoding="utf-8")

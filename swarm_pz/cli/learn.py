@@ -9,6 +9,7 @@ import tyro
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
+from swarm_pz.cli.options import ONE_WORKER, WORKERS, WorkerOptions
 from swarm_pz.cli.player_options import Player
 from swarm_pz.cli.report import command, in_seconds, need, print_rules, program, progress, say
 from swarm_pz.config import GameConfig
@@ -87,8 +88,7 @@ def sweep(
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = TrainConfig(threads=1),  # noqa: B008  (frozen)
     seeds: tuple[int, ...] = (0, 1, 2),
     out: Path = Path("runs/sweep"),
-    processes: int = 2,
-    ray: str | None = None,
+    workers: WorkerOptions = WORKERS,
     games: int = 100,
 ) -> None:
     """Train the same tactic with several seeds, side by side: what the benchmark asks of a method.
@@ -99,19 +99,16 @@ def sweep(
         config: The training runs, but for their seed.
         seeds: Seeds; each trains a policy.
         out: Folder of the runs: seed-0, seed-1, and so on.
-        processes: Processes that share the runs; each of them takes as many cores as it has threads.
-        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
         games: Games of the evaluation at the end, even.
     """
     need("train", "torch", "stable_baselines3")
     from swarm_pz.evaluation.match import play_match
-    from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.training.sweep import sweep as train_all
 
     _check_games(games)
     check(config.seed == TrainConfig().seed, "seed", config.seed, "left out: --seeds names them")
     check_folder(out)
-    with goes_on_with(command()), open_pool(processes, ray) as pool:
+    with goes_on_with(command()), workers.open() as pool:
         with progress("steps", "training") as show, stops_at_safe_points() as should_stop:
             trained = train_all(
                 config, seeds, out, pool, should_stop=should_stop, say=say, show=show, command=command()
@@ -128,8 +125,7 @@ def league(
     resume: bool = False,
     overwrite: bool = False,
     games: int = 40,
-    processes: int = 1,
-    ray: str | None = None,
+    workers: WorkerOptions = ONE_WORKER,
 ) -> None:
     """Train a tactic in a league: against scripts, its own snapshots, and exploiters of itself.
 
@@ -139,13 +135,11 @@ def league(
         resume: Go on from where the folder's league is, by its own settings; without a folder, with the latest.
         overwrite: Replace the league that the folder holds.
         games: Games against each script at the end, even.
-        processes: With more than 1, so many train exploiters and play for ratings while the learner goes on.
-        ray: Have the machines of a Ray cluster do that instead: auto, or HOST:PORT.
     """
     need("train", "torch", "stable_baselines3", "choix")
     from swarm_pz import policies
     from swarm_pz.evaluation.match import play_match
-    from swarm_pz.evaluation.workers import SerialExecutor, open_pool
+    from swarm_pz.evaluation.workers import SerialExecutor
     from swarm_pz.policies.scripted import SCRIPTS
     from swarm_pz.training import folders
     from swarm_pz.training.selfplay import League
@@ -153,7 +147,7 @@ def league(
     _check_games(games)
     out = folders.choose(out, RUNS["league"], resume=resume, overwrite=overwrite)
     learner = config.learner
-    with goes_on_with(resuming(out)), open_pool(processes, ray) as pool:
+    with goes_on_with(resuming(out)), workers.open() as pool:
         run = League(config, out, resume=resume, overwrite=overwrite, say=say, command=command(), workers=pool)
         print_rules(learner.game)
         if not isinstance(pool, SerialExecutor) and not config.async_delay and config.exploiter_steps:

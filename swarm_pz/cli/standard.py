@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
+from swarm_pz.cli.options import WORKERS, WorkerOptions
 from swarm_pz.cli.player_options import Players
 from swarm_pz.cli.printing import printable
 from swarm_pz.cli.report import command, need, print_rules, progress, say
@@ -18,8 +19,7 @@ def benchmark(
     out: Path = Path("runs/benchmark"),
     name: str = "",
     baseline: Path | None = None,
-    processes: int = 2,
-    ray: str | None = None,
+    workers: WorkerOptions = WORKERS,
     quick: bool = False,
 ) -> None:
     """Measure a method by the standard, and write a report: see docs/benchmark.md.
@@ -31,12 +31,9 @@ def benchmark(
         out: Folder of the report: index.html, report.json and games.jsonl.
         name: Name of the method in tables; the first policy's name if not given.
         baseline: Folder of another method's report, to compare with.
-        processes: Processes that share the games and the exploiters' training.
-        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
         quick: Play few and short games: they show that everything works, and say nothing about the policy.
     """
     need("train", "cma", "filelock", "safetensors", "stable_baselines3", "torch")
-    from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.standard import Entry, Protocol, run
 
     check(len(policies) > 0, "policies", policies, "at least one name or folder")
@@ -46,7 +43,7 @@ def benchmark(
     entry = Entry(policies=policies, name=name or Path(policies[0]).name)
     with (
         goes_on_with(command()),
-        open_pool(processes, ray) as pool,
+        workers.open() as pool,
         progress() as show,
         stops_at_safe_points() as should_stop,
     ):

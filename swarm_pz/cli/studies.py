@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from swarm_pz.cli import printing
+from swarm_pz.cli.options import HERE, AddressOptions
 from swarm_pz.cli.player_options import known
 from swarm_pz.cli.report import command, progress, say
 from swarm_pz.cli.table import need_play, serve
-from swarm_pz.config.base import check_count, check_number
+from swarm_pz.config.base import check_number
 from swarm_pz.errors import ConfigError, SwarmError, require_extra
 
 if TYPE_CHECKING:
@@ -23,8 +24,7 @@ def run(
     study: Annotated[Path, tyro.conf.Positional],
     /,
     folder: Path = Path("runs/study"),
-    host: str = "127.0.0.1",
-    port: int = 8000,
+    at: AddressOptions = HERE,
     allowed_hosts: tuple[str, ...] = (),
     countdown: float = 3.0,
 ) -> None:
@@ -33,8 +33,6 @@ def run(
     Args:
         study: The study's file; see docs/studies.md.
         folder: Folder of the study's data, made or gone on with.
-        host: Where to listen; 0.0.0.0 lets the local network in.
-        port: Port to listen at; 0 takes any that is free.
         allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.
         countdown: Seconds for which the start of a game is shown before it begins.
     """
@@ -43,7 +41,6 @@ def run(
     from swarm_pz.play.studies.design import Study
     from swarm_pz.play.studies.folder import CODES, StudyFolder
 
-    check_count(port, "port", 0, 65535)
     check_number(countdown, "countdown", 0.0, 60.0)
     _check_players(Study.read(study))
     opened = StudyFolder.begin(study, folder)
@@ -58,8 +55,8 @@ def run(
     try:
         serve(
             known(),
-            host=host,
-            port=port,
+            host=at.host,
+            port=at.port,
             allowed_hosts=allowed_hosts,
             folder=folder / "games",
             countdown_s=countdown,

@@ -13,6 +13,7 @@ from urllib.parse import quote
 
 import tyro
 
+from swarm_pz.cli.options import HERE, AddressOptions
 from swarm_pz.cli.player_options import known
 from swarm_pz.cli.report import in_seconds, need, say
 from swarm_pz.config import GameConfig
@@ -28,8 +29,7 @@ if TYPE_CHECKING:
 
 def play(
     opponent: Annotated[str | None, tyro.conf.arg(metavar="PLAYER")] = None,
-    host: str = "127.0.0.1",
-    port: int = 8000,
+    at: AddressOptions = HERE,
     allowed_hosts: tuple[str, ...] = (),
     min_command_interval: float = 0.5,
     countdown: float = 3.0,
@@ -47,8 +47,6 @@ def play(
     Args:
         opponent: Go straight into a game against this policy, a folder that training wrote, or FILE.py:NAME, a tactic
             in a file; "none" is a practice arena without opponents.
-        host: Where to listen; 0.0.0.0 lets the local network in.
-        port: Port to listen at; 0 takes any that is free.
         allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.
         min_command_interval: Seconds of game between two commands of a team.
         countdown: Seconds for which the start of a game is shown before it begins.
@@ -70,7 +68,6 @@ def play(
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.server.server_context import check_folder
 
-    check_count(port, "port", 0, 65535)
     check_folder(out)
     check_number(countdown, "countdown", 0.0, 60.0)
     if ros_opponent is not None and rosbridge is None:
@@ -90,8 +87,8 @@ def play(
     with folder_lock(out):
         serve(
             installed,
-            host=host,
-            port=port,
+            host=at.host,
+            port=at.port,
             allowed_hosts=allowed_hosts,
             folder=out,
             page=f"play={quote(opponent, safe=':/')}" if opponent is not None else "",
@@ -101,7 +98,7 @@ def play(
             record_labels=record_labels,
             embedders=embed,
             greeting=f"rules: {game.rules_hash} (rules_hash of rooms as they are set at first)",
-            beside=_beside(host, rosbridge, ros_opponent, ros_origin, table),
+            beside=_beside(at.host, rosbridge, ros_opponent, ros_origin, table),
         )
 
 
@@ -112,8 +109,7 @@ def replay(
     film: Path | None = None,
     mcap: Path | None = None,
     speed: float = 2.0,
-    host: str = "127.0.0.1",
-    port: int = 8000,
+    at: AddressOptions = HERE,
 ) -> None:
     """Watch a recorded game in a browser, and take it over from any moment; or verify or film it.
 
@@ -123,8 +119,6 @@ def replay(
         film: Only write it as a film, .gif or .mp4.
         mcap: Only write it as ROS 2 messages, .mcap.
         speed: Seconds of game a second of film.
-        host: Where to listen; 0.0.0.0 lets the local network in.
-        port: Port to listen at; 0 takes any that is free.
     """
     need_play()
     from swarm_pz.play.recordings.folder import checked_name
@@ -132,7 +126,6 @@ def replay(
     from swarm_pz.play.recordings.recording import Recording
 
     check(speed > 0, "speed", speed, "above 0")
-    check_count(port, "port", 0, 65535)
     is_shown = film is None and mcap is None and not verify
     read = Recording.read(recording)
     if film is not None:
@@ -150,7 +143,7 @@ def replay(
         _print_verified(recording, Playback(read).verify())
     if is_shown:
         page, folder = f"replay={checked_name(recording.name)}", recording.parent
-        serve(known(), host=host, port=port, folder=folder, page=page, cards=_cards(), record_labels=False)
+        serve(known(), host=at.host, port=at.port, folder=folder, page=page, cards=_cards(), record_labels=False)
 
 
 def site(out: Annotated[Path, tyro.conf.Positional], /) -> None:

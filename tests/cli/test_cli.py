@@ -10,9 +10,8 @@ from pathlib import Path
 
 import pytest
 
-import swarm_pz
 from swarm_pz import bench
-from swarm_pz.cli import learn, main, report
+from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.policies import exporting
 from tests.cli.conftest import run
@@ -106,16 +105,6 @@ def test_a_pickle_is_not_opened_before_it_is_trusted(monkeypatch, refused):
         run("export model.zip out --trust")
 
 
-def test_a_log_is_told_now_and_then_and_not_more_often(monkeypatch, capsys):
-    now = [0.0]
-    monkeypatch.setattr("swarm_pz.cli.report.time.monotonic", lambda: now[0])
-    with report.progress("games") as move:
-        for moment, done in ((59.0, 1), (61.0, 2), (62.0, 3), (122.0, 4)):
-            now[0] = moment
-            move(done, 5)
-    assert capsys.readouterr().out.split("\n")[:2] == ["2 of 5 games", "4 of 5 games"]
-
-
 # --- what they refuse -----------------------------------------------------------------------------
 
 
@@ -154,38 +143,7 @@ def test_errors_are_one_line_and_status_2_before_anything_is_played_or_written(w
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
-@pytest.mark.parametrize(("out", "message"), [("out.onnx", "expected a folder"), (".", "holds something already")])
-def test_where_an_export_cannot_be_written_is_said_before_libraries_are_imported(out, message, refused, monkeypatch):
-    """They take seconds."""
-    monkeypatch.setattr(learn, "need", lambda *_: pytest.fail("it imports libraries"))
-    Path("notes.txt").write_text("mine")
-    assert message in refused(f"export champion {out}")
-
-
-@pytest.mark.parametrize(
-    ("words", "shown"),
-    [
-        ("evaluate", "PLAYER"),
-        ("tournament", "PLAYER"),
-        ("play", "PLAYER"),
-        ("train", "Environment steps in all"),
-        ("study", "withdraw"),
-    ],
-)
-def test_help_names_players_and_settings(words, shown, capsys):
-    with pytest.raises(SystemExit, match="0"):
-        run(f"{words} --help")
-    printed = capsys.readouterr().out
-    assert shown in " ".join(printed.replace("│", "").split())
-    assert shown != "PLAYER" or ("STR]" not in printed and " STR\n" not in printed)
-
-
 # --- how they end ---------------------------------------------------------------------------------
-
-
-def test_the_version_is_said(capsys):
-    run("--version")
-    assert capsys.readouterr().out == f"swarm-pz {swarm_pz.__version__}\n"
 
 
 @pytest.mark.parametrize(
@@ -226,14 +184,3 @@ def test_a_reader_that_closes_the_output_gets_no_error(monkeypatch, capsys):
         with pytest.raises(SystemExit, match="1"):
             run("policies")
     assert capsys.readouterr().err == ""
-
-
-def test_a_program_that_is_not_on_the_path_is_called_by_its_place(monkeypatch, tmp_path):
-    for called, found, expected in (
-        ("some/pytest", None, "swarm-pz"),
-        (f"{tmp_path}/my bin/swarm-pz", "/usr/bin/swarm-pz", "swarm-pz"),
-        (f"{tmp_path}/my bin/swarm-pz", None, "'my bin/swarm-pz'"),
-    ):
-        monkeypatch.setattr("sys.argv", [called])
-        monkeypatch.setattr("shutil.which", lambda name, found=found: found)
-        assert report.program() == expected

@@ -102,11 +102,3 @@ def test_names_are_no_markup_and_control_characters_are_written_out(printed):
     text = "\n".join(printed(lambda: print_study(*({"player": name, "opponent": "ring"} for name in names))))
     assert [shown for shown in names.values() if shown not in text] == []
     assert "\x1b" not in text and "\t" not in text
-
-
-def test_rows_of_other_configurations_and_of_equals_are_told_apart(printed):
-    text = " ".join(printed(lambda: print_study({}, {"config_hash": "fedcba9876543210"})))
-    assert "config: how config_hash begins" in text and "012345" in text and "fedcba" in text
-    equals = {"player": "P1", "opponent": "P1", "both_seats": True}
-    text = " ".join(" ".join(printed(lambda: print_study({}, equals))).split())
-    assert "P1 the same 123-456-789" in text and "as red's" in text and "config" not in text

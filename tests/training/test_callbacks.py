@@ -10,7 +10,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
 
 from swarm_pz.training import callbacks
-from swarm_pz.training.callbacks import Account, Progress, RunState
+from swarm_pz.training.callbacks import Account, RunState
 from swarm_pz.training.ppo import Training
 from tests.training.runs import TINY, quiet
 
@@ -79,27 +79,3 @@ def test_running_figures_are_of_the_latest_256_games_and_the_time_of_all_sitting
     assert state.training_win_rate() == pytest.approx(0.25)  # a draw is not won
     assert state.training_share() == pytest.approx((192 * 0.75 + 64) / 256)
     assert state.exploration(10**6) == pytest.approx(math.exp(TINY.final_log_std))
-
-
-@pytest.mark.parametrize("is_terminal", [False, True])
-def test_progress_tells_how_far_and_how_fast_every_tenth_or_in_place(clock, capsys, monkeypatch, is_terminal):
-    monkeypatch.setattr("sys.stdout.isatty", lambda: is_terminal)
-    state, said = RunState(TINY.replace(total_steps=10_000)), []
-    state.records.append({"step": 1500, "win_rate": 0.75, "share": 0.625})
-    progress = begin(Progress(state, said.append), 2000)
-    for step in (2400, 2800, 3200, 11_000):
-        clock.seconds += 40.0
-        progress.model.num_timesteps = step
-        progress.on_step()
-        progress.on_rollout_end()
-    printed = capsys.readouterr().out
-    if is_terminal:
-        assert not said and printed.startswith("\r[#####...............]  24%") and "\n\r" not in printed
-        assert "\r[####################] 100%" in printed and printed.endswith("\n")
-        return
-    assert [line.split()[:6] for line in said] == [
-        ["24%", "2,400", "steps", "10/s", "12:40", "left"],
-        ["32%", "3,200", "steps", "10/s", "11:20", "left"],
-        ["100%", "11,000", "steps", "56/s", "0:00", "left"],
-    ]
-    assert "evaluated at 1,500: won 75%, share 0.62" in said[0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from stable_baselines3.common.vec_env import VecEnvWrapper
 
 from swarm_pz import policies
 from swarm_pz.config import CHANNELS, MOTION_CHANNELS, CaptureConfig, GameConfig, ObservationConfig
-from swarm_pz.errors import CheckpointError, KindError, OutputError, PolicyError
+from swarm_pz.errors import CheckpointError, KindError, PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies.learned import lineage
 from swarm_pz.policy import load
@@ -165,16 +164,6 @@ def test_a_run_may_go_on_longer_with_other_threads_but_not_with_other_settings(t
         Training(TINY, tmp_path, resume=True, say=quiet)
 
 
-def test_a_folder_that_cannot_be_written_to_is_refused_with_what_to_do(tmp_path, monkeypatch):
-    (tmp_path / "file").touch()
-    with pytest.raises(OutputError, match="is a file, not a folder; choose another folder"):
-        Training(TINY, tmp_path / "file" / "run", say=quiet)
-    monkeypatch.setattr(os, "access", lambda path, mode: False)
-    with pytest.raises(OutputError, match=r"no permission to write in .*; choose another folder"):
-        Training(TINY, tmp_path / "run", say=quiet)
-    assert not (tmp_path / "run").exists()
-
-
 @pytest.mark.parametrize(
     ("changes", "error", "message"),
     [
@@ -258,5 +247,5 @@ def test_learning_finds_the_place_that_is_rewarded():
         return total
 
     before = mean_closeness()
-    model.learn(64 * 20 * 25)
+    model.learn(64 * 20 * 12)
     assert mean_closeness() > before + 0.1

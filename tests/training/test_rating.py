@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from swarm_pz.errors import Stopped
-from swarm_pz.evaluation.workers import Processes, SerialExecutor
+from swarm_pz.evaluation.workers import Processes
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.training import rating
 from swarm_pz.training.callbacks import Checkpoint
-from swarm_pz.training.pool import Member, Pool
-from swarm_pz.training.rating import Rating
 from swarm_pz.training.selfplay import STATE, League
 from tests.training.runs import LEAGUE, LEARNER, assert_same_weights, quiet
 
@@ -95,35 +90,3 @@ def test_a_league_that_was_stopped_again_and_again_does_all_that_an_uninterrupte
     assert (league.pool.exploiters, league.pool.exploiter_step, league.pool.target, league.pool.unrated) == (
         alone.pool.exploiters, alone.pool.exploiter_step, "", ""
     )  # fmt: skip
-
-
-def test_a_snapshot_is_rated_among_all_scripts_the_first_and_the_latest(tmp_path, monkeypatch):
-    monkeypatch.setattr(rating, "_RATED", 2)
-    members = [Member(name, name, "script") for name in ("ring", "uniform")] + [Member("halo", "halo", "initial")]
-    for kind in ("snapshot", "exploiter"):
-        members += [Member(f"{kind}_{n}", f"{kind}s/{kind}_{n}", kind) for n in range(4)]
-    held = []
-
-    def tournament(names, config, folder, loader):
-        held.append((names, config, folder, loader))
-        return SimpleNamespace(players=tuple(names), play=lambda: held.append("played"), results=lambda: "results")
-
-    def rate(results, anchor):
-        held.append((results, anchor))
-        return SimpleNamespace(values=100.0 * np.arange(len(held[0][0])))
-
-    monkeypatch.setattr(rating, "Tournament", tournament)
-    monkeypatch.setattr(rating, "rate", rate)
-    made = Rating(Pool(members), tmp_path, LEARNER.game, SerialExecutor())
-    made.begin()
-    found = made.end(lambda: False)
-    (names, config, folder, loader), *then = held
-    assert names == [
-        "ring", "uniform", "snapshots/snapshot_0", "snapshots/snapshot_2", "snapshots/snapshot_3",
-        "exploiters/exploiter_2", "exploiters/exploiter_3",
-    ]  # fmt: skip
-    assert found == 400.0
-    assert then == ["played", ("results", "uniform")]
-    assert (config.game, folder) == (LEARNER.game, tmp_path / "ratings")
-    assert config.budget_ms >= 60_000  # a machine that stalls is no reason to lose
-    assert loader.places["snapshots/snapshot_0"] == str(tmp_path / "snapshots" / "snapshot_0")

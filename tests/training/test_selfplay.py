@@ -155,16 +155,6 @@ def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_a_killed_one_
     assert "exploiter" not in kinds_of(league)
 
 
-def test_rivals_are_met_from_the_start_among_the_snapshots(played, tmp_path):
-    rival = str(played[0].folder)
-    league = League(ONE_DEAL.replace(initial_opponents=(rival,)), tmp_path, say=quiet)
-    league.run()
-    met = next(member for member in league.pool.members if member.name == rival)
-    assert met.kind == "initial" and met.games > 10
-    weights = league.pool.weights(exponent=1.0, floor=0.1, scripts=0.5)
-    assert weights[[kind == "script" for kind in kinds_of(league)]].sum() == pytest.approx(0.5)
-
-
 def test_a_league_goes_on_where_it_was_with_more_steps_and_other_threads_alone(tmp_path):
     League(ONE_DEAL, tmp_path, say=quiet).run()
     before = json.loads((tmp_path / STATE).read_text())
@@ -182,15 +172,3 @@ def test_a_league_goes_on_where_it_was_with_more_steps_and_other_threads_alone(t
     (tmp_path / "main" / CHECKPOINT).write_bytes(b"torn")
     with pytest.raises(CheckpointError, match="corrupt or foreign"):
         League(longer, tmp_path, resume=True, say=quiet)
-
-
-def test_a_league_that_is_replaced_leaves_nothing(tmp_path):
-    League(PLAIN, tmp_path, say=quiet)
-    for name in ("pool/old", "exploiters/old", "ratings/old"):
-        (tmp_path / name).mkdir(parents=True)
-    for name in ("policy.json", "policy.safetensors", "notes.txt"):
-        (tmp_path / name).touch()
-    League(PLAIN, tmp_path, overwrite=True, say=quiet)
-    left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.parent.name != "main"}
-    snapshot = {"pool/snapshot_000", "pool/snapshot_000/policy.json", "pool/snapshot_000/policy.safetensors"}
-    assert left == {"main", "pool", "league.json", "notes.txt", "config.json"} | snapshot

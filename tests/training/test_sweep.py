@@ -39,7 +39,7 @@ def test_whoever_trains_them_they_are_the_same(alone, tmp_path):
     with ThreadPoolExecutor(1) as pool:
         show = {"say": said.append, "show": lambda *steps: shown.append(steps)}
         assert_same(alone, sweep(RUN, (3, 5), tmp_path / "here", pool, **show))
-    assert f"{tmp_path}/here/seed-5: trained" in said and any("64 steps, won " in line for line in said)
+    assert f"{tmp_path}/here/seed-5: trained" in said
     assert shown[-1] == (128, 128)
     (tmp_path / "there").mkdir()
     pool = Elsewhere(tmp_path / "there")

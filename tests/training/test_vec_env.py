@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from stable_baselines3.common.vec_env import VecMonitor
 
 from swarm_pz import policies
 from swarm_pz.config import BLUE, CaptureConfig, GameConfig, ObservationConfig
@@ -76,41 +75,6 @@ def test_only_the_games_that_have_ended_start_anew_and_have_infos_each_its_own()
         assert ended[2].max() == 255 and not seen[row, 2].any()  # trails
 
 
-def test_all_keywords_at_once_are_kept(monkeypatch):
-    monkeypatch.setattr("os.cpu_count", lambda: 4)
-    rules = {"time_limit": 20, "capture": CALM, "drones_per_team": (1, 3), "command_cells": 6}
-    played = {"opponent": ["ring", "noise"], "side": "blue", "max_cycles": 7, "threads": 3}
-    formats = {"action": "command", "action_cells": 3}
-    env = SwarmVecEnv(None, 4, observation=ObservationConfig(grid=10), **rules, **played, **formats)
-    seen, batch = env.reset(), env.duel.batch
-    assert (batch.max_cycles, batch.simulator.threads) == (7, 3)
-    assert batch.config == GameConfig(observation=ObservationConfig(grid=10), **rules)
-    assert [(info["opponent"], info["side"], info["size"]) for info in env.reset_infos] == [(0, 1, 1), (1, 1, 1)] * 2
-    assert seen.shape == (4, 9, 10, 10) and (seen[:, 7] == 64).all()
-    env.step(np.tile(np.eye(9, dtype=np.float32)[6].reshape(3, 3), (4, 1, 1)))
-    assert batch.simulator.targets[:, 1].reshape(4, 36).argmax(axis=-1).tolist() == [30] * 4
-    env.close()
-
-
-def test_the_interface_that_sb3_expects():
-    parts = [SwarmVecEnv(COARSE, 2, seed=0), SwarmVecEnv(COARSE, 3, max_cycles=4, seed=0)]
-    env = StackedVecEnv(parts)
-    assert env.get_attr("num_envs") == [2, 2, 3, 3, 3]
-    assert (env.get_attr("num_envs", [4, 0]), parts[1].get_attr("num_envs", 1)) == ([3, 2], [3])
-    for one in (env, parts[0]):
-        assert one.env_is_wrapped(VecMonitor, [0]) == [False] and one.render_mode == "rgb_array"
-        with pytest.raises(AttributeError, match="no method 'deal'"):
-            one.env_method("deal", [])
-        with pytest.raises(AttributeError, match="share their attributes"):
-            one.set_attr("seat", 1)
-    env.reset()
-    simulator = parts[1].duel.batch.simulator
-    simulator.restore(simulator.snapshot([0]), [2])
-    images = parts[1].get_images()
-    assert len(images) == 3 and images[1].shape[-1] == 3
-    assert np.array_equal(images[0], images[2]) and not np.array_equal(images[0], images[1])
-
-
 def test_stacked_batches_play_as_they_would_alone():
     def parts():
         return [
@@ -130,15 +94,6 @@ def test_stacked_batches_play_as_they_would_alone():
             np.testing.assert_array_equal(result, np.concatenate([one[place] for one in expected]))
         assert [info.get("size") for info in infos] == [info.get("size") for *_, part in expected for info in part]
     together.close()
-
-
-def test_stacked_batches_are_seeded_apart():
-    env = stacked(3, 3)
-    assert env.seed(3) == [3] * 4
-    first = env.reset()
-    assert not np.array_equal(first[:2], first[2:])
-    env.seed(3)
-    np.testing.assert_array_equal(env.reset(), first)
 
 
 def test_stacked_batches_are_dealt_by_the_names_that_are_said_and_share_no_opponent():
