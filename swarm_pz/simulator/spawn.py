@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import BLUE, RED, GameConfig
-from swarm_pz.config.values import as_floats
+from swarm_pz.config.values import as_floats, check_values
 from swarm_pz.errors import CommandError
 
 Seed = int | np.random.SeedSequence
@@ -119,7 +119,7 @@ def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dic
     start: dict[str, NDArray[Any]] = {}
     for name, low, high in (("positions", 0.0, 1.0), ("velocities", -10.0, 10.0)):
         if name in scenario:
-            start[name] = check_numbers(f"scenario {name}", scenario[name], low, high, (count, 2))
+            start[name] = check_values(scenario[name], (count, 2), low, high, f"scenario {name}")
     if "teams" in scenario:
         expected = f"scenario teams must be {count} numbers that are 0 (red) or 1 (blue)"
         values = as_floats(scenario["teams"], expected)
@@ -129,22 +129,3 @@ def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dic
             raise CommandError(f"{expected}, with at least one of each, got {scenario['teams']!r}")
         start["teams"] = values.astype(np.int8)
     return start
-
-
-def check_numbers(
-    name: str, numbers: ArrayLike, low: float, high: float, shape: tuple[int, ...]
-) -> NDArray[np.float64]:
-    """Return numbers of drones from `low` to `high` as an array of this shape.
-
-    Raises
-    ------
-    CommandError
-        If they have another shape or range.
-    """
-    expected = f"{name} must be numbers in [{low:g}, {high:g}] of shape {shape}"
-    values = as_floats(numbers, expected)
-    if values.shape != shape:
-        raise CommandError(f"{expected}, got shape {values.shape}")
-    if not ((values >= low) & (values <= high)).all():
-        raise CommandError(f"{expected}, got {values.tolist()}")
-    return values
