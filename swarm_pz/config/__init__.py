@@ -1,16 +1,4 @@
-"""The rules of a game as nested, frozen, keyword-only dataclasses, and what is fixed for all games.
-
-===========  ===========================================================
-`constants`  the tick, the grid, the teams: fixed by the rules
-`sections`   spawn, memory, capture, controllers, dynamics, observation, reward
-`game`       `GameConfig`, which holds them all
-`presets`    named variants
-`system`     what a control system is
-`registry`   which of them are installed
-`values`     checks of arrays that come from outside
-`base`       what every configuration can do: checks, dicts, hashes
-===========  ===========================================================
-"""
+"""The rules of a game as nested, frozen, keyword-only dataclasses; control systems; constants of all games."""
 
 from swarm_pz.config.constants import (
     AGENTS,

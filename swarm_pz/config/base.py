@@ -137,6 +137,11 @@ class Config:
     Values that mean the same are kept the same: numpy's scalars as Python's, lists as tuples, and a pair of two equal
     values as that value where a field is `PER_TEAM`. Each value must then be of its field's type, a number in its
     `Range`; a subclass checks what depends on several fields.
+
+    Raises
+    ------
+    ConfigError
+        If a name is unknown or a value is out of range.
     """
 
     _section: ClassVar[str] = ""
@@ -169,13 +174,7 @@ class Config:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
-        """Build the configuration from nested plain dicts, as `to_dict` writes them.
-
-        Raises
-        ------
-        ConfigError
-            If a name is unknown or a value is out of range.
-        """
+        """Build the configuration from nested plain dicts, as `to_dict` writes them."""
         if not isinstance(values, Mapping):
             raise UnknownNameError(f"{cls.__name__} expects a mapping of field names, got {values!r}")
         for entry in dataclasses.fields(cls):  # type: ignore[arg-type]
@@ -186,13 +185,7 @@ class Config:
         return cls(**{name: _from_plain(hints.get(name), value) for name, value in values.items()})
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with some fields changed.
-
-        Raises
-        ------
-        ConfigError
-            If a name is unknown or a value is out of range.
-        """
+        """Return a copy with some fields changed."""
         fields = {entry.name: getattr(self, entry.name) for entry in dataclasses.fields(self)}  # type: ignore[arg-type]
         return type(self)(**(fields | changes))
 

@@ -67,7 +67,7 @@ def check_values(
 
 
 def check_indices(given: ArrayLike, shape: tuple[int, ...], count: int, expected: str) -> NDArray[np.integer]:
-    """Return whole numbers in [0, count) as an array of this shape.
+    """Return an array of this shape of whole numbers in [0, count).
 
     Raises
     ------
