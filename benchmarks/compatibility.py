@@ -27,12 +27,11 @@ import swarm_pz
 ROOT = Path(__file__).parents[1]
 TABLE = ROOT / "docs" / "tables" / "compatibility.csv"
 ID = "swarm_pz/Capture-v0"
-ANSWER = "swarm-pz compatibility: "
-"""Start of the line that a row's process answers with; libraries print their own lines."""
+ANSWER = "swarm-pz compatibility: "  # starts the line of a row's process; libraries print their own
 SMALL: dict[str, Any] = {"drones_per_team": 3, "max_cycles": 5}
 SHORT: dict[str, Any] = {"n_steps": 8, "batch_size": 8, "n_epochs": 1}
 FEW: dict[str, Any] = {"buffer_size": 50, "learning_starts": 8, "batch_size": 8}
-REQUIRED = {
+REQUIRED = {  # beside swarm-pz and its extra `train`
     "stable_baselines3": ("gymnasium[torch]", "sb3-contrib"),
     "gymnasium": ("gymnasium[torch]", "moviepy"),
     "pettingzoo": (),
@@ -41,7 +40,6 @@ REQUIRED = {
     "benchmarl": ("benchmarl", "supersuit"),
     "rllib": ("ray[rllib]", "supersuit"),
 }
-"""Packages that a library's rows need beside swarm-pz and its extra `train`."""
 
 
 class Row(NamedTuple):
@@ -61,17 +59,14 @@ def row(library: str, what: str) -> Callable[[Callable[[], Any]], None]:
 
 
 def single(**keywords: Any) -> Any:
-    """Return one game of Gymnasium's."""
     return gymnasium.make(ID, **SMALL, **keywords)
 
 
 def many(**keywords: Any) -> Any:
-    """Return two games of Gymnasium's."""
     return gymnasium.make_vec(ID, num_envs=2, **SMALL, **keywords)
 
 
 def batch(**keywords: Any) -> Any:
-    """Return two games of Stable-Baselines3's."""
     from swarm_pz.training.vec_env import SwarmVecEnv
 
     return SwarmVecEnv(num_envs=2, **SMALL, **keywords)
