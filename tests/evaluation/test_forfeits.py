@@ -76,7 +76,7 @@ def test_in_a_match_its_side_loses_and_the_other_games_are_those_of_a_match_with
 
 
 SERVED = {"raises": lambda: 1 / 0, "nan": lambda: [[np.nan, 0.5]], "outside": lambda: [[9.0, 0.5]]}
-"""What `from_densities` may do wrong."""
+"""Faults of `from_densities`."""
 
 
 @pytest.mark.parametrize(("fault", "place"), [("raises", 0), ("nan", 1), ("outside", 0)])

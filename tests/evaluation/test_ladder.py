@@ -59,25 +59,6 @@ def test_the_figures_of_a_tournament_are_those_of_its_lines(found):
         assert low < entry["rating"] < high
 
 
-def test_the_page_says_everything_in_its_place(found):
-    found["players"][0] |= {"rating": 1500.4, "rating_ci95": [1450.2, 1600.6], "median_seconds": 61.4}
-    found["players"][2] |= {"rating": 700.0, "rating_ci95": [600.0, 800.0], "median_seconds": None, "thinking_ms": None}
-    found |= {"anchor": "c", "rules_hash": "0123456789abcdef"}
-    found["intransitivity"] = {
-        "cyclic_share": 0.25, "cyclic_share_of_a_ladder": 0.05, "strongest_cycle": ["x", "y", "z"],
-        "cycles": 2, "decided_triples": 9,
-    }  # fmt: skip
-    page = ladder.to_markdown(found, "drawn.png")
-    assert "| 1 | `a` | planned | 1500 | 1450 to 1601 | 100.0 | 50.0 | 3 | 1 | 0 | 0 | 61 | 3.0 |\n" in page
-    assert "| 3 | `b` | learned | 700 | 600 to 800 | 0.0 | 0.0 | 0.5 | 0 | 2.5 | 0 | - | - |\n" in page
-    for words in ("`c` is 1000", "`0123456789abcdef`", "(drawn.png)", "25 %", "give 5 %", "2 of 9", "`x` beats"):
-        assert words in page, words
-    found |= {"anchor": None}
-    found["intransitivity"]["strongest_cycle"] = []
-    page = ladder.to_markdown(found, "drawn.png")
-    assert "the mean is 1000" in page and "beats" not in page
-
-
 def test_the_picture_shows_intervals_and_shares_where_they_belong(found, tmp_path, monkeypatch):
     drawn, save = [], Figure.savefig
     monkeypatch.setattr(Figure, "savefig", lambda one, *given, **how: drawn.append(one) or save(one, *given, **how))

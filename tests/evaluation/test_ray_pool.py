@@ -23,7 +23,7 @@ from swarm_pz.evaluation.tournament import TournamentConfig, play_block
 
 
 class Ref(SimpleNamespace):
-    """What stands for the result of a task."""
+    """The result of a task."""
 
     __hash__ = object.__hash__
 
@@ -101,15 +101,6 @@ def test_a_machine_with_other_versions_is_left_out_and_another_processor_told_on
     assert said[1].startswith("host a is left out, since it has numba 0.1, here ")
     assert pretended.options_given[-1]["label_selector"] == {"ray.io/node-id": "!in(a)"}
     assert len(said) == 3 and "another kind (zen, here here)" in said[2]
-
-
-def test_a_bundle_travels_once(pretend):
-    pretended, one = pretend(), PolicyBundle("mine", (("card", b"1"),))
-    with RayPool("auto", lambda _: None) as pool:
-        for _ in range(3):
-            assert pool.submit(lambda number, it: (number, it.name), 7, one).result() == (7, "mine")
-    assert pretended.put_here == [("mine", (("card", b"1"),))]
-    assert pretended.options_given == [{"num_cpus": 1, "max_retries": 2}] * 3, "Ray gives lost tasks out again"
 
 
 @pytest.mark.parametrize(

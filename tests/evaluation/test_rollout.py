@@ -7,8 +7,7 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, GameConfig
-from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.rollout import FaultError, Rollout, game_number, play_games
 
 SHORT = GameConfig(time_limit=8.0, drones_per_team=3)
@@ -95,12 +94,6 @@ def test_a_policy_that_raises_is_named_with_its_place():
     assert (from_another_process.place, str(from_another_process)) == (1, str(fault.value))
 
 
-@pytest.mark.parametrize(("pair", "side"), [(-1, "red"), (1.0, "red"), (0, "green")])
-def test_games_that_no_match_has_are_refused(pair, side):
-    with pytest.raises(ConfigError):
-        game_number(pair, side)
-
-
 def test_a_game_that_ends_early_has_its_own_end_among_others_that_go_on(monkeypatch):
     monkeypatch.setattr("swarm_pz.evaluation.rollout.time.perf_counter", lambda: Ones.clock)
     still = ControllerConfig(max_acceleration=1e-9)  # in four corners, where nobody is captured
@@ -130,13 +123,3 @@ def test_a_game_that_ends_early_has_its_own_end_among_others_that_go_on(monkeypa
     ]
     assert [one.sizes for one in found] == [[2, 2, 0], [2, 2, 4], [2] * 7]
     assert all(one.thinking_ms == pytest.approx((3.0, 5.0)) for one in found)
-
-
-def test_games_are_shared_by_threads_which_end_with_them(monkeypatch):
-    monkeypatch.setattr("os.cpu_count", lambda: 2)
-    used, ended, close = [], [], BatchEnv.close
-    monkeypatch.setattr(BatchEnv, "close", lambda batch: ended.append(batch.simulator) or close(batch))
-    note = lambda rollout: used.append(rollout.simulator)  # noqa: E731
-    config = SHORT.replace(time_limit=1.0)
-    play_games("uniform", "halo", range(4), seed=0, config=config, threads=2, after_step=note)
-    assert [simulator.threads for simulator in used] == [2] and ended == used

@@ -34,6 +34,11 @@ def send(season, name, *, policy=None, **card):
     return folder
 
 
+@pytest.fixture(autouse=True)
+def few_resamples(monkeypatch):
+    monkeypatch.setattr("swarm_pz.evaluation.ratings._RESAMPLES", 20)
+
+
 def games_of(season):
     return [json.loads(line) for line in (season / "games.jsonl").read_text().splitlines()]
 

@@ -1,4 +1,4 @@
-"""Cards: what the table shows of a policy before one plays it."""
+"""Cards of policies on the page."""
 
 from benchmarks.policy_cards import CELLS, LADDER, ratings
 from swarm_pz.policies.cards import cards

@@ -1,4 +1,4 @@
-"""What is exported answers as what it was, whatever it was trained by."""
+"""Exported models answer as the originals."""
 
 from __future__ import annotations
 

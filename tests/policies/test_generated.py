@@ -12,7 +12,7 @@ ROWS = np.arange(GAMES)
 
 
 def played(kind, rows, seconds=12):
-    """Return what a kind asks for in games of the seeds `rows`, (seconds, n, A, A), its drones on the move."""
+    """Return the densities (seconds, n, A, A) of a kind in games of the seeds `rows`, with drones on the move."""
     policy = kind(GameConfig())
     policy.reset(rows.tolist(), rows)
     grid, channels = policy.observation.grid, policy.observation.channels

@@ -1,4 +1,4 @@
-"""What a folder with a learned policy may hold, and that what is read plays as it was written."""
+"""Folders of learned policies are read as they were written, or refused."""
 
 from __future__ import annotations
 

@@ -26,15 +26,6 @@ def a_start(positions=PLACES, config=CONFIG):
     return batch.simulator.snapshot([0])
 
 
-@pytest.mark.parametrize(
-    ("drone_steps", "horizon", "candidates", "rounds"),
-    [(1, 2.0, 4, 1), (3_000, 2.0, 18, 1), (10_240, 1.0, 64, 2), (32_000, 2.0, 64, 3)],
-)
-def test_a_budget_buys_candidates_and_then_rounds(drone_steps, horizon, candidates, rounds):
-    made = look(drone_steps=drone_steps, horizon=horizon)  # eight drones, ten solves a second
-    assert (made.candidates, made.rounds) == (candidates, rounds)
-
-
 @pytest.mark.parametrize("team", [0, 1])
 def test_candidates_begin_with_the_last_command_and_simple_tactics_around_the_opponents(team):
     lookahead, last = look(drone_steps=10_240), np.linspace(-9.0, -1.0, 100).reshape(10, 10)

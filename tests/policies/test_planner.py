@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 
 from swarm_pz import policies
-from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, ObservationConfig
+from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig
 from swarm_pz.config.registry import registered, system_of
 from swarm_pz.config.system import serves_densities
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import ConfigError, KindError, PolicyError
+from swarm_pz.errors import KindError, PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import planner as module
 from swarm_pz.policies import scripted, zoo
 from swarm_pz.policies.planner import Planner, PlannerConfig
 from swarm_pz.policy import PrivilegedPolicy
-from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 TINY = PlannerConfig(drone_steps=1_000, horizon=2.0)
 CONFIG = GameConfig(drones_per_team=4, time_limit=40.0)
@@ -71,40 +70,6 @@ def test_a_new_game_owes_nothing_to_the_one_before():
     fresh, used = (Planner(config, "guess", PlannerConfig(drone_steps=2_000)) for _ in range(2))
     play(used, "ring", 4)
     np.testing.assert_array_equal(play(fresh, "wavefront", 3), play(used, "wavefront", 3))
-
-
-@pytest.mark.parametrize(("milliseconds", "rounds"), [(5.0, 1), (29.0, 2), (30.5, 3)])
-def test_it_searches_on_as_long_as_another_round_would_fit_and_notes_how_long_it_took(
-    monkeypatch, milliseconds, rounds
-):
-    class Clock:
-        now = 0.0
-
-        def perf_counter(self):
-            return self.now
-
-    class Slow(module.Lookahead):
-        def try_out(self, game, team, candidates, model):
-            clock.now += 0.01
-            return np.zeros(len(candidates))
-
-    clock = Clock()
-    monkeypatch.setattr(module, "time", clock)
-    monkeypatch.setattr(module, "Lookahead", Slow)
-    planner = begun(settings=TINY.replace(milliseconds=milliseconds))
-    a_game().ask(planner, RED, ONLY)
-    assert planner.milliseconds == pytest.approx([10.0 * rounds])
-
-
-def test_its_settings_reach_the_search(monkeypatch):
-    given = []
-    monkeypatch.setattr(module, "Lookahead", lambda *args: given.append(args))
-    Planner(CONFIG, "ring", PlannerConfig(drone_steps=7_000, horizon=1.5, promise=0.25))
-    Planner(CONFIG)
-    assert given == [(CONFIG, 1.5, 7_000, 0.25), (CONFIG, 3.0, 200_000, 0.5)]
-    for change in ({"drone_steps": 0}, {"milliseconds": 0.0}, {"horizon": 0.0}, {"promise": -1.0}):
-        with pytest.raises(ConfigError, match=next(iter(change))):
-            PlannerConfig(**change)
 
 
 def test_it_is_called_by_its_model_which_may_be_any_policy_or_a_guess_among_the_own_ones():
@@ -185,15 +150,6 @@ def test_it_plays_by_the_rules_of_the_game_that_it_is_shown(other):
         batch.step(np.ones((1, 2, other.command_cells, other.command_cells)))
         answers.append(batch.ask(planner, RED, ONLY))
     np.testing.assert_array_equal(*answers)
-
-
-def test_it_is_met_in_training_at_every_size_that_is_dealt():
-    coarse = CONFIG.replace(observation=ObservationConfig(grid=10))
-    env = StackedVecEnv([SwarmVecEnv(coarse.replace(drones_per_team=size), 1, seed=0) for size in (2, 3)])
-    env.deal([Planner(coarse, settings=TINY)])
-    env.reset()
-    env.step(np.zeros((2, 10, 10), np.float32))
-    env.close()
 
 
 def test_it_does_not_know_what_will_happen_by_chance():

@@ -49,7 +49,7 @@ def test_a_game_depends_on_no_other_bit_for_bit_nor_on_the_one_before(make):
 
 
 def asked_for(x, y, place, step):
-    """Return what scripts ask for at a cell where the opponents are at a place: their formulas, written anew."""
+    """Return the values of scripts at a cell, with opponents at a place: their formulas, written anew."""
 
     def ring(px, py, width=0.08):
         return math.exp(-(((math.hypot(x - px, y - py) - 0.25) / width) ** 2))

@@ -80,7 +80,7 @@ TELL = "import os\ndef tell(): open(os.environ['PIDS'], 'a').write(f'{os.getpid(
 
 @pytest.fixture
 def bad(tmp_path, monkeypatch):
-    """Return what makes the name of a program in Python, and the numbers of all processes that it had."""
+    """Return a function that makes the name of a program in Python, and one with its processes' numbers."""
     file, pids, started = tmp_path / "bot.py", tmp_path / "pids", []
     pids.touch()
 
