@@ -68,21 +68,10 @@ class CommandReader:
         self.cells, self.modes = game.command_cells, game.controller.modes
 
     def read(self, team: int, number: int, given: Any, kind: str = "density", sender: str = "") -> Command:
-        """Check a command, and return it as it will be followed.
+        """Return a command, checked, as it will be followed.
 
-        Parameters
-        ----------
-        team, number : int
-        given : array_like or mapping
-            A density (A, A), or any form that the team's control system reads.
-        kind : str
-            "density", or what that system takes.
-        sender : str
-
-        Raises
-        ------
-        CommandError
-            If the team or the command is not valid, or that kind cannot fly the team.
+        `given` is a density (A, A), or any form that the team's control system reads; `kind` is "density", or what that
+        system takes. Raises CommandError if the team or the command is not valid, or that kind cannot fly the team.
         """
         if team not in (RED, BLUE):
             raise CommandError(f"team must be 0 (red) or 1 (blue), got {team!r}")

@@ -21,7 +21,7 @@ FRAME, TARGET = 1, 2
 KEYFRAME, WITH_FIELDS = 1, 2
 """Flags of a frame: it holds altitudes; it holds the capture fields."""
 HIDDEN = (4, 8)
-"""Flags of a frame: it does not tell where red's drones are; blue's."""
+"""Flags of a frame: red's drones are hidden; blue's."""
 EXACT = 16
 """Flag of a frame in the recording of a game that was played in a page: positions and velocities are float32."""
 FASTEST = 4.0
@@ -32,37 +32,19 @@ _TARGET_HEADER = struct.Struct("<BBHI")
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """One moment of a game.
+    """One moment of a game, of N drones, in map widths and seconds.
 
-    Attributes
-    ----------
-    sequence : int
-        Number of the frame among those of its room.
-    tick : int
-    server_ms : float
-        When it was made, on the server's clock.
-    positions : float array (N, 2)
-        Map widths.
-    velocities : float array (N, 2)
-        Map widths a second.
-    teams : int8 array (N,)
-        0 red, 1 blue.
-    altitudes : float array (N,), optional
-        In a keyframe.
-    fields : uint8 array (2, G, G), optional
-        Capture fields of red and blue: 255 value / maximum, at least 192 exactly where they capture.
-    hidden : int, optional
-        A team whose drones are not shown: where they are, and how they move, is NaN.
-    is_exact : bool
-        Whether positions and velocities are as the game has them, and not rounded.
+    `server_ms` is on the server's clock; `altitudes` are in a keyframe. `fields` are the capture fields of red and
+    blue: 255 value / maximum, at least 192 exactly where they capture. The drones of a `hidden` team have NaN. If it
+    `is_exact`, positions and velocities are float32, else rounded.
     """
 
     sequence: int
     tick: int
     server_ms: float
-    positions: NDArray[np.floating[Any]]
+    positions: NDArray[np.floating[Any]]  # (N, 2), and so velocities
     velocities: NDArray[np.floating[Any]]
-    teams: NDArray[np.int8]
+    teams: NDArray[np.int8]  # 0 red, 1 blue
     altitudes: NDArray[np.floating[Any]] | None = None
     fields: NDArray[np.uint8] | None = None
     hidden: int | None = None
@@ -71,16 +53,7 @@ class Frame:
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """Where a command sends a team.
-
-    Attributes
-    ----------
-    team : int
-    number : int
-        Of the command.
-    picture : uint8 array (cells, cells)
-        255 value / maximum.
-    """
+    """The target of a team's command with a number, as a picture (cells, cells) of 255 value / maximum."""
 
     team: int
     number: int
@@ -117,13 +90,7 @@ def encode_frame(frame: Frame) -> bytes:
 
 
 def decode_frame(data: bytes) -> Frame:
-    """Read a frame.
-
-    Raises
-    ------
-    ProtocolError
-        If it is not one, or cut short.
-    """
+    """Read a frame; raise ProtocolError if it is not one, or cut short."""
     if len(data) < _HEADER.size or data[0] != FRAME:
         raise ProtocolError(f"a frame must begin with byte {FRAME} and a header of {_HEADER.size} bytes")
     _, flags, count, sequence, tick, server_ms = _HEADER.unpack_from(data)
@@ -136,7 +103,7 @@ def decode_frame(data: bytes) -> Frame:
     positions, velocities, packed, altitudes, fields = (data[start:end] for start, end in itertools.pairwise(ends))
     teams = np.unpackbits(np.frombuffer(packed, np.uint8), count=count, bitorder="little").astype(np.int8)
     hidden = next((team for team, flag in enumerate(HIDDEN) if flags & flag), None)
-    told = np.ones(count) if hidden is None else np.where(teams == hidden, np.nan, 1.0)
+    shown = np.ones(count) if hidden is None else np.where(teams == hidden, np.nan, 1.0)
     if flags & EXACT:
         places, speeds = (np.frombuffer(part, "<f4").astype(np.float64) for part in (positions, velocities))
         is_so = ((places >= 0.0) & (places <= 1.0)).all() and (np.abs(speeds) <= FASTEST).all()
@@ -149,10 +116,10 @@ def decode_frame(data: bytes) -> Frame:
         sequence=sequence,
         tick=tick,
         server_ms=server_ms,
-        positions=places.reshape(count, 2) * told[:, None],
-        velocities=speeds.reshape(count, 2) * told[:, None],
+        positions=places.reshape(count, 2) * shown[:, None],
+        velocities=speeds.reshape(count, 2) * shown[:, None],
         teams=teams,
-        altitudes=np.frombuffer(altitudes, np.uint8) / 255.0 * told if has_altitudes else None,
+        altitudes=np.frombuffer(altitudes, np.uint8) / 255.0 * shown if has_altitudes else None,
         fields=np.frombuffer(fields, np.uint8).reshape(2, GRID_CELLS, GRID_CELLS) if has_fields else None,
         hidden=hidden,
         is_exact=bool(flags & EXACT),
@@ -169,13 +136,7 @@ def encode_target(team: int, number: int, picture: NDArray[np.uint8]) -> bytes:
 
 
 def decode_target(data: bytes) -> Target:
-    """Read a target.
-
-    Raises
-    ------
-    ProtocolError
-        If it is not one, or cut short.
-    """
+    """Read a target; raise ProtocolError if it is not one, or cut short."""
     if len(data) < _TARGET_HEADER.size or data[0] != TARGET:
         raise ProtocolError(f"a target must begin with byte {TARGET} and a header of {_TARGET_HEADER.size} bytes")
     _, team, cells, number = _TARGET_HEADER.unpack_from(data)

@@ -1,6 +1,6 @@
-"""One game as people play it: tick by tick, with commands that come whenever they come.
+"""One game as people play it: tick by tick, with commands that arrive at any tick.
 
-No clock, network or file in here: who calls `LiveGame.advance` decides how fast time goes.
+It has no clock, network or file: the caller of `LiveGame.advance` sets the pace.
 """
 
 from __future__ import annotations
@@ -103,15 +103,7 @@ Event = InForce | Captured
 
 
 class LiveGame:
-    """A game that runs as long as somebody advances it; the seed is that of its start.
-
-    Attributes
-    ----------
-    simulator : Simulator
-        Of this one game.
-    reader : CommandReader
-        Of its commands.
-    """
+    """A game that runs as long as somebody advances it, with its simulator and the reader of its commands."""
 
     def __init__(self, config: TableConfig, seed: Seed) -> None:
         self.config, self.reader = config, CommandReader(config.game)
@@ -148,13 +140,7 @@ class LiveGame:
         return "draw" if self.over else None
 
     def check_size(self, command: Command) -> None:
-        """Refuse a command that a team of so many drones, as it is now, cannot fly.
-
-        Raises
-        ------
-        CommandError
-            If it is one.
-        """
+        """Raise CommandError if a team of so many drones, as it is now, cannot fly a command."""
         team, control, name = command.team, self.simulator.control, f"{TEAM_NAMES[command.team]}'s command"
         flown_by, sizes = self.simulator.games.flown_by[:, team], self.simulator.sizes[:, team]
         control.check_sizes(self.reader.packed(command), flown_by, sizes, name)
@@ -197,14 +183,9 @@ class LiveGame:
         self._last_in_force[command.team] = self.tick
 
     def restore(self, games: Games, last_in_force: Sequence[int | None]) -> None:
-        """Go to a moment that was kept.
+        """Go to a snapshot of this game's simulator.
 
-        Parameters
-        ----------
-        games : Games
-            A snapshot of this game's simulator.
-        last_in_force : sequence of int or None
-            Ticks at which the last commands of red and blue had come into force before; None if there was none.
+        `last_in_force` has the ticks at which the last commands of red and blue had come into force before, or None.
         """
         self.simulator.restore(games)
         self._waiting, self._begun = [None, None], -1

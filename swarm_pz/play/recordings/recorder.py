@@ -26,14 +26,8 @@ class Recorder:
     """Writes a game into a new file; a game goes on even if it can no longer be written down.
 
     What a full disk did not take waits until there is room again. When a game has ended, its file is written through to
-    the disk itself.
-
-    Attributes
-    ----------
-    fault : str
-        A fault of writing that players should hear of once; empty if there is none.
-    is_behind : bool
-        Whether the last flush left lines to the next one, though the disk took all that it was given.
+    the disk itself. `fault` is a fault of writing that players should hear of once, or empty. It `is_behind` if the
+    last flush left lines to the next one, though the disk took all.
     """
 
     def __init__(self, path: Path, header: Header) -> None:

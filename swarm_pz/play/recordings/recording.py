@@ -54,15 +54,7 @@ def reason_of_end(outcome: Outcome, sizes: tuple[int, int], away: bool) -> Ended
 
 
 class Recording:
-    """A recorded game.
-
-    Attributes
-    ----------
-    name : str
-    header : Header
-    config : TableConfig
-    log : list of LogMessage
-    """
+    """A recorded game: the name of its file, its header, its configuration, and its log."""
 
     def __init__(self, name: str, header: Header, log: list[LogMessage]) -> None:
         self.name, self.header, self.log = name, header, log
@@ -95,13 +87,7 @@ class Recording:
 
     @classmethod
     def read(cls, path: Path) -> Recording:
-        """Read a file, up to its last whole line.
-
-        Raises
-        ------
-        RecordingError
-            If it is not a recorded game, or cannot have been one.
-        """
+        """Read a file, up to its last whole line; raise RecordingError if it cannot be a recorded game."""
         header: Header | None = None
         log: list[LogMessage] = []
         for number, line in enumerate(io.BytesIO(read_regular(path)), 1):

@@ -42,18 +42,9 @@ _ROUNDING = 2e-7
 class Verification:
     """The comparison of a recorded game with the one that follows from its start and commands.
 
-    Attributes
-    ----------
-    frames : int
-        Frames compared.
-    first_difference : int or None
-        Tick at which the simulation first differs: the recording was changed, or made on another kind of processor.
-    faults : tuple of str
-        Contradictions to the rules on any processor.
-    finished : bool
-        Whether the recording holds the game's end.
-    in_page : bool
-        Whether it was played in a page, and so each control period was simulated from its own frame.
+    `frames` were compared. The simulation first differs at tick `first_difference`: the recording was changed, or made
+    on another kind of processor. `faults` contradict the rules on any processor. A game is `finished` if its end is
+    recorded; of one `in_page` each control period was simulated from its own frame.
     """
 
     frames: int

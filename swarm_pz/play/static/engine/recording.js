@@ -42,12 +42,7 @@ export class Shelf {
     if (!this.folder) this.texts.set(name, text);
     else {
       const file = await (await this.folder.getFileHandle(name, { create: true })).createSyncAccessHandle();
-      try {
-        file.write(new TextEncoder().encode(text), { at: 0 });
-      } catch (error) {
-        file.truncate(0);
-        throw error;
-      } finally { file.close(); }
+      try { file.write(new TextEncoder().encode(text), { at: 0 }); } finally { file.close(); }
     }
     for (const old of (await this.names()).slice(LISTED)) await (this.folder ? this.folder.removeEntry(old).catch(() => {}) : this.texts.delete(old));
   }
@@ -60,7 +55,6 @@ export class Shelf {
 
   async read(name) { return (await this.blob(name))?.text() ?? null; }
 
-  // The latest first.
   async names() {
     const names = [];
     for await (const name of this.folder ? this.folder.keys() : this.texts.keys()) if (name.endsWith(".jsonl")) names.push(name);
@@ -69,17 +63,16 @@ export class Shelf {
 
   // Summaries of recorded games, as the server lists them.
   async list() {
-    const told = await Promise.allSettled((await this.names()).map(async (name) => {
+    const summaries = await Promise.allSettled((await this.names()).map(async (name) => {
       const blob = await this.blob(name), [first] = (await blob.slice(0, ENDS).text()).split("\n");
       const last = (await blob.slice(-ENDS).text()).trimEnd().split("\n").at(-1), { started, lesson, red, blue } = JSON.parse(first);
       const { outcome, ended_by, sizes, tick } = JSON.parse(last);
       return { name, started, lesson, red, blue, outcome, ended_by, sizes, seconds: tick / TICKS };
     }));
-    return told.flatMap((one) => (one.status === "fulfilled" ? [one.value] : []));
+    return summaries.flatMap((one) => (one.status === "fulfilled" ? [one.value] : []));
   }
 }
 
-// A copy of a game, with all that it holds.
 function copy(game) {
   const made = structuredClone(game);
   for (const [of, { prototype }] of [[made, Game], [made.ground, Ground], [made.controller, Controller]]) Object.setPrototypeOf(of, prototype);
@@ -88,13 +81,13 @@ function copy(game) {
 
 // A recorded game that goes to any of its ticks: each control period begins as its frame has it.
 export class Playback {
-  name; header; lines; captures; end;
+  name; header; lines; captures; end; marks;
 
   constructor(name, text) {
     const [header, ...lines] = text.split("\n").slice(0, -1).map((line) => JSON.parse(line));
     const of = (type) => lines.filter((line) => line.type === type), { drones_per_team: sizes, time_limit: limit } = header.table.game;
     const [red, blue] = [sizes].flat().length === 2 ? sizes : [sizes, sizes], { mapping, speed, majority } = header.table;
-    Object.assign(this, { name, header, lines, captures: of("captured"), end: of("end")[0] });
+    Object.assign(this, { name, header, lines, captures: of("captured"), end: of("end")[0], marks: new Map() });
     this.settings = {
       red, blue, mapping, speed, time_limit: limit === UNTIMED ? null : limit, red_system: "ergodic", blue_system: "ergodic", ...(majority ? { majority } : {}),
     };
@@ -103,7 +96,6 @@ export class Playback {
     const latestOf = (begun) => lines.findLast((line) => line.type === "command" && line.seat === begun.seat && line.number === begun.number);
     this.followed = of("in_force").map((begun) => ({ ...latestOf(begun), tick: begun.tick }));
     this.game = new Game({ red, blue, timeLimit: limit }, header.seed);
-    this.marks = new Map();
   }
 
   // Drones of red and blue, once a second.
