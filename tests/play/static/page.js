@@ -61,8 +61,6 @@ class Context {
 
   createPattern(tile) { return tile.getContext("2d").fillStyle; } // its colour
 
-  createRadialGradient() { return { addColorStop() {} }; }
-
   createImageData(width, height) { return { data: new Uint8ClampedArray(4 * width * height) }; }
 }
 for (const part of ["moveTo", "lineTo", "arc", "rect"]) Context.prototype[part] = function (...to) { this.path.push([part, ...to]); };

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
-import { at, fixtures, Line, reload, time } from "./page.js";
+import { at, fixtures, Line, reload } from "./page.js";
 import { opponentCards } from "../../../swarm_pz/play/static/cards.js";
 import { Cover } from "../../../swarm_pz/play/static/cover.js";
 import { listGames } from "../../../swarm_pz/play/static/games.js";

@@ -116,22 +116,6 @@ test("undo sends the drawing before what was sent, and of what was not sent noth
   assert.deepEqual(firsts(commands()).slice(4), [[0.3]]);
 });
 
-test("clear empties the drawing and sends nothing, by button and by key, and undo brings it back", async () => {
-  const { table, commands } = await sit();
-  draw([0.2, 0.2]);
-  at("on-lift").checked = false;
-  at("keep").checked = true;
-  at("keep").fire("change");
-  for (const clear of [() => at("clear").click(), () => press("Delete"), () => press("Backspace")]) {
-    draw([0.2, 0.8]);
-    clear();
-    assert.deepEqual([table.controls.pen.strokes, commands().length, at("told").textContent], [[], 1, "Cleared: nothing was sent"]);
-  }
-  at("undo").click();
-  at("send").click();
-  assert.deepEqual(firsts(commands()), [[0.2], [0.8]]);
-});
-
 test("a large drawing keeps its shape and no more points than the server takes", async () => {
   const { commands } = await sit();
   at("on-lift").checked = false;
