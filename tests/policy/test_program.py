@@ -207,6 +207,13 @@ def test_a_program_that_was_mended_plays_in_the_same_process(bad):
     assert not play_match(name, "noise", games=2, config=SHORT).forfeits
 
 
+def test_a_program_that_ended_is_started_again_for_the_next_game(bad):
+    """It ends once; then each game is played again alone, by the same object."""
+    text = GREET + READ + "\n    if not os.path.exists('ended'): open('ended', 'w').close(); sys.exit()\n    " + ANSWER
+    player = Program(SHORT, bad[0](text).removeprefix("exec:"))
+    assert not play_match(player, "noise", games=2, config=SHORT).forfeits
+
+
 def test_a_program_has_a_time_for_each_game_which_grows_with_its_commands(bad):
     """A clock that the program's answers move: 7 s in game 0, 0.05 s in game 1."""
     now = iter(np.cumsum([0.0, 7.0, 0.05] * 4))
