@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import Connection
-from swarm_pz.play.server.limits import RateLimit
+from swarm_pz.play.server.rate_limit import RateLimit
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 

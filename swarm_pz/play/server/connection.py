@@ -11,7 +11,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
-from swarm_pz.play.server.limits import RateLimit
+from swarm_pz.play.server.rate_limit import RateLimit
 
 FRAMES_IN_FLIGHT = 12
 """Unacknowledged frames after which a client is sent none."""

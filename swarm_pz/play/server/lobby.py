@@ -20,7 +20,7 @@ from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import trial_rows
 from swarm_pz.play.recordings.summary import Summary, summary_of
 from swarm_pz.play.server.connection import RefusedError
-from swarm_pz.play.server.limits import AddressLimits
+from swarm_pz.play.server.rate_limit import AddressLimits
 from swarm_pz.play.server.rendered_command import CommandWorker
 from swarm_pz.play.server.replays import OpenedRecording, Replays, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, Room

@@ -18,9 +18,9 @@ from starlette.routing import Route
 
 from swarm_pz.errors import ConfigError, OutputError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
-from swarm_pz.play.server.limits import AddressLimits
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.middleware import page
+from swarm_pz.play.server.rate_limit import AddressLimits
 from swarm_pz.play.server.study_games import StudyGames
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.forms import MOST_TEXT, Form, Item

@@ -13,8 +13,8 @@ from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.server import lobby as module
 from swarm_pz.play.server.connection import RefusedError
-from swarm_pz.play.server.limits import AddressLimits
 from swarm_pz.play.server.lobby import EMPTY_S, MOST_ROOMS, MOST_ROOMS_OF_ADDRESS, OPENING_S
+from swarm_pz.play.server.rate_limit import AddressLimits
 from swarm_pz.play.server.room import AWAY_S
 from swarm_pz.play.server.room_settings import RoomPlan, cost_of, table_config
 from tests.play.recordings.games import record

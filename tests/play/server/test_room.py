@@ -19,7 +19,7 @@ from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.server import audience, live_session
 from swarm_pz.play.server import room as module
 from swarm_pz.play.server.connection import RefusedError
-from swarm_pz.play.server.limits import RateLimit
+from swarm_pz.play.server.rate_limit import RateLimit
 from swarm_pz.play.server.rendered_command import render
 from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.room import AWAY_S, Room
