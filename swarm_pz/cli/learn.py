@@ -48,7 +48,7 @@ def train(
         games: Games of the evaluation at the end, even.
     """
     need("train", "torch", "stable_baselines3", "matplotlib")
-    from swarm_pz.analysis.video import film_game
+    from swarm_pz.film import film_game
     from swarm_pz.training import folders
     from swarm_pz.training.ppo import Training
     from swarm_pz.training.report import compare, plot_learning_curve

@@ -55,7 +55,7 @@ def render(
         game: The rules.
     """
     from swarm_pz import policies
-    from swarm_pz.analysis.video import film_game
+    from swarm_pz.film import film_game
     from swarm_pz.rendering.overlays import make_overlays
 
     teams = (RED, BLUE) if overlay_team == "both" else (TEAM_NAMES.index(overlay_team),)

@@ -79,7 +79,7 @@ TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs
         ),
         (
             f"render {ONE} --speed 3 --out a.gif --overlay target captures --overlay-team both",
-            "analysis.video.film_game",
+            "film.film_game",
             ("ring", "noise", Path("a.gif")),
             CHOSEN | {"speed": 3.0, "overlays": make_overlays(["target", "captures"], [RED, BLUE])},
         ),

@@ -38,7 +38,7 @@ EXPLOIT = [
 
 @pytest.fixture(autouse=True)
 def _no_film(monkeypatch):
-    monkeypatch.setattr("swarm_pz.analysis.video.film_game", lambda *_, **__: "not filmed")
+    monkeypatch.setattr("swarm_pz.film.film_game", lambda *_, **__: "not filmed")
 
 
 def run(arguments, capsys):

@@ -12,8 +12,8 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from swarm_pz.analysis.video import FILM_RATE, open_film
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
+from swarm_pz.film import FILM_RATE, open_film
 from swarm_pz.play.commands import Command
 from swarm_pz.play.game import LiveGame
 from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording

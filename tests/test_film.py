@@ -11,11 +11,11 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 
-from swarm_pz.analysis.video import film_game, open_film
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import OutputError, RenderError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.rollout import Rollout
+from swarm_pz.film import film_game, open_film
 from swarm_pz.rendering.overlays import make_overlays
 from swarm_pz.rendering.painter import FILM, PICTURE, Painter
 
@@ -33,7 +33,7 @@ def pictures(monkeypatch):
         kept.append(size)
         yield kept.append
 
-    monkeypatch.setattr("swarm_pz.analysis.video.open_film", keep)
+    monkeypatch.setattr("swarm_pz.film.open_film", keep)
     return kept
 
 

@@ -1,1 +1,0 @@
-"""One game looked at: as a film, and as curves."""
