@@ -247,5 +247,5 @@ def test_learning_finds_the_place_that_is_rewarded():
         return total
 
     before = mean_closeness()
-    model.learn(64 * 20 * 12)
+    model.learn(64 * 20 * 25)
     assert mean_closeness() > before + 0.1
