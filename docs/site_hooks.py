@@ -16,7 +16,7 @@ from mkdocs.structure.pages import Page
 
 from benchmarks.board import ENTRIES
 from benchmarks.board.page import build
-from swarm_pz.cli.table import site_files
+from swarm_pz.cli.play import site_files
 from swarm_pz.play import protocol
 
 _LINK = re.compile(r"\]\(([\w./-]+)((?:#[^)\s]*)?)\)")

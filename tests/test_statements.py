@@ -11,7 +11,7 @@ import msgspec.inspect as inspect_types
 import pytest
 
 from benchmarks.paper.claims import FIGURES as MADE
-from swarm_pz.cli import table
+from swarm_pz.cli import play
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import Settings
@@ -99,7 +99,7 @@ def test_a_number_of_the_software_is_what_its_row_says(words):
 def test_options_topics_and_buttons_that_rows_name_are_there():
     told = " ".join(row["here"] for row in ROWS)
     options = {name.replace("-", "_") for name in re.findall(r"--([a-z-]+)", told)}
-    assert "rosbridge" in options <= set(inspect.signature(table.play).parameters)
+    assert "rosbridge" in options <= set(inspect.signature(play.play).parameters)
     topics = set(re.findall(r"(?<= )(/[a-z_/]+)", told))
     assert topics and topics <= set(INPUTS)
     for words in ("Go here", "Keep away", "Clear", "Undo", *re.findall(r'switch "([^"]+)"', told)):

@@ -25,7 +25,7 @@ except MissingExtraError as missing:  # the entry point is installed even withou
 
 import tyro
 
-from swarm_pz.cli import compare, defaults, learn, machine, report, standard, studies, table
+from swarm_pz.cli import compare, defaults, learn, machine, play, report, standard, studies
 from swarm_pz.cli.player_options import REGISTRY
 from swarm_pz.cli.printing import printable
 
@@ -49,9 +49,9 @@ def commands_of(program: str) -> dict[str, Callable[..., None]]:
         "season": compare.season,
         "benchmark": standard.benchmark,
         "export": learn.export,
-        "play": table.play,
-        "replay": table.replay,
-        "site": table.site,
+        "play": play.play,
+        "replay": play.replay,
+        "site": play.site,
         "policies": compare.list_policies,
         "render": machine.render,
         "bench": machine.bench,

@@ -10,9 +10,9 @@ import tyro
 
 from swarm_pz.cli import printing
 from swarm_pz.cli.options import HERE, AddressOptions
+from swarm_pz.cli.play import need_play, serve
 from swarm_pz.cli.player_options import known
 from swarm_pz.cli.report import command, progress, say
-from swarm_pz.cli.table import need_play, serve
 from swarm_pz.config.base import check_number
 from swarm_pz.errors import ConfigError, SwarmError, require_extra
 

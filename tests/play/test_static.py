@@ -16,7 +16,7 @@ import pytest
 from coloraide import Color
 
 import swarm_pz.play
-from swarm_pz.cli.table import site_files
+from swarm_pz.cli.play import site_files
 from swarm_pz.config import GRID_CELLS, GameConfig
 from swarm_pz.kernels.observation import CAPTURES_FROM
 from swarm_pz.play import protocol
