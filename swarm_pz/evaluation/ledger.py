@@ -97,12 +97,11 @@ def folder_lock(folder: Path) -> Iterator[None]:
             f"{folder} is being played in by {name}: wait until it is done or stop it, or use another folder; "
             "no game is lost"
         ) from error
-    try:
+    with contextlib.ExitStack() as stack:
+        stack.callback(lock.release)
         holder.write_text(f"process {os.getpid()} on {platform.node()}")
+        stack.callback(holder.unlink, missing_ok=True)
         yield
-    finally:
-        holder.unlink(missing_ok=True)
-        lock.release()
 
 
 def recorded_digests(folder: Path) -> dict[str, str]:
