@@ -27,7 +27,7 @@ def refused(capsys):
 def served(monkeypatch):
     """Give what the server is called with; it ends at once."""
     calls = []
-    for command in ("table", "studies"):
+    for command in ("play", "studies"):
         monkeypatch.setattr(f"swarm_pz.cli.{command}.known", lambda: {"uniform": "everywhere"})
     monkeypatch.setattr(serve, "serve", lambda loader, policies, **how: calls.append((loader, policies, how)))
     return calls
