@@ -26,6 +26,8 @@ GRAINS = {"time_limit": 0.1, "command_period": 0.1, "trail": 1 / 30}
 OTHERS = ("drones_per_team", "controllers", "observation", "modes", "horizon")
 """Fields that `draw` sets itself: new modes and horizons are compiled anew."""
 ROOT = Path(__file__).parents[1]
+_PART = 250
+"""Configurations of one process."""
 
 
 def draw_value(kind: type[Config], name: str, rng: np.random.Generator) -> object:
@@ -87,7 +89,7 @@ def play(number: int, rare: float = 0.1) -> None:
             raise ValueError("an observation is not finite")
 
 
-def watch(first: int, count: int = 2500, rare: float = 0.1) -> int:
+def watch(first: int, count: int = _PART, rare: float = 0.1) -> int:
     """Have a process play some numbers, and another go on after one that ended it; return how many did."""
     last, failures = first + count, 0
     while first < last:
@@ -104,4 +106,5 @@ def watch(first: int, count: int = 2500, rare: float = 0.1) -> int:
 
 if __name__ == "__main__":
     with ThreadPoolExecutor(2) as processes:
-        print(sum(processes.map(watch, range(0, int(sys.argv[1]), 2500))), "failed")
+        failed = sum(processes.map(watch, range(0, int(sys.argv[1]), _PART)))
+    sys.exit(f"{failed} configurations failed" if failed else 0)

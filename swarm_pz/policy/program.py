@@ -137,7 +137,7 @@ class Program:
 
     def _open(self) -> None:
         """Start the program, and greet it."""
-        self._pipe = Pipe(self.name, *self._start)
+        self._pipe, self._turn = Pipe(self.name, *self._start), 0
         try:
             self.observation = self._greet()
         except ForfeitError as error:
