@@ -99,5 +99,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 def _outside(page: str, target: str) -> str | None:
     """Return the path from the repository's root of a file that a page links to, or None of what the site has."""
     path = posixpath.normpath(posixpath.join("docs", posixpath.dirname(page), target))
-    is_of_the_site = path.startswith("docs/") and not path.endswith((".py", ".csv", ".txt")) and path != _ENTRIES
+    is_of_the_site = (
+        path.startswith("docs/") and not path.endswith((".py", ".csv", ".txt", ".conf")) and path != _ENTRIES
+    )
     return None if path.startswith("..") or is_of_the_site else path
