@@ -35,15 +35,6 @@ def test_a_missing_extra_is_installed_from_where_swarm_pz_came(monkeypatch, orig
     assert shlex.split(installing("play")) == [sys.executable, "-m", "pip", "install", wanted]
 
 
-def test_in_a_clone_the_line_names_its_folder_and_its_pinned_versions(monkeypatch, tmp_path):
-    clone = tmp_path / "my clone"
-    clone.mkdir()
-    came_from(monkeypatch, {"url": clone.as_uri(), "dir_info": {"editable": True}})
-    assert shlex.split(installing("play"))[4:] == ["--editable", f"{clone}[play]"]
-    (clone / "constraints.txt").write_text("")
-    assert shlex.split(installing("play"))[4:6] == ["--constraint", str(clone / "constraints.txt")]
-
-
 def test_without_an_installation_the_name_is_given(monkeypatch):
     def none(name):
         raise importlib.metadata.PackageNotFoundError(name)

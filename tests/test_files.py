@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from swarm_pz.errors import OutputError
-from swarm_pz.files import check_file, check_folder, draft_of, explain
+from swarm_pz.files import check_file, check_folder, draft_of
 
 
 def write_and_fail(path, fail):
@@ -65,9 +65,3 @@ def test_what_cannot_be_written_is_said_in_words(tmp_path, monkeypatch):
     monkeypatch.setattr("os.access", lambda path, mode: path != tmp_path / "file")
     with pytest.raises(OutputError, match="read-only"), draft_of(tmp_path / "file"):
         raise AssertionError("the work has begun")
-
-
-def test_errors_of_the_system_are_words():
-    assert explain(IsADirectoryError(21, "Is a directory", "here")) == "is a directory: 'here'"
-    assert explain(OSError("odd")) == "odd"
-    assert explain(OSError()) == "oserror"

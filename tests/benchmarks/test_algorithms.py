@@ -3,10 +3,9 @@
 import json
 
 import pytest
-from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from benchmarks import algorithms
-from benchmarks.algorithms import METHODS, SCRIPTS, run, table
+from benchmarks.algorithms import SCRIPTS, run, table
 from swarm_pz.config import GameConfig
 from swarm_pz.policies import load
 from swarm_pz.systems.ergodic import Ergodic
@@ -27,18 +26,6 @@ def test_a_method_learns_and_what_it_learned_is_a_player(method, tmp_path, monke
         assert dealt[-1] == ["self-1", "self-2"], "one self for each update, the first before it has learned"
     monkeypatch.setattr(algorithms, "SwarmVecEnv", None)
     assert run(method, 0, 64, 50, tmp_path) == found, "a run that has ended is read"
-
-
-def test_a_policy_explores_less_at_each_update_as_the_recipe_does():
-    env = algorithms.SwarmVecEnv(METHODS["ppo"].game, 32, threads=1, action_cells=5)
-    model = METHODS["ppo"].learner(env, 0)
-    assert isinstance(model, OnPolicyAlgorithm)
-    less = algorithms.ExploringLess(env, 0, 100, meets_itself=False)
-    less.init_callback(model)
-    model.num_timesteps = 50
-    less.on_rollout_start()
-    middle = (algorithms.RECIPE.log_std + algorithms.RECIPE.final_log_std) / 2
-    assert model.policy.log_std.mean().item() == pytest.approx(middle)
 
 
 def test_the_table_has_interquartile_means_the_best_method_first():

@@ -32,7 +32,6 @@ def work(number, times, reached, asks):
     ("number", "times", "asks", "reached", "where"),
     [
         (signal.SIGINT, {1}, True, [0, 1], ": 2 of 5 steps"),
-        (signal.SIGTERM, {1}, True, [0, 1], ": 2 of 5 steps"),
         (signal.SIGINT, {1, 3}, False, [0, 1, 2], ""),  # a second one ends it at once
         (signal.SIGINT, {1}, False, [0, 1, 2, 3, 4], ""),  # nothing asked about it
         (signal.SIGTERM, {"after"}, True, [0, 1, 2, 3, 4], ""),
@@ -56,7 +55,6 @@ def test_a_signal_stops_the_work_and_the_line_that_goes_on_is_named(
         (["--overwrite", "--seed", "1"], "--seed 1 "),
         (["--out", "elsewhere", "--resume"], ""),
         (["--out=elsewhere", "--no-resume", "--no-overwrite", "--games", "2"], "--games 2 "),
-        (["--opponents", "a b", "--out"], "--opponents 'a b' "),
     ],
 )
 def test_the_line_that_goes_on_has_the_settings_and_the_folder(given, kept):

@@ -7,11 +7,10 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.cli import main
-from swarm_pz.config import BLUE, RED, GameConfig
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.evaluation.tournament import TournamentConfig
 from swarm_pz.evaluation.workers import Processes, SerialExecutor
-from swarm_pz.rendering.overlays import make_overlays
 from swarm_pz.standard.exploitability import SearchConfig
 from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
 
@@ -56,14 +55,11 @@ def given(monkeypatch):
 
 MATCH = f"--games 6 --seed 7 --threads 1 {SHORT}"
 HOW = {"games": 6, "seed": 7, "threads": 1}
-ONE = f"ring noise --seed 7 --pair 3 --side blue --seconds 1.5 {SHORT}"
-CHOSEN = {"config": RULES, "seed": 7, "pair": 3, "side": "blue", "seconds": 1.5}
 GAME = TrainConfig().game.replace(drones_per_team=3)
 NEW, AGAIN = {"resume": False, "overwrite": False}, {"resume": False, "overwrite": True}
 PLAYED, ATTACK = "evaluation.match.play_match", "standard.exploitability.attack"
 TRAINING, LEAGUE = "training.ppo.Training", "training.selfplay.League"
 LONG, RELEASED = RECIPES["long"], GameConfig.preset("released")
-SEEN = RELEASED.replace(observation=TrainConfig().game.observation)
 TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs/mine {SHORT}"
 
 
@@ -76,12 +72,6 @@ TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs
             ATTACK,
             ("ring", OUT, SearchConfig(steps=640, exploiters=2, games=6, seed=7), RULES),
             AGAIN | {"pool": 2},
-        ),
-        (
-            f"render {ONE} --speed 3 --out a.gif --overlay target captures --overlay-team both",
-            "film.film_game",
-            ("ring", "noise", Path("a.gif")),
-            CHOSEN | {"speed": 3.0, "overlays": make_overlays(["target", "captures"], [RED, BLUE])},
         ),
         (
             TOURNAMENT,
@@ -100,24 +90,6 @@ TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs
             TRAINING,
             (TrainConfig(game=GAME, threads=3, seed=4, opponents=("ring", "noise")), OUT),
             AGAIN | {"log": ["tensorboard"]},
-        ),
-        (
-            "train --recipe=long --threads=3 --log tensorboard,wandb",
-            TRAINING,
-            (LONG.replace(threads=3), Path("runs/first")),
-            NEW | {"log": ["tensorboard", "wandb"]},
-        ),
-        (
-            "league --out runs/mine --seats 5 --learner.threads 3 --preset released --processes 3",
-            LEAGUE,
-            (LeagueConfig(learner=LONG.replace(game=SEEN, threads=3), seats=5), OUT),
-            NEW | {"workers": 3},
-        ),
-        (
-            "sweep --seeds 4 6 --processes 3 --out runs/mine --gamma 0.9",
-            "training.sweep.sweep",
-            (TrainConfig(threads=1, gamma=0.9), (4, 6), OUT, 3),
-            {},
         ),
     ],
 )
@@ -182,8 +154,6 @@ def test_a_resumed_run_has_its_own_settings(words, where, kept, changed, given):
     [
         ("--seed 0", "was begun with seed 4, and this line says --seed 0: leave that out"),
         ("--game.time-limit 6", "begun with game.time_limit 5.0, and this line says --game.time-limit 6.0"),
-        ("--recipe quick --rollout 8", "begun with rollout 64, and this line says --rollout 8"),
-        ("--preset released", "begun with game.spawn.layout 'corners', and this line says --game.spawn.layout"),
         ("torn", "cannot be read"),
     ],
 )

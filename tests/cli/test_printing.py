@@ -86,11 +86,6 @@ def test_numbers_stand_under_their_headings_and_names_are_whole(columns, show, n
     assert columns != 120 or max(map(len, lines)) <= columns
 
 
-def test_a_list_is_wrapped_on_a_terminal(printed):
-    lines = printed(lambda: tables.print_named({"ring": "a word " * 40, "uniform": "even"}), 80)
-    assert max(map(len, lines)) <= 80 and "uniform  even" in lines
-
-
 def test_names_are_no_markup_and_control_characters_are_written_out(printed):
     names = {
         "[/p1]": "[/p1]",

@@ -21,7 +21,6 @@ from swarm_pz.config import (
 )
 from swarm_pz.config.base import digest
 from swarm_pz.errors import ConfigError
-from swarm_pz.play.game import TableConfig
 from swarm_pz.systems.formation import Formation
 from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
 
@@ -54,30 +53,18 @@ PEACE = CaptureConfig(enabled=False)
     ("make", "name"),
     [
         (lambda: SpawnConfig(inset=0.05, radius=0.06), "spawn.radius must be at most spawn.inset, 0.05, got 0.06"),
-        (lambda: SpawnConfig(layout="squares", inset=0.3, side=0.71), "spawn.side must be at most .* 0.7, got 0.71"),
         (lambda: SpawnConfig(outset=1.0), "no field 'outset'; did you mean 'inset'"),
         (lambda: MemoryConfig(trail=1.01), "memory.trail .*ticks"),
         (lambda: FlockingConfig(migration=(3.0, 2.0)), "flocking.migration"),
         (lambda: DynamicsConfig(min_speed=0.1, failure_rate=0.1), "dynamics.failure_rate"),
         (lambda: ObservationConfig(grid=20), "observation.grid .*divisor of 50, got 20"),
-        (lambda: ObservationConfig(channels=()), "observation.channels"),
-        (lambda: ObservationConfig(channels=("own_share", "own_share")), "observation.channels"),
         (lambda: ObservationConfig(channels=("own_share", "weather")), "observation.channels"),
         (lambda: GameConfig(time_limit=0.25), "time_limit .*control periods"),
-        (lambda: GameConfig(command_period=0.25), "command_period .*control periods"),
-        (lambda: GameConfig(time_limit=np.True_), "time_limit .*got True"),
         (lambda: GameConfig(controllers="herding"), "no control system 'herding'; did you mean"),
-        (lambda: GameConfig(controllers=("ergodic",) * 3), "controllers"),
-        (lambda: GameConfig(controllers={}), "has a name"),
-        (lambda: GameConfig(controllers=5), "controllers must be the name .*got 5"),
         (lambda: GameConfig(drones_per_team=(3, 0)), "drones_per_team"),
-        (lambda: GameConfig(drones_per_team=(np.array([5, 5]),) * 2), "drones_per_team"),
         (lambda: GameConfig(drones_per_team=0, capture=PEACE), "drones_per_team"),
         (lambda: GameConfig.preset("papr"), "did you mean 'paper'"),
-        (lambda: GameConfig(drone_per_team=3), "did you mean 'drones_per_team'"),
-        (lambda: GameConfig().replace(drones=3), "no field 'drones'"),
         (lambda: GameConfig.from_dict({"capture": {"treshold": 0.5}}), "did you mean 'threshold'"),
-        (lambda: GameConfig.from_dict([]), "mapping"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(make, name):
@@ -108,15 +95,10 @@ def test_plain_values_and_pickles_come_back(config):
         (GameConfig(), GameConfig(drones_per_team=(10, 10), controllers=("ergodic", "ergodic"))),
         (GameConfig(controllers="flocking"), GameConfig(controllers=["flocking", np.str_("flocking")])),
         (GameConfig(observation=SEAT), GameConfig(observation=(SEAT, SEAT))),
-        (GameConfig(drones_per_team=(3, 7)), GameConfig(drones_per_team=[np.int64(3), 7])),
-        (GameConfig(time_limit=60), GameConfig(time_limit=np.float32(60))),
-        (GameConfig(capture=PEACE), GameConfig(capture=CaptureConfig(enabled=np.False_))),
         (RewardConfig(outcome=0), RewardConfig(outcome=-0.0)),
-        (FlockingConfig(migration=(1.0, 2.0)), FlockingConfig(migration=[1, np.float64(2)])),
         (ObservationConfig(channels=("time_left",)), ObservationConfig(grid=np.int8(50), channels=["time_left"])),
         (MemoryConfig(trail_forgotten_on=("capture", "command")),
          MemoryConfig(trail_forgotten_on=["command", "capture", "command"])),
-        (TableConfig(), TableConfig(game=GameConfig(drones_per_team=(10, 10)))),
         (LeagueConfig(), LeagueConfig(learner=RECIPES["long"].replace(game=GameConfig(observation=(SEAT, SEAT))))),
         (Formation(stiffness=9.0), Formation().replace(stiffness=9.0)),
     ],

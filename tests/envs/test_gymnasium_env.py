@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from stable_baselines3.common.env_checker import check_env
 
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config import ObservationConfig
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
 from swarm_pz.envs.parallel_env import parallel_env
@@ -21,7 +21,6 @@ from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyErro
 ID = "swarm_pz/Capture-v0"
 SHORT = {"opponent": "noise", "drones_per_team": 2, "max_cycles": 3, "observation": ObservationConfig(grid=10)}
 """Games of three steps, some of which end sooner."""
-SEATS = (ObservationConfig(grid=10, channels=("time_left", "own_share")), ObservationConfig(grid=25))
 
 
 def zeros(count):
@@ -67,37 +66,6 @@ def test_an_opponent_that_answers_nonsense_is_named_and_the_game_stays_as_it_was
         environment.step(np.zeros((10, 10)))
     for array, copied in zip(environment.duel.batch.simulator.games, before, strict=True):
         np.testing.assert_array_equal(array, copied)
-
-
-@pytest.mark.parametrize("many", [False, True])
-def test_all_keywords_at_once_are_kept(many):
-    keywords = {
-        "drones_per_team": (1, 3),
-        "observation": SEATS,
-        "command_cells": 6,
-        "opponent": "ring",
-        "side": "blue",
-        "max_cycles": 7,
-        "action": "command",
-        "action_cells": 3,
-        "render_mode": "ansi",
-    }
-    config = GameConfig(time_limit=20)
-    environment = DuelVectorEnv(2, config, **keywords) if many else DuelEnv(config, **keywords)
-    duel = environment.duel
-    assert duel.config == config.replace(**{name: keywords[name] for name in list(keywords)[:3]})
-    assert (duel.batch.max_cycles, duel.opponent_names, environment.render_mode) == (7, ["ring"], "ansi")
-    observation, info = environment.reset(seed=0, options={"velocities": np.full((4, 2), 0.5)})
-    assert (duel.batch.simulator.velocities == 0.5).all() and (duel.sides == 1).all()
-    assert np.all(info["side"] == 1) and np.all(info["size"] == 1)
-    assert observation.shape[-3:] == (2, 10, 10) and (observation[..., 1, :, :] == 64).all()
-    action = np.eye(9, dtype=np.float32)[6].reshape(3, 3)
-    assert environment.action_space.contains(np.stack([action] * 2) if many else action)
-    environment.step(np.stack([action] * 2) if many else action)
-    assert (duel.batch.simulator.targets[:, 1].reshape(-1, 36).argmax(axis=-1) == 30).all()
-    frames = environment.render()
-    assert all(isinstance(frame, str) for frame in (frames if many else [frames]))
-    environment.close()
 
 
 # --- pictures ---------------------------------------------------------------------------------------------------------

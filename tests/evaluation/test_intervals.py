@@ -6,7 +6,7 @@ import pytest
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation import match
-from swarm_pz.evaluation.intervals import bootstrap, mean_with_interval, median_with_interval, rounded, wilson
+from swarm_pz.evaluation.intervals import bootstrap, mean_with_interval, median_with_interval, wilson
 from swarm_pz.evaluation.match import MatchResult, paired_difference
 from swarm_pz.evaluation.rollout import Game
 
@@ -33,10 +33,6 @@ def test_intervals_are_those_of_the_books():
 def test_intervals_of_nothing_or_nonsense_are_refused(interval, given):
     with pytest.raises(ResultsError, match="got"):
         interval(*given)
-
-
-def test_rounding_keeps_significant_digits():
-    assert rounded([123456.0, 0.00012345678, 0.0, -9.87654, np.inf]) == [123500.0, 0.0001235, 0.0, -9.877, np.inf]
 
 
 # --- how often they cover a known truth -----------------------------------------------------------

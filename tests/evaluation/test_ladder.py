@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation import ladder
@@ -57,20 +56,3 @@ def test_the_figures_of_a_tournament_are_those_of_its_lines(found):
     for entry in found["players"]:
         low, high = entry["rating_ci95"]
         assert low < entry["rating"] < high
-
-
-def test_the_picture_shows_intervals_and_shares_where_they_belong(found, tmp_path, monkeypatch):
-    drawn, save = [], Figure.savefig
-    monkeypatch.setattr(Figure, "savefig", lambda one, *given, **how: drawn.append(one) or save(one, *given, **how))
-    ladder.plot(found, tmp_path / "new" / "ladder.png")
-    assert (tmp_path / "new" / "ladder.png").stat().st_size > 1000
-    left, right = drawn[0].axes[:2]
-    low, high = found["players"][0]["rating_ci95"]
-    np.testing.assert_allclose(left.collections[0].get_segments()[0], [[low, 0], [high, 0]])
-    for labels in (left.get_yticklabels(), right.get_xticklabels()):
-        assert [label.get_text() for label in labels] == ["a*", "c", "b"]
-    above, below = left.transData.transform([(1000, 0), (1000, 1)])[:, 1]
-    assert above > below, "the best is at the top"
-    texts = {text.get_position(): text.get_text() for text in right.texts}
-    assert texts == {(1, 0): "75", (2, 0): "100", (0, 1): "25", (2, 1): "50", (0, 2): "0", (1, 2): "50"}
-    assert "sees the simulator" in right.get_title()

@@ -1,11 +1,9 @@
 """Ratings are the Bradley-Terry model's, what they leave out is measured, and clones change no Nash average."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from swarm_pz.errors import CommandError, ResultsError
+from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.ratings import SCALE, Results, intransitivity, nash_average, rate, strengths
 
 
@@ -112,13 +110,6 @@ def test_nash_mixtures_are_those_of_games_solved_by_hand(shares, mixture, skills
     """A sign or a transposition that is wrong would put the mixture on who loses."""
     found = nash_average(np.array(shares))
     np.testing.assert_allclose(found, [mixture, skills], atol=1e-7)
-
-
-def test_a_linear_program_that_fails_is_told_with_what_to_do(monkeypatch):
-    failed = SimpleNamespace(success=False, message="it is infeasible")
-    monkeypatch.setattr("scipy.optimize.linprog", lambda *_, **__: failed)
-    with pytest.raises(ResultsError, match="it is infeasible; play more games"):
-        nash_average(np.full((2, 2), 0.5))
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from websockets.sync.server import serve
 
-from swarm_pz.errors import ConfigError, PolicyError
+from swarm_pz.errors import PolicyError
 from swarm_pz.play import protocol
 from swarm_pz.play.client import play
 from swarm_pz.play.frames import Frame, encode_frame, encode_target
@@ -107,19 +107,6 @@ def test_a_program_joins_a_room_or_opens_one_as_the_page_can(asked, opens):
     ):
         play(address, None, **asked)
     assert said[1] == opens
-
-
-@pytest.mark.parametrize(
-    ("asked", "said"),
-    [
-        ({"drones": 5}, r"drones.*settings are red, blue, time_limit"),
-        ({"red": 1000}, r"200 - at `\$.settings.red`"),
-        ({"room": "ABCD", "red": 5}, "no settings"),
-    ],
-)
-def test_settings_that_no_room_has_are_refused_before_anybody_is_asked(asked, said):
-    with pytest.raises(ConfigError, match=said):
-        play("127.0.0.1:1", None, **asked)
 
 
 def test_a_table_that_hangs_up_is_an_error():

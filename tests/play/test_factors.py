@@ -28,11 +28,8 @@ def test_a_file_has_a_table_for_each_side_that_varies(tmp_path):
     ("text", "told"),
     [
         ("[green]\nspeed = 2", "got 'green'"),
-        ("[red]\ndelay = 2", "no field 'delay'"),
         ("[red]\nframe_rate = 0", r"frame_rate .* \[1, 30\], got 0"),
-        ('[red]\nhide = ["everything"]', "'opponents' or 'ground' or 'trails' or 'target'"),
         ("[red]\nshare = 0.5", "helper"),
-        ("red = 3", "mapping"),
         (None, "holds no factors"),
     ],
 )

@@ -108,14 +108,9 @@ SPOILED = {
     ),
     "huge weights": (lambda folder: os.truncate(folder / WEIGHTS, 2**33), "expected 67,108,864 bytes or fewer"),
     "a huge card": (lambda folder: os.truncate(folder / CARD, 2**33), "expected 1,048,576 bytes or fewer"),
-    "a torn card": (put(CARD, lambda _: b"{"), "corrupt or foreign"),
-    "a list": (put(CARD, lambda _: b"[]"), "must hold a JSON object"),
     "other results": (change(results={}), "was changed"),
-    "no grid": (change(grid=...), "must hold 'grid'"),
     "unknown channels": (change(channels=["mine"]), "do not fit its card: .*mine"),
-    "other layers": (change(width=16), "do not fit its card"),
     "other rules": (rewrite(config_hash="0" * 16), "config_hash"),
-    "no rules": (rewrite(training={}), "does not say what game"),
 }
 
 

@@ -8,12 +8,10 @@ import pytest
 
 from benchmarks.paper.players import Ensemble
 from swarm_pz import policies
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.policies.scripted import SCRIPTS, View, tactic
 from swarm_pz.policy import Policy
-
-ONLY = np.zeros(1, int)
 
 
 def boards(generator, count, policy):
@@ -146,19 +144,6 @@ def test_a_view_gives_the_channel_that_is_asked_for_and_where_a_side_is():
         view["own_target"]
     with pytest.raises(PolicyError, match="side must be 'own' or 'opposing', got 'red'"):
         view.mean_position("red")
-
-
-def test_a_tactic_that_says_nothing_about_what_it_sees_needs_no_parentheses():
-    def halves(view):
-        return view.every(np.where(view.x < 0.5, 1.0, 0.0))
-
-    for made in (tactic(halves), tactic()(halves)):
-        assert (made.__name__, made.observation) == ("halves", ObservationConfig(grid=10))
-        policy = made(GameConfig())
-        policy.reset([0], ONLY)
-        assert policy.act(np.zeros((1, 9, 10, 10), np.uint8), ONLY)[0].tolist() == [[1.0] * 5 + [0.0] * 5] * 10
-    with pytest.raises(PolicyError, match=r"got \('time_left',\)"):
-        tactic(("time_left",))
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-import swarm_pz.play
 from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
 from swarm_pz.rendering import board, drones
 from swarm_pz.rendering.board import TEAM_COLOURS, blank
@@ -21,19 +17,6 @@ def start(scenario=None, **rules):
     simulator = Simulator(GameConfig(**rules))
     simulator.reset([1], scenario=scenario)
     return simulator
-
-
-def test_ground_is_striped_upwards_for_red_and_dotted_for_blue_as_on_the_page():
-    stripes, dots = (np.asarray(board.hatched(team)) for team in (RED, BLUE))
-    np.testing.assert_array_equal(stripes[1:, :-1], stripes[:-1, 1:])
-    np.testing.assert_array_equal(dots, dots.T)
-    assert not dots.all(axis=0).any() and 0.05 < (dots > 100).mean() < 0.3 and 0.05 < (stripes > 100).mean() < 0.3
-    css = (Path(swarm_pz.play.__file__).parent / "static" / "style.css").read_text()
-    page = dict(re.findall(r"--([\w-]+): #(\w{6})", css[: css.index("@media")]))
-    colours = (*TEAM_COLOURS, *board.GROUND_COLOURS, board.ASKED)
-    assert [page[name] for name in ("red", "blue", "red-ground", "blue-ground", "asked")] == [
-        "".join(f"{value:02x}" for value in colour) for colour in colours
-    ]
 
 
 @pytest.mark.parametrize("paint", [board.paint_captures, board.paint_fields])

@@ -29,15 +29,10 @@ def test_all_zero_means_uniform():
     ("bad", "message"),
     [
         (np.full((10, 10), np.nan), "got nan at index"),
-        (np.full((10, 10), np.inf), "got inf"),
         (np.full((10, 10), -0.1), "got values from -0.1"),
-        (np.full((10, 10), 1.1), "to 1.1"),
         (np.full((10, 10), 1.0 + 2e-6), "got values from"),
         (np.ones((10, 9)), r"of shape \(10, 10\), got shape \(10, 9\)"),
         ("attack", "got str 'attack'"),
-        (None, "got NoneType None"),
-        ([[1, 2], [3]], "got list"),
-        ({"a": 1}, "got dict"),
     ],
 )
 def test_bad_commands_say_what_was_expected_and_what_came(bad, message):

@@ -34,14 +34,6 @@ def under_way(config, ticks):
     return simulator
 
 
-def test_the_basis_is_that_of_the_rules():
-    places = np.random.default_rng(0).random((4, 3, 2))
-    values = basis(places, 7)
-    assert values.shape == (4, 3, 7, 7)
-    for index in np.ndindex(4, 3):
-        np.testing.assert_allclose(values[index], reference.basis(places[index], 7), atol=1e-12)
-
-
 @pytest.mark.parametrize(
     "config",
     [GameConfig(capture=CaptureConfig(field="reconstruction")), SLOW, GameConfig.preset("released")],

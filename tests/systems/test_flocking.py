@@ -59,11 +59,8 @@ def test_a_density_is_served_where_it_is_strongest():
     ("command", "said"),
     [
         ([], "1 to 4 attractors"),
-        ([HERE] * 5, "1 to 4 attractors"),
-        ("left", "1 to 4 attractors"),
         ([HERE, (0.1, 1.2, 60.0)], r"within \[0, 1\] at index \(1, 1\), got 1.2"),
         ((0.1, 0.2, 49.0), r"within \[50, 100\] at index \(0, 2\), got 49"),
-        (FlockingCommand(position=3.0, weight=60.0), "position"),
         (2 * np.ones((10, 10)), r"of shape \(10, 10\)"),
     ],
 )

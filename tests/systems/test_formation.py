@@ -100,16 +100,10 @@ def test_every_shape_has_an_equal_part_of_what_learners_send():
     ("command", "said"),
     [
         ([1, 2], r"got shape \(2,\)"),
-        ("ring", "got str 'ring'"),
-        (None, "must be a formation"),
         ([0, 0.5, 0.5, 0.9, 0], r"within \[0, 0.5\] at index \(3,\), got 0.9"),
-        ([0, np.nan, 0.5, 0.1, 0], "got nan at index"),
         ({"shape": "rnig"}, "did you mean 'ring'"),
-        ({"shape": "ring", "center": (0.5, 0.5)}, "did you mean 'centre'"),
         ({"shape": "ring", "points": SQUARE}, "either a shape or points"),
-        ({"shape": "ring", "centre": (0.5, 1.5)}, "centre"),
         ({"points": SQUARE * 17}, "1 to 64 pairs"),
-        ({"points": [(0, 0, 0)] * 10}, r"of shape \(10, 2\)"),
         ({"points": [(0, 2)] * 10}, "got values from 0 to 2"),
     ],
 )

@@ -16,9 +16,6 @@ def test_the_recipe_of_the_benchmarks_exploiters_is_the_one_that_it_was_frozen_w
     [
         ({"opponents": ()}, "at least one policy's name"),
         ({"game": GameConfig(observation=ObservationConfig(kind="entities"))}, "'grids'"),
-        ({"width": 12}, "a multiple of 8"),
-        ({"action_cells": 4}, "a divisor of"),
-        ({"evaluation_games": 3}, "even"),
         ({"sizes": (5, 10), "num_envs": 5}, "num_envs must be a multiple of 2"),
         ({"learn_rate": 0.1}, "did you mean 'learning_rate'"),
     ],

@@ -9,8 +9,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 from swarm_pz.play.frames import Frame
 from swarm_pz.play.ros import messages
-from swarm_pz.play.ros.commands import INPUTS
-from swarm_pz.play.ros.definitions import definition, full_name, plain_name, serialise
+from swarm_pz.play.ros.definitions import definition, full_name, serialise
 
 
 def frame(teams):
@@ -56,12 +55,6 @@ def test_a_message_is_read_as_it_was_written_with_the_definition_that_viewers_ar
     schema = Schema(id=1, name=full_name(kind), encoding="ros2msg", data=definition(kind).encode())
     read = DecoderFactory().decoder_for("cdr", schema)(serialise(kind, MESSAGES[kind]))
     assert list(leaves(read)) == list(leaves(MESSAGES[kind]))
-
-
-def test_types_that_are_read_have_definitions_and_two_names():
-    for kind in INPUTS.values():
-        assert definition(kind) is not None
-        assert plain_name(full_name(kind)) == kind == plain_name(kind)
 
 
 def test_a_map_is_of_one_metre_with_its_rows_from_the_bottom():

@@ -187,19 +187,11 @@ def bomb(value):
     ("frame", "said"),
     [
         ("{", "JSON object"),
-        ("[1]", "with an op"),
-        ('{"op": "fly"}', "one of advertise"),
         ('{"op": "publish", "topic": "/x", "msg": {"data": NaN}}', "NaN"),
-        ('{"op": "publish", "topic": "/x", "msg": 7}', "msg must"),
         ('{"op": "publish", "topic": "/bad"}', "expected nothing here"),
         ('{"op": "publish", "topic": "/odd"}', "could not do that"),
-        ('{"op": "advertise", "topic": "/x"}', "type must"),
         ('{"op": "advertise", "topic": "clear_locs", "type": "std_msgs/String"}', "of type std_msgs/Empty"),
-        ('{"op": "subscribe", "topic": "/x", "compression": "cbor-raw"}', "cbor-raw is for"),
-        ('{"op": "subscribe", "topic": "/x", "compression": "png"}', "one of none, cbor"),
-        ('{"op": "subscribe", "topic": "/x", "throttle_rate": -1}', "throttle_rate must"),
         ('{"op": "subscribe", "topic": "/clock", "type": "std_msgs/String"}', "of type rosgraph_msgs/Clock"),
-        ('{"op": "set_level", "level": "loud"}', "level must"),
         (cbor2.dumps({"op": "subscribe", "topic": "/x", "throttle_rate": 10**5000}), "a large number"),
         (cbor2.dumps({"op": "set_level", "level": "info", "id": 10**5000}), "a large number"),
         ("[" * 100_000, "JSON object"),
@@ -209,7 +201,7 @@ def bomb(value):
         (bomb(cbor2.dumps(cbor2.CBORTag(70_000, []))), "JSON object"),
         (bomb(b"\x81" * 10**6), "JSON object"),
     ],
-    ids=range(22),
+    ids=range(14),
 )
 @spoken
 async def test_a_message_that_is_none_or_a_bomb_is_refused_in_words_to_who_asks_for_words(hub, frame, said):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from swarm_pz.play.server import limits
+from swarm_pz.play.server import rate_limit
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def clock(request, monkeypatch):
     """Give the limits, and the module that a file tests, a clock that a test moves."""
     made = SimpleNamespace(now=1000.0)
     name = "swarm_pz.play.server." + request.module.__name__.rpartition(".test_")[2]
-    for tested in {limits, importlib.import_module(name)} if name.rpartition(".")[2] != "attacks" else {limits}:
+    for tested in {rate_limit, importlib.import_module(name)} if name.rpartition(".")[2] != "attacks" else {rate_limit}:
         if hasattr(tested, "time"):
             monkeypatch.setattr(tested, "time", SimpleNamespace(monotonic=lambda: made.now))
     return made

@@ -263,10 +263,8 @@ async def test_what_cannot_be_gone_on_with_is_refused(hall, tmp_path):
     ("what", "goes"),
     [
         ("open", protocol.Create(opponent="ring")),
-        ("open", protocol.Leave()),
         ("open", "end"),
         ("open", "open another"),
-        ("take over", protocol.Create(opponent="ring")),
         ("take over", "end"),
     ],
 )

@@ -36,15 +36,6 @@ const painted = (of, did, colour) => of.getContext("2d").done.filter((one) => on
 
 // --- the arena --------------------------------------------------------------------------------------
 
-test("drones that change sides are told, and flash in their new colour for a while", () => {
-  assert.deepEqual([[0, 1], [0, 0], [0, 1]].map((teams, i) => arena.take(frame(3 * i, teams))), [[], [1], [1]]);
-  assert.deepEqual(arena.flashes.map(({ drone, team }) => [drone, team]), [[1, 0], [1, 1]]);
-  time.pass(700);
-  arena.take(frame(9, [0, 1]));
-  arena.paint();
-  assert.deepEqual(arena.flashes, []);
-});
-
 test("a jump is no capture, and trails begin anew", () => {
   arena.take(frame(0, [0, 1]));
   assert.deepEqual(arena.take(frame(31, [1, 0])), []);
@@ -129,18 +120,6 @@ test("ground captures from the value on that Python paints it with", () => {
 
 // --- the chart --------------------------------------------------------------------------------------
 
-test("the chart fills in seconds that were missed, keeps its own, and paints red from below", () => {
-  const chart = new Chart(canvas(300, 400)), given = [[10, 10], [15, 5]];
-  chart.set(given);
-  chart.add(30, 15, 5);
-  chart.add(5 * 30 + 29, 5, 15);
-  given[0][0] = 99;
-  assert.deepEqual(chart.sizes, [[10, 10], [15, 5], [15, 5], [15, 5], [15, 5], [5, 15]]);
-  assert.equal(chart.canvas.getAttribute("aria-label"), "Team sizes over time: now red 5, blue 15");
-  const fills = chart.canvas.getContext("2d").done.filter(({ did, path }) => did === "fill" && path.length === 6).slice(-2);
-  assert.deepEqual(fills.map(({ path }) => path[1].slice(2, 5).map(Math.round)), [[100, 11, 300], [0, 11, 100]]);
-});
-
 test("the turn is where the lead was won for good, or the greatest gain of who led all along", () => {
   const turn = (...leads) => turningPoint(leads.map((lead) => [10 + lead / 2, 10 - lead / 2]));
   assert.deepEqual(turn(0, 2, -4, -2, 0, 2, 6), 5);
@@ -161,21 +140,6 @@ test("who won before time was up has all drones at the end, and other games end 
 
 const lines = () => at("log").children.map(({ className, textContent }) => [className, textContent]);
 const happened = (tick, ...teams) => ({ tick, teams: Uint8Array.from(teams) });
-
-test("captures of a second are one piece of news, and all are told together with the sizes, not too often", () => {
-  const played = [], news = new News({ play: (kind) => played.push(kind) });
-  news.forget(0);
-  news.captures([1], happened(60, 0, 0, 1)); // not of the start
-  news.captures([], happened(63, 0, 0, 1));
-  news.captures([2], happened(66, 0, 0, 0));
-  news.captures([0], happened(120, 1, 0, 0));
-  assert.deepEqual(lines(), [["blue", "0:04 Blue took 1 of yours"], ["red", "0:02 You took 2 drones"]]);
-  assert.deepEqual(played, ["took", "took", "lost"]);
-  assert.deepEqual([at("toast").textContent, at("toast").className, at("told").textContent], ["Blue took 1 of yours", "blue", ""]);
-  time.pass(4000);
-  assert.equal(at("told").textContent, "You took 2 drones, Blue took 1 of yours. Red 2, blue 1.");
-  assert.equal(at("toast").hidden, true);
-});
 
 // --- a recorded game --------------------------------------------------------------------------------
 

@@ -132,14 +132,6 @@ test("who leaves a running game gives up its seat, and of a game that ends meanw
   assert.deepEqual([view(), said("leave"), at("return").hidden], ["lobby", { type: "leave" }, true]);
 });
 
-test("a recorded game that is on its way is announced, can be left, and is then not shown", async () => {
-  await load("#replay=a.jsonl");
-  assert.match(at("cover-text").textContent, /Opening the recorded game/);
-  await click("leave");
-  await hear(room({ phase: "replay", recording: "a.jsonl", last_tick: 90, verified: true }));
-  assert.equal(view(), "lobby");
-});
-
 // --- the start --------------------------------------------------------------------------------------
 
 test("a room is as the form says", async () => {
@@ -157,19 +149,6 @@ test("a room is as the form says", async () => {
   at("create").fire("submit");
   const { seat, player, opponent, settings } = said("create");
   assert.deepEqual([seat, player, opponent, settings.time_limit, settings.red], ["watch", "uniform", "ring", null, 10]);
-});
-
-test("the first button plays who comes next, and a name stays in the browser", async () => {
-  await load();
-  assert.equal(at("next").textContent, "Next: ring. ");
-  await click("quick");
-  const { opponent, settings } = said("create");
-  assert.deepEqual([opponent, settings], ["ring", { time_limit: 120, majority: true }]);
-  at("label").value = "Ann";
-  at("label").fire("input");
-  reload();
-  await load();
-  assert.equal(at("label").value, "Ann");
 });
 
 // --- studies and experiments ------------------------------------------------------------------------

@@ -49,49 +49,9 @@ const GAMES = [
   { red: null, blue: null, outcome: null },
 ].map((game) => ({ name: "20260101T120000Z-ABCD-1.jsonl", seconds: 75.7, sizes: [12, 8], ...game }));
 
-test("recorded games are links, and lessons and a server that is gone list none", async (context) => {
-  const answer = context.mock.method(globalThis, "fetch", async () => ({ ok: true, json: async () => GAMES }));
-  await listGames(SERVER, at("games"));
-  const links = at("games").all("a");
-  assert.deepEqual([links.length, links[0].href], [4, `#replay=${GAMES[0].name}`]);
-  assert.match(links[0].textContent, /P3 \(red\) against blind ring \(blue\) red won after 1:15/);
-  answer.mock.mockImplementation(async () => { throw new Error("gone"); });
-  await listGames(SERVER, at("games"));
-  assert.equal(at("games").all("a").length, 0);
-});
-
 // --- rooms that wait --------------------------------------------------------------------------------
 
 const room = (has = {}) => ({ ...fixtures.room, phase: "waiting", ...has });
-
-test("every address of the machine can be chosen for the link, with its picture", () => {
-  const waiting = new Waiting(new Line());
-  waiting.setAddresses(["http://table/", "https://other/"]);
-  waiting.show(room({ blue: { ...fixtures.room.blue, kind: "free" } }), 0);
-  assert.deepEqual([at("invitation-link").value, at("address-choice").hidden], ["http://table/#room=ABCD", false]);
-  at("address").selectedIndex = 1;
-  at("address").fire("change");
-  assert.equal(at("invitation-link").value, "https://other/#room=ABCD");
-  assert.equal(at("invitation-code").src, "/invitations/ABCD.svg?at=https%3A%2F%2Fother%2F");
-  waiting.setAddresses([]);
-  assert.equal(at("address-choice").hidden, true);
-});
-
-test("a result leads to its turn, and after a win to the next opponent", () => {
-  const begun = [], line = new Line(), cover = new Cover(line, (message) => begun.push(message));
-  const over = (has) => cover.show(room({ phase: "over", outcome: "red", sizes: [[10, 10], [8, 12], [15, 5]], recording: "a.jsonl", ...has }), 0, 75);
-  line.hear("welcome", { opponents: ["blind_ring", "halo"], addresses: [] });
-  over();
-  assert.deepEqual([at("see").href, at("recording").href, at("next-game").hidden], ["#replay=a.jsonl@0", "#replay=a.jsonl", true]);
-  count("blind_ring", true);
-  over({ outcome: "blue" });
-  assert.equal(at("next-game").hidden, true);
-  over();
-  at("next-game").click();
-  assert.deepEqual(begun.map(({ seat, opponent }) => [seat, opponent]), [["red", "halo"]]);
-  over({ once: true });
-  assert.deepEqual(["ready", "next-game", "sit"].map((id) => at(id).hidden), [true, true, true], "one game alone is played here");
-});
 
 // --- the lesson -------------------------------------------------------------------------------------
 

@@ -65,13 +65,9 @@ FINE = {"age": 30, "odd": 3, "hand": "left"}
     ("answers", "said"),
     [
         (FINE | {"age": 17}, "from 18 to 99, got 17"),
-        (FINE | {"age": True}, "age must be a number"),
-        (FINE | {"odd": 4}, "in steps of 2, got 4"),
         (FINE | {"hand": "both"}, "'left' or 'right'"),
         ({"age": 30, "odd": 1}, "hand must be an answer"),
-        (FINE | {"wrds": ""}, "did you mean 'words'"),
         (FINE | {"words": "x" * 4001}, "4000"),
-        ([1], "by question"),
     ],
 )
 def test_answers_are_checked_by_question(answers, said):
@@ -90,16 +86,10 @@ def test_words_are_kept_without_what_cannot_be_written():
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        ({"id": "a b"}, "item.id"),
-        ({"text": " "}, "text"),
         ({"kind": "slider"}, "kind"),
         ({"least": 5, "most": 1}, "most"),
-        ({"low": 1}, "low"),
-        ({"high": "a\nb"}, "high"),
         ({"kind": "choice", "choices": ("x", "x")}, "different"),
         ({"kind": "pair", "choices": ("x", "y", "z")}, "must be two"),
-        ({"kind": "choice", "choices": "ab"}, "choices"),
-        ({"kind": "choice", "choices": ({"a": 1}, {"a": 2})}, "choices"),
     ],
 )
 def test_a_question_that_no_page_could_show_is_refused(wrong, said):
@@ -117,8 +107,6 @@ Q = Item(id="q", text="?")
         ({"score": "sus", "items": tuple(item.replace(most=7) for item in SUS.items)}, "ten scales"),
         ({"score": "nasa-tlx", "items": (*RAW.items, ODD_PAIR)}, "mental, physical"),
         ({"score": "nasa-tlx", "items": tuple(item.replace(optional=True) for item in RAW.items)}, "mental, physical"),
-        ({"name": "a\nb"}, "name"),
-        ({"title": ("a",)}, "title"),
         ({"items": (Q, Q)}, "different ids"),
         ({"items": ()}, "at least one question"),
     ],
