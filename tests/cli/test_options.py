@@ -8,7 +8,6 @@ import pytest
 from swarm_pz import policies
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import PolicyError
 from swarm_pz.evaluation.tournament import TournamentConfig
 from swarm_pz.evaluation.workers import Processes, SerialExecutor
 from swarm_pz.standard.exploitability import SearchConfig
@@ -102,22 +101,6 @@ def test_what_bench_measures_and_the_rules_of_a_preset_are_as_asked(given):
     assert sizes == [(1, 3), (4,), (1, 2)]
     _, options = given("evaluate ring --preset released --game.time-limit 5", PLAYED)
     assert options["config"] == RELEASED.replace(time_limit=5.0), "options win over presets"
-
-
-def test_a_tournament_of_all_is_of_those_who_can_play_these_rules(given, monkeypatch, capsys):
-    load = policies.load
-
-    def choosy(name, config):
-        if name == "halo":
-            raise PolicyError("not so few drones")
-        return load(name, config)
-
-    monkeypatch.setattr("swarm_pz.cli.player_options.load", choosy)
-    monkeypatch.setattr("swarm_pz.cli.player_options.faults", lambda: {"evade": "evade cannot be loaded"})
-    (players, *_), _ = given(f"tournament {SHORT}", "evaluation.tournament.Tournament")
-    assert {"ring", "noise", "uniform"} <= set(players) and not {"halo", "evade", "prowl"} & set(players)
-    said = capsys.readouterr().err
-    assert "left out: halo: not so few drones\n" in said and "left out: evade cannot be loaded\n" in said
 
 
 # --- resumed runs -----------------------------------------------------------------------------------------

@@ -1,7 +1,5 @@
 """Commands for people at the table and of studies: what reaches the server, films, messages and tables."""
 
-import csv
-import json
 import re
 import sys
 from pathlib import Path
@@ -60,16 +58,6 @@ def test_factors_are_read_before_anybody_plays(served, refused):
     assert (red.command_delay_ms, blue.command_delay_ms, blue.helper) == (0.0, 100.0, "ring")
     Path("factors.toml").write_text('[blue]\nshare = 0.5\nhelper = "rign"\n')
     assert "did you mean 'ring'" in refused("play --factors factors.toml") and len(served) == 1
-
-
-def test_a_recording_is_shown_from_its_own_folder(served, tmp_path):
-    (tmp_path / "games").mkdir()
-    record(tmp_path / "games" / "a.jsonl", ticks=30)
-    run(f"replay games/a.jsonl {HERE}")
-    ((loader, policies, how),) = served
-    assert loader is load and policies == {"uniform": "everywhere"}
-    place = (how["host"], how["port"], how["folder"], how["page"])
-    assert place == ("127.0.0.2", 0, Path("games"), "replay=a.jsonl")
 
 
 def test_a_recording_is_only_verified_filmed_or_written_if_that_is_asked(
@@ -189,19 +177,3 @@ def test_a_study_has_a_status_an_export_and_participants_who_withdraw(study, cap
     printed = capsys.readouterr().out
     assert "P01 has withdrawn" in printed and "and 0 recordings" in printed
     assert "the order drawing > late has 1 of 2 participants; it lacks P01" in printed
-
-
-def test_recordings_become_tables_and_what_is_left_out_is_said(tmp_path, capsys):
-    record(tmp_path / "a.jsonl", ticks=30, outcome="red", player="ring")
-    (tmp_path / "b.jsonl").write_bytes((tmp_path / "a.jsonl").read_bytes())
-    (tmp_path / "bad.jsonl").write_text("{}\n")
-    run("study tables . --out tables")
-    printed = capsys.readouterr()
-    names = ["seats.csv", "summary.csv", "schema.json"]
-    assert printed.out.splitlines()[:3] == [f"tables/{name}" for name in names]
-    assert sorted(path.name for path in Path("tables").iterdir()) == sorted(names)
-    assert "2-0-0" in printed.out and "P1" in printed.out and "bad.jsonl" in printed.err
-    assert json.loads(Path("tables/schema.json").read_text())["command"].startswith("swarm-pz study tables .")
-    assert len(list(csv.DictReader(Path("tables/seats.csv").read_text().splitlines()))) == 4
-    run("study tables . --out columns --parquet")
-    assert {path.name for path in Path("columns").iterdir()} == {"seats.parquet", "summary.parquet", "schema.json"}

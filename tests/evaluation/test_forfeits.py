@@ -1,6 +1,5 @@
 """Control systems that fail in the middle of games: whose side forfeits, and which games go on."""
 
-import json
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -8,7 +7,6 @@ import numpy as np
 import pytest
 
 from swarm_pz import parallel_env
-from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError
 from swarm_pz.evaluation import play_match
@@ -97,13 +95,3 @@ def test_a_system_that_cannot_show_a_command_later_on_forfeits(monkeypatch):
     monkeypatch.setattr(Brittle, "to_densities", show)
     played = play_match("ring", "uniform", games=2, config=flown("nan"))
     assert ["cannot show its commands" in game.forfeit for game in played.forfeits] == [True] * 2
-
-
-def test_the_command_line_says_who_forfeited_and_why(tmp_path, capsys):
-    short = ["--game.drones-per-team", "2", "--game.time-limit", "3", "--game.command-period", "0.5"]
-    file = tmp_path / "e.json"
-    main(["evaluate", "ring", "--games", "8", *short, "--game.controllers", "brittle", "ergodic", "--json", str(file)])
-    assert "of 8 games are forfeits: brittle, which flies" in capsys.readouterr().out
-    forfeits = json.loads(file.read_text())["forfeits"]
-    assert 0 < len(forfeits) < 8
-    assert all("ZeroDivisionError" in one["reason"] and one["side"] in ("red", "blue") for one in forfeits)

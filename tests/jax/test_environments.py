@@ -6,7 +6,6 @@ import pytest
 from jax import numpy as jnp
 
 from swarm_pz.config import AGENTS, CHANNELS, GameConfig, ObservationConfig
-from swarm_pz.errors import ConfigError
 from swarm_pz.jax import make_params
 from swarm_pz.jax.environments import OneSide, TwoSides
 from swarm_pz.jax.players import Player
@@ -73,8 +72,3 @@ def test_a_learner_meets_the_player_and_sees_the_end(both_sides):
     last = np.asarray(info["final_observation"])
     assert truncated and not terminated and fresh.tick == 0 and (np.asarray(seen) != last).any()
     assert (last[CHANNELS.index("time_left")] == 0).all()
-
-
-def test_lists_of_drones_have_no_space():
-    with pytest.raises(ConfigError, match="entities"):
-        TwoSides(make_params(GAME.replace(observation=ObservationConfig(kind="entities"))))

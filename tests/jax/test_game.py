@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from jax import numpy as jnp
 
-from swarm_pz.config import AGENTS, CHANNELS, ControllerConfig, GameConfig, MemoryConfig, ObservationConfig
+from swarm_pz.config import AGENTS, CHANNELS, GameConfig, MemoryConfig, ObservationConfig
 from swarm_pz.errors import CommandError, ConfigError, UnknownNameError
 from swarm_pz.jax import make_params, reset, step, step_once
 from swarm_pz.simulator import Simulator
@@ -99,12 +99,9 @@ def test_wrong_shapes_and_missing_sides_are_told_when_traced():
     ("changes", "said"),
     [
         ({"controllers": "flocking"}, "controllers"),
-        ({"controller": ControllerConfig(horizon=5)}, "controller"),
         ({"memory": MemoryConfig(trail=2.0)}, "memory"),
         ({"capture": GameConfig().capture.replace(enabled=False)}, "capture"),
         ({"observation": ObservationConfig(grid=5)}, "observation"),
-        ({"observation": ObservationConfig(channels=CHANNELS[:3])}, "observation"),
-        ({"drones_per_team": 101}, "drones_per_team"),
     ],
 )
 def test_what_is_not_there_is_refused_by_name(changes, said):

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
@@ -24,30 +22,6 @@ def a_start(positions=PLACES, config=CONFIG):
     batch = BatchEnv(config)
     batch.reset([0], scenario={"positions": positions})
     return batch.simulator.snapshot([0])
-
-
-@pytest.mark.parametrize("team", [0, 1])
-def test_candidates_begin_with_the_last_command_and_simple_tactics_around_the_opponents(team):
-    lookahead, last = look(drone_steps=10_240), np.linspace(-9.0, -1.0, 100).reshape(10, 10)
-    x, y = [(0.85, 0.6), (0.2, 0.3)][team]
-
-    def ring(px, py, radius, width):
-        return [
-            [-(((math.hypot((c + 0.5) / 10 - px, (r + 0.5) / 10 - py) - radius) / width) ** 2) for c in range(10)]
-            for r in range(10)
-        ]
-
-    first = [last, np.zeros((10, 10)), ring(0.5, 0.5, 0.25, 0.15), ring(x, y, 0.25, 0.08), ring(x, y, 0.15, 0.08)]
-    first = np.array([np.maximum(np.subtract(logs, np.max(logs)), -4.0) for logs in first])
-    for previous, expected in ((last, first), (None, first[1:])):
-        proposed = lookahead.propose(a_start(), team, previous, np.random.default_rng(0))
-        np.testing.assert_allclose(proposed[: len(expected)], expected, atol=1e-4)
-        np.testing.assert_array_equal(proposed.max(axis=(1, 2)), 0.0)
-        assert proposed.min() == -4.0 and len({logs.tobytes() for logs in proposed}) == len(proposed) == 64
-    drawn = [np.exp(lookahead.propose(a_start(), team, None, np.random.default_rng(seed))[4:]) for seed in range(30)]
-    masses = sum((logs / logs.sum(axis=(1, 2), keepdims=True)).sum(axis=0) for logs in drawn)
-    near = [masses[1:5, :4].sum(), masses[4:8, 6:].sum()]
-    assert near[1 - team] > 1.2 * near[team], "mixtures are nearer to the opponents"
 
 
 class Watching:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.errors import CheckpointError, ConfigError, KindError, PolicyError
+from swarm_pz.errors import CheckpointError, KindError, PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import onnx_policy
 from swarm_pz.policies.onnx_policy import CARD, MODEL, OnnxCard, write
@@ -237,13 +237,3 @@ def test_what_may_not_play_is_not_written(tmp_path, model, fields, message):
     with pytest.raises(CheckpointError, match=message):
         write(tmp_path / "m", model, replace(FOLLOWER, **fields))
     assert not (tmp_path / "m").exists()
-
-
-def test_a_card_is_checked():
-    for name, value in (
-        ("name", ""), ("name", 5), ("name", "a\nb"), ("answers", ""), ("action", "jump"), ("action_cells", 1),
-        ("observation_dtype", "int8"), ("channels_last", "no"), ("flatten_actions", 1), ("observation", {}),
-        ("state", [1]), ("state", {"a": "c", "b": "c"}),
-    ):  # fmt: skip
-        with pytest.raises(ConfigError, match=f"card.{name} must be"):
-            OnnxCard(**({"name": "m"} | {name: value}))

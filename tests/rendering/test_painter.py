@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import sys
 from types import SimpleNamespace
 
@@ -11,9 +10,9 @@ import pytest
 
 from swarm_pz import parallel_env
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import ConfigError, MissingExtraError
+from swarm_pz.errors import MissingExtraError
 from swarm_pz.rendering.board import TEAM_COLOURS
-from swarm_pz.rendering.painter import ARENA, HEADER, MARGIN, Painter, Screen, ansi, draw
+from swarm_pz.rendering.painter import ARENA, HEADER, MARGIN, Painter, ansi, draw
 from swarm_pz.simulator import Simulator
 
 
@@ -57,9 +56,6 @@ def test_a_missing_extra_says_which_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "PIL.Image", None)
     with pytest.raises(MissingExtraError, match=r"pip install .*\[render\]"):
         draw(begun())
-
-
-# --- what stands around the board -------------------------------------------------------------------------
 
 
 # --- targets ----------------------------------------------------------------------------------------------
@@ -115,43 +111,3 @@ def test_frames_are_those_of_the_last_step_and_of_the_game_that_was_begun_last()
     np.testing.assert_array_equal(first, draw(environment.unwrapped.batch.simulator))
     assert environment.metadata["render_fps"] == 10
     assert parallel_env(render_mode="rgb_array", command_period=0.5).metadata["render_fps"] == 2
-
-
-def test_a_screen_shows_its_own_row_and_its_copy_has_a_window_of_its_own_unless_it_is_closed(monkeypatch):
-    simulator, opened = begun(2, drones_per_team=2), []
-    frames = Screen("rgb_array_list", simulator, row=1)
-    frames.begin()
-    for picture in (frames.render()[0], Screen("rgb_array", simulator, 1).render()):
-        np.testing.assert_array_equal(picture, draw(simulator, 1))
-    assert Screen("ansi", simulator, 1).render() == ansi(simulator, 1) != ansi(simulator, 0)
-    with pytest.raises(ConfigError, match="did you mean 'human'"):
-        Screen("humann", simulator)
-
-    class Window:
-        def __init__(self, title, rate):
-            opened.append(self)
-            self.is_closed, self.rate, self.shown = False, rate, []
-
-        def show(self, frame):
-            self.shown.append(frame)
-
-        def refresh(self):
-            self.shown.append("refreshed")
-
-        def close(self):
-            self.is_closed = True
-
-    monkeypatch.setattr("swarm_pz.rendering.window.Window", Window)
-    screen = Screen("human", simulator)
-    screen.begin()
-    assert screen.render() is None
-    np.testing.assert_array_equal(opened[0].shown[0], draw(simulator))
-    assert opened[0].shown[1:] == ["refreshed"]
-    twin = copy.deepcopy(screen)
-    assert [window.rate for window in opened] == [10, 10]
-    screen.close()
-    assert [window.is_closed for window in opened] == [True, False]
-    copy.deepcopy(screen)
-    assert len(opened) == 2
-    twin.close()
-    assert opened[1].is_closed

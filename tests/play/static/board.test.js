@@ -1,4 +1,4 @@
-// The board: what is painted of a game, and how it is told; the chart of sizes; a recorded game.
+// The board: what is painted of a game; the chart of sizes; a recorded game.
 
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
@@ -7,7 +7,6 @@ import { at, fixtures, Line, reload, time } from "./page.js";
 import { Arena } from "../../../swarm_pz/play/static/arena.js";
 import { Chart, turningPoint, untilTheEnd } from "../../../swarm_pz/play/static/chart.js";
 import { Ground, look } from "../../../swarm_pz/play/static/ground.js";
-import { News } from "../../../swarm_pz/play/static/news.js";
 import { Replay } from "../../../swarm_pz/play/static/replay.js";
 
 const { cells, captures } = fixtures;
@@ -135,11 +134,6 @@ test("who won before time was up has all drones at the end, and other games end 
   assert.deepEqual([ended([[9, 11]], "draw"), ended([], "red")], [[[9, 11]], []]);
   assert.deepEqual(ended([[10, 10], [15, 5]], "red", 1).at(-1), [15, 5], "by majority");
 });
-
-// --- the news ---------------------------------------------------------------------------------------
-
-const lines = () => at("log").children.map(({ className, textContent }) => [className, textContent]);
-const happened = (tick, ...teams) => ({ tick, teams: Uint8Array.from(teams) });
 
 // --- a recorded game --------------------------------------------------------------------------------
 

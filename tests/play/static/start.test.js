@@ -1,16 +1,12 @@
-// The start: opponents, recorded games, rooms that wait; and the lesson.
+// The start: opponents; and the lesson.
 
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
-import { at, fixtures, Line, reload } from "./page.js";
+import { at, Line, reload } from "./page.js";
 import { opponentCards } from "../../../swarm_pz/play/static/cards.js";
-import { Cover } from "../../../swarm_pz/play/static/cover.js";
-import { listGames } from "../../../swarm_pz/play/static/games.js";
 import { count, counts, progress } from "../../../swarm_pz/play/static/progress.js";
 import { Lesson } from "../../../swarm_pz/play/static/lesson.js";
-import { SERVER } from "../../../swarm_pz/play/static/link.js";
-import { Waiting } from "../../../swarm_pz/play/static/waiting.js";
 
 beforeEach(reload);
 
@@ -37,21 +33,6 @@ test("opponents unlock one by one, and a game that is won counts where the sides
   assert.deepEqual([counts(game, policy, false), counts(uneven, policy, false), counts(game, { kind: "person" }, false), counts(game, policy, true)],
     [true, false, false, false]);
 });
-
-// --- recorded games ---------------------------------------------------------------------------------
-
-const POLICY = { kind: "policy", policy: "blind_ring" };
-const GAMES = [
-  { red: { kind: "person", label: "P3" }, blue: POLICY, outcome: "red" },
-  { red: { kind: "program" }, blue: { kind: "person" }, outcome: "draw", ended_by: "left" },
-  { red: { kind: "person" }, blue: { kind: "free" }, lesson: true, outcome: "stopped" },
-  { red: { kind: "person" }, blue: { kind: "policy", policy: "ring" }, outcome: null },
-  { red: null, blue: null, outcome: null },
-].map((game) => ({ name: "20260101T120000Z-ABCD-1.jsonl", seconds: 75.7, sizes: [12, 8], ...game }));
-
-// --- rooms that wait --------------------------------------------------------------------------------
-
-const room = (has = {}) => ({ ...fixtures.room, phase: "waiting", ...has });
 
 // --- the lesson -------------------------------------------------------------------------------------
 

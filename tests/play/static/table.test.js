@@ -173,35 +173,7 @@ test("further taps add attractors where that is asked, and no more than there ma
   assert.equal(new Set(commands().map(({ number }) => number)).size, commands().length);
 });
 
-test("a tap places an attractor, a drag moves it, the slider weighs it, and a second finger changes nothing", async () => {
-  const { sent, table } = await sit("flocking"), [least, most] = table.controls.pen.sizes;
-  draw([0.2, 0.8]);
-  assert.deepEqual(rounded(sent()), rounded([[0.2, 0.8, (least + most) / 2]]));
-  point("pointerdown", [0.2, 0.8], 1);
-  point("pointerdown", [0.9, 0.9], 2);
-  point("pointermove", [0.8, 0.9], 2);
-  point("pointermove", [0.4, 0.6], 1);
-  point("pointerup", [0.8, 0.9], 2);
-  point("pointerup", [0.4, 0.6], 1);
-  at("width").value = least + 0.2 * (most - least);
-  at("width").fire("input");
-  at("width").fire("change");
-  assert.deepEqual(rounded(sent()), rounded([[0.4, 0.6, least + 0.2 * (most - least)]]));
-});
-
 // --- leaders ----------------------------------------------------------------------------------------
-
-test("the nearest leader is dragged, and keys move one after the other", async () => {
-  const { sent } = await sit("leader_follower"), before = fixtures.seats.leader_follower.commands.default;
-  const nearest = before.map(([x, y]) => Math.hypot(x - 0.8, y - 0.7)), which = nearest.indexOf(Math.min(...nearest));
-  draw([0.8, 0.7], [0.9, 0.9]);
-  assert.deepEqual(rounded(sent()), rounded(before.map((place, i) => (i === which ? [0.9, 0.9] : place))));
-  at("spread").click();
-  press("ArrowUp", "n", "Shift+ArrowRight", " ");
-  const moved = sent().map(([x, y], i) => [x - before[i][0], y - before[i][1]]);
-  assert.deepEqual(rounded(moved).filter(([x, y]) => x || y).length, Math.min(before.length, 2));
-  assert.ok(rounded(moved).flat().includes(0.02) && rounded(moved).flat().includes(0.1));
-});
 
 // --- formations -------------------------------------------------------------------------------------
 
