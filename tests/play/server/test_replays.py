@@ -158,15 +158,6 @@ async def test_a_recorded_game_goes_on_at_its_pace_to_its_end(speed, game, monke
     watcher.replay.close()
 
 
-async def test_of_moments_that_are_sought_meanwhile_the_latest_is_shown(game):
-    watcher = Watcher(LoadedRecording.read(game))
-    for tick in range(90):
-        watcher.replay.seek(tick)
-    await until(lambda: watcher.frames)
-    watcher.replay.close()
-    assert watcher.shown().tick == 89 and watcher.replay._opened.count == 1
-
-
 async def test_where_a_game_plays_differently_the_recorded_frames_are_shown(game):
     watcher = Watcher(replace(LoadedRecording.read(game), is_verified=False))
     await until(lambda: watcher.frames)
