@@ -135,6 +135,12 @@ def write(path, pictures):
             append(picture)
 
 
+def test_a_film_that_cannot_be_encoded_says_so_and_leaves_nothing(tmp_path):
+    with pytest.raises(RenderError, match=r"(?s)a.mp4' could not be encoded.*not divisible by 2"):
+        write(tmp_path / "a.mp4", np.zeros((10_000, 3, 3, 3), np.uint8))
+    assert not list(tmp_path.iterdir())
+
+
 FULL = "#!/bin/sh\necho 'Error muxing a packet: No space left on device' >&2\nexit 228\n"
 
 

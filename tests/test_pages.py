@@ -50,6 +50,22 @@ def test_files_that_are_named_to_builders_exist(page):
     assert [name for name in named if not list(ROOT.glob(name.replace("NAME", "*").rstrip("/")))] == []
 
 
+def test_the_designs_walk_goes_by_functions_that_are_there():
+    steps = re.findall(r"`([\w.]+)` *\n? *\(`([\w/]+\.py)`\)", text_of("docs/design.md"))
+    assert len(steps) >= 6
+    for name, path in steps:
+        *holder, function = name.split(".")
+        assert f"def {function}(" in text_of(path) and all(f"class {one}" in text_of(path) for one in holder), name
+
+
+def test_the_designs_folders_are_the_layers_in_their_order():
+    rows = re.findall(r"^\| (`\w+`(?:, `\w+`)*) \|", text_of("docs/design.md"), re.M)
+    shown = [set(re.findall(r"\w+", row)) for row in rows]
+    contracts = tomllib.loads(text_of("pyproject.toml"))["tool"]["importlinter"]["contracts"]
+    (layers,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
+    assert shown == [set(re.findall(r"swarm_pz[.](\w+)", layer)) for layer in layers]
+
+
 def test_extras_named_in_the_text_exist():
     extras = set(tomllib.loads(text_of("pyproject.toml"))["project"]["optional-dependencies"])
     lists = [
@@ -62,6 +78,20 @@ def test_extras_named_in_the_text_exist():
 def test_the_readmes_links_lead_somewhere():
     links = re.findall(r"\]\(([^)#:]+)[^)]*\)", text_of("README.md"))
     assert links and [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_what_the_players_page_calls_by_a_name_is_on_the_page_and_so_are_its_keys():
+    static, page = ROOT / "swarm_pz/play/static", text_of("docs/play.md")
+    source = "".join(path.read_text() for path in sorted(static.glob("*.js")))
+    shown = (static / "index.html").read_text() + source
+    named = re.findall(r"(?<!\*)\*([\w ]+)\*(?!\*)", page)
+    assert {"Go here", "send when I lift", "More"} <= set(named)
+    assert [name for name in named if name not in shown] == []
+    acts = re.search(r"const acts = {(.*?)};", source, re.S)
+    keys = set(re.findall(r'"?([^\s"]+?)"?: \(\) =>', acts[1])) - {"="}  # plus without Shift
+    listed = set(re.findall(r"[^\s,|]+", " ".join(re.findall(r"^(\|[^|]*)\|", page.split("| key |")[1], re.M))))
+    assert {"g", "+", "u"} <= keys
+    assert keys <= {key.lower().replace("\N{MINUS SIGN}", "-") for key in listed}
 
 
 def test_the_wrappers_that_the_page_of_the_environment_names_can_be_made():

@@ -1,16 +1,106 @@
-"""The table of the paper's statements: what its rows name is there."""
+"""The table of the paper's statements: every row says where it stands, and what it names is there and is so."""
+
+from __future__ import annotations
 
 import csv
+import inspect
+import re
 from pathlib import Path
 
+import msgspec.inspect as inspect_types
+import pytest
+
+from benchmarks.paper.claims import FIGURES as MADE
+from swarm_pz.cli import play
+from swarm_pz.config import CONTROL_PERIOD, GameConfig
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.protocol import Settings
+from swarm_pz.play.ros.commands import INPUTS
+from swarm_pz.play.strokes import MAPPINGS
+from swarm_pz.policies.open_loop import BESTS
+from swarm_pz.spaces.densities import COMMAND_NAMES
+
 ROOT = Path(__file__).parents[1]
+PAGE, ROUNDS = ((ROOT / "swarm_pz/play/static" / name).read_text() for name in ("index.html", "progress.js"))
+VERDICTS = {"as said", "as released", "differs", "tried", "ours", "not shown", "about people or other work"}
+SECTIONS = {"abstract", "I", "II", "II-A", "II-B", "II-C", "III-A", "III-B", "III-C", "IV-A", "IV-B", "IV-C", "V"}
+FIGURES = {f"Fig. {number}" for number in range(1, 9)}
+with (ROOT / "docs/tables/statements.csv").open(newline="", encoding="utf-8") as file:
+    ROWS = list(csv.DictReader(file))
+
+
+def names(cell):
+    return [name for name in cell.split("; ") if name]
+
+
+def test_every_row_has_its_section_and_one_of_the_verdicts_and_no_section_is_left_out():
+    named = [set(row["section"].split(", ")) for row in ROWS]
+    assert all(one and one <= SECTIONS | FIGURES for one in named)
+    assert set().union(*named) == SECTIONS | FIGURES
+    assert {row["verdict"] for row in ROWS} == VERDICTS
+    assert sum(row["verdict"] != "ours" for row in ROWS) >= 65
+
+
+def test_what_is_as_said_is_shown_by_a_test_or_a_figure_and_what_differs_says_why():
+    for row in ROWS:
+        if row["verdict"] in ("as said", "as released"):
+            assert names(row["shown by"]), row["the paper"]
+            assert all(name.startswith(("tests/", "docs/")) for name in names(row["shown by"])), row["the paper"]
+        elif row["verdict"] == "differs":
+            assert row["here"], row["the paper"]
 
 
 def test_files_and_figures_that_rows_name_are_there():
-    with (ROOT / "docs/tables/statements.csv").open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    for row in rows:
-        for name in filter(None, f"{row['code']}; {row['shown by']}".split("; ")):
+    for row in ROWS:
+        for name in names(row["code"]) + names(row["shown by"]):
             path, _, heading = name.partition("#")
             assert (ROOT / path).is_file(), f"{row['the paper']}: {path}"
             assert f"\n## {heading}" in (ROOT / path).read_text() or not heading, f"{row['the paper']}: {name}"
+
+
+def test_what_a_figure_judges_is_said_by_the_figure_alone():
+    for row in ROWS:
+        of = {name for name in MADE if f"benchmarks/paper/claims/{name}.py" in row["code"]}
+        assert bool(of) == (row["verdict"] == "tried"), row["the paper"]
+        assert not of or row["shown by"] == f"docs/figures.md#{of.pop()}", row["the paper"]
+        assert row["verdict"] != "tried" or not re.search(r"[0-9]+ of |wins|loses", row["here"]), row["the paper"]
+
+
+COUNTS = {
+    r"(\d+) densities have names": len(COMMAND_NAMES),
+    r"Up to (\d+) drones a side": inspect_types.type_info(Settings).fields[0].type.le,
+    r"([0-9.]+) each, or as the room": GameConfig().team_sizes[0],
+    r"after ([0-9.]+) s it is a draw": GameConfig().time_limit,
+    r"within ([0-9.]+) of a corner": GameConfig().spawn.radius,
+    r"Of the last ([0-9.]+) s, the time": GameConfig().memory.trail,
+    r"At most ([0-9.]+) map width per second": GameConfig().controller.max_acceleration,
+    r"τ = ([0-9.]+) s": GameConfig().memory.controller,
+    r"R = ([0-9.]+) on": GameConfig().controller.control_weight,
+    r"([0-9.]+) times the squared distance": GameConfig().controller.wall_weight,
+    r"distance beyond \[([0-9.]+),": GameConfig().controller.wall_margin,
+    r"lowest ([0-9]+) \S 10 modes": GameConfig().controller.modes,
+    r"deviation is ([0-9.]+) map widths": MAPPINGS["firm"].smoothing,
+    r"and ([0-9.]+) with the mapping paper": MAPPINGS["paper"].smoothing,
+    r"Every ([0-9.]+) s\. Of commands": TableConfig().min_command_interval,
+    r"Weights are ([0-9.]+) to": GameConfig().flocking.migration[0],
+    r"so does ([0-9.]+) s of coasting": GameConfig().controller.horizon * CONTROL_PERIOD,
+    r"page end after ([0-9.]+) s, by majority": sum(map(int, re.findall(r"limit: (\d+), majority", ROUNDS))),
+    r"sequence of ([0-9]+) images": len(BESTS["uniform"]["sequence"]["images"]),
+}
+"""Numbers that rows say of the software, and what they are."""
+
+
+@pytest.mark.parametrize("words", COUNTS)
+def test_a_number_of_the_software_is_what_its_row_says(words):
+    found = [match[1] for row in ROWS if (match := re.search(words, row["here"]))]
+    assert found and {float(number) for number in found} == {float(COUNTS[words])}
+
+
+def test_options_topics_and_buttons_that_rows_name_are_there():
+    told = " ".join(row["here"] for row in ROWS)
+    options = {name.replace("-", "_") for name in re.findall(r"--([a-z-]+)", told)}
+    assert "rosbridge" in options <= set(inspect.signature(play.play).parameters)
+    topics = set(re.findall(r"(?<= )(/[a-z_/]+)", told))
+    assert topics and topics <= set(INPUTS)
+    for words in ("Go here", "Keep away", "Clear", "Undo", *re.findall(r'switch "([^"]+)"', told)):
+        assert words in told and words in PAGE, words

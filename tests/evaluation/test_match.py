@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binomtest
 
 from swarm_pz import policies
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
@@ -28,6 +28,18 @@ class Ones:
         self.seeds = list(seeds)
 
     def act(self, observations, rows):
+        return np.ones((len(rows), 10, 10))
+
+
+class Seer:
+    """Covers evenly, and sees the simulator."""
+
+    name = "seer"
+
+    def reset(self, seeds, rows):
+        pass
+
+    def plan(self, simulator, teams, rows):
         return np.ones((len(rows), 10, 10))
 
 
@@ -105,6 +117,14 @@ def test_a_summary_says_of_every_number_whose_it_is():
         "time_limit": 30.0, "thinking_ms": [2.0, 20.0], "config_hash": SHORT.hash, "rules_hash": SHORT.rules_hash,
     }  # fmt: skip
     assert match.score() == pytest.approx((1 + 3 * 0.5) / 5)
+
+
+def test_a_match_tells_how_far_it_is_and_who_sees_the_simulator(monkeypatch):
+    monkeypatch.setattr("swarm_pz.evaluation.match._BATCH", 4)
+    config, told = SHORT.replace(time_limit=2.0, capture=CaptureConfig(enabled=False)), []
+    match = play_match("uniform", Seer(), games=6, config=config, progress=lambda *now: told.append(now))
+    assert match.privileged == ("seer",) == play_match(Seer(), "uniform", games=2, config=config).privileged
+    assert told == [(0, 6), (4, 6), (4, 6), (6, 6)]
 
 
 def test_start_policy_and_opponent_have_a_stream_each_that_both_games_of_a_pair_share():

@@ -5,6 +5,7 @@ import pickle
 import secrets
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,6 +17,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import WorkerError
 from swarm_pz.evaluation import ray_pool
 from swarm_pz.evaluation.bundles import PolicyBundle
+from swarm_pz.evaluation.processes import LostTaskError
 from swarm_pz.evaluation.ray_pool import RayPool
 from swarm_pz.evaluation.tournament import TournamentConfig, play_block
 
@@ -33,7 +35,7 @@ class Pretended:
 
     def __init__(self, fates, machines):
         self.fates, self.machines = list(fates), machines
-        self.options_given = []
+        self.put_here, self.options_given = [], []
 
     def is_initialized(self):
         return True
@@ -52,13 +54,25 @@ class Pretended:
         return SimpleNamespace(options=options)
 
     def put(self, value):
+        self.put_here.append(value)
         return value
 
     def wait(self, refs, timeout):
-        return refs, []
+        (ref,) = refs
+        is_ready = ref.fate != "endless"
+        time.sleep(0.0 if is_ready else 0.01)
+        return (refs, []) if is_ready else ([], refs)
+
+    def cancel(self, ref, force):
+        assert force
+        ref.cancels = getattr(ref, "cancels", 0) + 1
+        if ref.cancels == 2:
+            ref.fate = "die"
 
     def get(self, ref):
         (expected, work, places, *bundles), fate = ref.arguments, ref.fate
+        if fate == "die":
+            raise ray.exceptions.WorkerCrashedError
         if fate.startswith("refuse "):
             return fate[-1], f"host {fate[-1]}", expected | {"numba": "0.1"}, None
         function, arguments, keywords = pickle.loads(work)  # noqa: S301
@@ -87,6 +101,30 @@ def test_a_machine_with_other_versions_is_left_out_and_another_processor_told_on
     assert said[1].startswith("host a is left out, since it has numba 0.1, here ")
     assert pretended.options_given[-1]["label_selector"] == {"ray.io/node-id": "!in(a)"}
     assert len(said) == 3 and "another kind (zen, here here)" in said[2]
+
+
+@pytest.mark.parametrize(
+    ("fates", "error", "message"),
+    [(["refuse a"], WorkerError, "host a is left out"), (["die"], LostTaskError, "its workers died")],
+)
+def test_a_task_that_no_machine_can_do_is_an_error(fates, error, message, pretend):
+    pretended = pretend(*fates, machines=["a"])
+    with RayPool("auto", lambda _: None) as pool:
+        with pytest.raises(error, match=message):
+            pool.submit(len, "a").result()
+        pretended.nodes = lambda: 1 / 0
+        with pytest.raises(WorkerError, match="cannot be reached any more"):
+            _ = pool.slots
+
+
+def test_a_task_is_ended_although_its_first_cancellation_was_missed(pretend):
+    pretend("endless")
+    with RayPool("auto", lambda _: None) as pool:
+        future = pool.submit(len, "a")
+        while not pool._running:
+            time.sleep(0.01)
+        pool.end()
+        assert type(future.exception(timeout=60)) is LostTaskError
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from swarm_pz import policies
-from swarm_pz.config import BLUE, RED, ControllerConfig, GameConfig
+from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, GameConfig
+from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.rollout import FaultError, Rollout, game_number, play_games
 
 SHORT = GameConfig(time_limit=8.0, drones_per_team=3)
@@ -64,6 +65,24 @@ def test_the_game_shown_is_the_game_evaluated_bit_for_bit(policy, opponent):
     assert [(unwatched[number].pair, unwatched[number].side) for number in numbers] == [
         (5, "red"), (5, "blue"), (3, "blue"),
     ]  # fmt: skip
+
+
+def test_a_game_goes_on_where_it_was_left_and_says_how_it_stands():
+    seen, steps = [], []
+    config = GameConfig(drones_per_team=1, time_limit=3.0, capture=CaptureConfig(enabled=False))
+    game = Rollout("uniform", "halo", [0, 1], config=config)
+    watch = {
+        "after_control_period": lambda game: seen.append(float(game.simulator.time_s[0])),
+        "after_step": lambda game: steps.append(game.rows.tolist()),
+    }
+    game.play(1.5, **watch)
+    assert game.standing() == "unfinished (2.0 s, red 1, blue 1)"
+    with pytest.raises(CommandError, match="unfinished"):
+        game.games()
+    game.play(**watch)
+    np.testing.assert_allclose(seen, np.arange(1, 31) / 10)
+    assert steps == [[0, 1]] * 3 and game.standing(1) == "a draw (3.0 s, red 1, blue 1)"
+    assert (game.names(0), game.names(1)) == (("uniform", "halo"), ("halo", "uniform"))
 
 
 def test_a_policy_that_raises_is_named_with_its_place():

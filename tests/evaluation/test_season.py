@@ -1,6 +1,7 @@
 """Seasons: what is sent in plays or is left out with a reason, and only what is new is played."""
 
 import json
+import pickle
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation.season import Entries
 from swarm_pz.policies import zoo
+from swarm_pz.policy import Program
 
 SHORT = "--games 2 --processes 1 --game.drones-per-team 2 --game.time-limit 3 --no-field"
 BOTS = Path(__file__).parents[2] / "examples" / "bots"
@@ -101,13 +103,42 @@ def test_a_season_that_was_killed_twice_is_the_one_that_ran_through(tmp_path):
     assert first == second and {player["kind"] for player in first} == {"learned", "program"}
 
 
+def test_a_season_starts_a_program_once_to_see_whether_it_plays(tmp_path, monkeypatch):
+    started = []
+    make = Program.__init__
+
+    def init(self, *args):
+        started.append(args)
+        make(self, *args)
+
+    send(tmp_path, "robot", exec=f"{sys.executable} ring.py")
+    monkeypatch.setattr(Program, "__init__", init)
+    entries = Entries.read(tmp_path, GameConfig(), allow_programs=True)
+    player = entries("robot", GameConfig())
+    assert len(started) == 1 and entries("robot", GameConfig()) is not player and len(started) == 2
+    assert pickle.loads(pickle.dumps(entries)).folders == entries.folders  # noqa: S301  (for other processes)
+
+
+def test_a_season_without_players_says_why(tmp_path, capsys):
+    for name in ("one", "other"):
+        send(tmp_path, name, exec="python3 ring.py")
+    with pytest.raises(SystemExit):
+        main(f"season {tmp_path} {SHORT}".split())
+    said = capsys.readouterr().err
+    assert "needs two or more players, got none; left out: one: it is a program" in " ".join(said.split())
+
+
 @pytest.mark.parametrize(
     ("name", "card", "said"),
     [
         ("robot", {"exec": "python3 ring.py"}, "--allow-programs"),
         ("ring", {"exec": "python3 ring.py"}, "installed player"),
+        ("Robot", {}, "a to z"),
+        ("robot", {"exec": "./none"}, "no program './none'"),
         ("robot", {"exec": "python3 ring.py", "digest": "0" * 32}, "must have the digest"),
         ("robot", {"exec": "python3 ring.py", "link": "javascript:alert(1)"}, "https://"),
+        ("robot", {"by": "a" * 61}, "by 60"),
+        ("robot", {"exe": "python3 ring.py"}, "got exe"),
         ("robot", {}, "holds no policy"),
     ],
 )

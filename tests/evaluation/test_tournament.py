@@ -16,7 +16,7 @@ import pytest
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import ResultsError, WorkerError
+from swarm_pz.errors import ResultsError, Stopped, WorkerError
 from swarm_pz.evaluation import ladder
 from swarm_pz.evaluation.ledger import GAMES, SETTINGS, folder_lock
 from swarm_pz.evaluation.match import play_match
@@ -126,6 +126,19 @@ def test_an_interrupted_tournament_goes_on_without_losing_or_repeating_a_game(wh
     assert (folder / GAMES).read_bytes() == before and early.results().payoffs()[1].sum() > 0
 
 
+def test_a_tournament_that_should_stop_keeps_its_games_and_others_go_on(whole, tmp_path):
+    """The order of players changes no game."""
+    finished = []
+    tournament = Tournament(FOUR[::-1], CONFIG.replace(games=2), tmp_path, load)
+    with pytest.raises(Stopped) as stop:
+        tournament.play(1, lambda done, _: finished.append(done), lambda: finished[-1:] > [0])
+    kept = len(lines(tmp_path))
+    assert finished[-1] == kept and 0 < kept < 12
+    assert str(stop.value).startswith(f"{kept} games are in {tmp_path}, {12 - kept} are missing")
+    played(tmp_path)
+    assert without_times(tmp_path) == without_times(whole.folder)
+
+
 def test_a_player_that_learned_on_is_refused_even_after_others_played_in_the_folder(tmp_path):
     digest = ["a"]
 
@@ -173,8 +186,14 @@ def test_a_folder_of_another_tournament_or_of_nonsense_is_refused(tmp_path):
     ("line", "reason"),
     [
         (b"[" * 3000, "RecursionError|JSONDecodeError"),
+        (b"[" * 100_000, "Recursion"),
+        (b"[1]", "TypeError"),
         (b'{"outcome": "banana"}', "outcome must be 'win' or 'draw' or 'loss', got 'banana'"),
         (b'{"share": 2.0}', "share must be"),
+        (b'{"sent": [1, "2"]}', "sent must be"),
+        (b'{"thinking_ms": [1, 2, 3]}', "thinking_ms must be"),
+        (b'{"number": -1}', "number must be"),
+        (b'{"one": 7}', "one must be"),
         (b"\xff", "UnicodeDecodeError"),
     ],
 )
@@ -218,6 +237,14 @@ def test_a_tactic_in_a_file_that_changed_is_another_player(tmp_path, monkeypatch
     with pytest.raises(WorkerError, match=r"mine\.py:mine changed on .*expected digest"):
         early.play()
     assert len(lines(tmp_path / "out")) == 2
+
+
+def test_planned_games_are_dealt_out_first_and_a_few_at_a_time(tmp_path):
+    tournament = Tournament(("ring", "planner", "uniform"), CONFIG.replace(games=46), tmp_path, load)
+    assert (tournament.sorts["planner"], tournament.sorts["ring"]) == ("planned", "scripted")
+    blocks = tournament.missing()
+    assert all("planner" in block for block in blocks[:46])
+    assert [len(numbers) for *_, numbers in blocks] == [2] * 46 + [20, 20, 6]
 
 
 # --- forfeits -------------------------------------------------------------------------------------

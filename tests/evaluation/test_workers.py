@@ -80,6 +80,17 @@ def test_work_that_should_stop_gives_out_no_more_and_keeps_what_was_begun():
     assert sorted(kept) == [("begun",), ("done",)] and len(pool.given) == 3 and pool.given[2].cancelled()
 
 
+def test_an_interrupt_ends_the_pool_at_once():
+    def tasks():
+        yield ("queued",)
+        raise KeyboardInterrupt
+
+    pool, kept = Held(), []
+    with pytest.raises(KeyboardInterrupt):
+        share(pool, str, tasks(), lambda task, _: kept.append(task))
+    assert kept == [] and pool.ended == 1
+
+
 @pytest.mark.parametrize("pool", [SerialExecutor, lambda: ThreadPoolExecutor(2)])
 def test_the_result_of_a_background_task_is_there_when_it_is_wanted(pool):
     with pool() as workers, BackgroundTasks(workers) as background:

@@ -91,6 +91,27 @@ def test_what_cannot_fly_a_team_is_refused_and_changes_nothing(given, kind, told
     assert event.command.number == 1
 
 
+def test_who_asks_at_every_step_for_the_same_holds_it():
+    game = live()
+    push, other = (game.reader.read(RED, 1, given, "accelerations") for given in (PUSH, PUSH[::-1]))
+    assert not game.holds(push)
+    game.hand_in(push)
+    assert game.holds(push) and not game.holds(other)
+    game.advance(1)
+    assert game.holds(push) and not game.holds(other)
+
+
+def test_a_policys_answer_has_the_kind_that_its_team_takes():
+    reader = CommandReader(GAME)
+    answer = reader.answered(RED, 3, reader.packed(reader.read(RED, 1, PUSH, "accelerations"))[0], "auto:push")
+    np.testing.assert_array_equal(answer.values, PUSH)
+    assert (answer.kind, answer.number, answer.sender) == ("accelerations", 3, "auto:push")
+    image = np.linspace(0.0, 0.5, 100).reshape(10, 10)
+    density = reader.answered(BLUE, 1, reader.packed(reader.read(BLUE, 1, image))[0] / 3.0)
+    assert density.kind == "density"
+    np.testing.assert_array_equal(density.values, np.round(2 * image, 8))
+
+
 def test_a_picture_is_drawn_by_the_system_of_the_commands_team_and_without_one_is_the_whole_square():
     reader = CommandReader(GAME.replace(controllers=("direct", "flocking")))
     np.testing.assert_array_equal(reader.picture(reader.read(RED, 1, PUSH, "accelerations")), np.ones((10, 10)))

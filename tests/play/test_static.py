@@ -4,6 +4,7 @@ What the modules say to the server there is read here as the server reads it.
 """
 
 import base64
+import gzip
 import json
 import os
 import re
@@ -158,6 +159,29 @@ def test_in_node(name, node, fixtures, tmp_path):
     for path in tmp_path.glob("*Z-*.jsonl"):
         result = Playback(Recording.read(path)).verify()
         assert result.verified and result.in_page, (path.name, result)
+
+
+def needed(name, found=()):
+    """Return the modules that a module needs from the first, itself among them."""
+    if name in found:
+        return found
+    found = (*found, name)
+    for other in re.findall(r'^import .*"\./([\w.]+)";$', (STATIC / name).read_text(), re.MULTILINE):
+        found = needed(other, found)
+    return found
+
+
+def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later():
+    sizes = {path.name: len(gzip.compress(path.read_bytes())) for path in STATIC.iterdir() if path.is_file()}
+    first = {"index.html", "icon.svg", "style.css", *needed("main.js")}
+    assert sum(sizes[name] for name in first) < 60_000
+    deferred = "embed", "games", "legend", "lesson", "marks", "replay", "responses"
+    later = {f"{name}.js" for name in deferred}
+    of_others = {"jspsych-plugin-swarm-pz.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js"}
+    assert set(sizes) - first == later | of_others
+    without_a_server = {Path(name): len(data) for name, data in site_files().items()}
+    of_weights = sum(size for path, size in without_a_server.items() if path.suffix == ".safetensors")
+    assert sum(without_a_server.values()) - of_weights < 300_000, "before a first game"
 
 
 def test_a_site_is_kept_anew_with_any_other_file_and_asks_nobody_else(tmp_path):

@@ -5,6 +5,7 @@ import pytest
 
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import CommandError
+from swarm_pz.kernels.painting import paint
 from swarm_pz.play.strokes import BRUSHES, MAPPINGS, MOST_INK, MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
 from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
@@ -148,3 +149,19 @@ def test_what_is_at_a_limit_is_drawn():
     edges = line((-0.5, -0.5), (1.5, 1.5), width=NARROWEST)
     longest = line(*[(0.5, 0.5)] * (MOST_POINTS - 2), width=WIDEST)
     assert density_of([edges, longest], 10).max() > 0.5
+
+
+@pytest.mark.parametrize("reach", [2.5, 15.0])
+def test_lines_paint_the_pixels_within_their_reach_wherever_they_lie(reach):
+    chance = np.random.default_rng(1)
+    rows, columns = np.mgrid[:40, :40] + 0.5
+    for _ in range(50):
+        ends = np.round(chance.uniform(-20.0, 60.0, (2, 2)))
+        image = chance.integers(0, 3, (40, 40)).astype(np.int8)
+        (ax, ay), (dx, dy) = ends[0], ends[1] - ends[0]
+        share = np.clip(((columns - ax) * dx + (rows - ay) * dy) / max(dx * dx + dy * dy, 1e-9), 0.0, 1.0)
+        distance = np.hypot(columns - ax - share * dx, rows - ay - share * dy)
+        sure = np.abs(distance - reach) > 1e-6
+        expected = np.where(distance < reach, 1, image)
+        paint(image, ends, reach, 1)
+        np.testing.assert_array_equal(image[sure], expected[sure])

@@ -125,3 +125,15 @@ def test_direct_scripts_push_away_or_towards_and_brake_and_command_their_own_row
         command = script.play(seen)
         assert set(np.flatnonzero(command.any(axis=1))) == {2, 7}
         assert np.hypot(*command.T).max() <= 1.0 + 1e-12
+
+
+def test_what_a_game_state_tells_of_the_opponents():
+    crowded = [[0.1, 0.1], [0.7, 0.7], [0.8, 0.7], [0.75, 0.85]]
+    np.testing.assert_allclose(state(opposing=crowded).largest_cluster(), [0.75, 0.75])
+    opposing = [[0.5, 0.5], [0.55, 0.5], [0.9, 0.1], [0.1, 0.9]]
+    np.testing.assert_allclose(state(own=[[0.0, 1.0]], opposing=opposing).weakest(), [0.1, 0.9])
+    np.testing.assert_allclose(state(own=[[0.5, 0.4]], opposing=opposing).weakest(), [0.9, 0.1])
+    refuge = state(opposing=[[0.1, 0.1], [0.9, 0.9]]).refuge()
+    assert sorted(refuge.tolist()) == pytest.approx([0.1, 0.9]), "from the nearest of them, not from the farthest"
+    radii = [state(step=step).closing() for step in range(13)]
+    assert radii[0] == radii[12] and np.all(np.diff(radii[:12]) < 0)

@@ -21,12 +21,21 @@ def test_the_head_follows_from_the_shape_and_the_order_of_the_drones_means_nothi
     assert torch.isfinite(actor(seen)).all()
 
 
+def test_cells_of_an_image_stand_where_a_command_has_them():
+    cells = DronesActor((1, 4, 4), "image", 8).get_buffer("cells").reshape(4, 4, 2)
+    torch.testing.assert_close(cells[0, :, 0], torch.tensor([-0.75, -0.25, 0.25, 0.75]))
+    torch.testing.assert_close(cells[:, 0, 1], cells[0, :, 0])
+
+
 @pytest.mark.parametrize(
     ("shape", "head", "width"),
     [
+        ((3, 2), "vector", 100_000),
+        ((3, 2), "vector", 0),
         ((10_000, 2), "vector", 8),
         ((2**33, 2**31), "drones", 8),  # whose product is 1 for those who count in 64 bits
         ((5,), "drones", 8),
+        ((5,), "image", 8),
         ((2, 4, 5), "image", 8),
     ],
 )

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from swarm_pz.config import CaptureConfig, MemoryConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.policies import load
-from swarm_pz.policies.lookahead import Lookahead
+from swarm_pz.policies.lookahead import Lookahead, search
 from swarm_pz.simulator import Simulator
 from tests.policies.test_planner import CONFIG, a_game
 
@@ -22,6 +24,46 @@ def a_start(positions=PLACES, config=CONFIG):
     batch = BatchEnv(config)
     batch.reset([0], scenario={"positions": positions})
     return batch.simulator.snapshot([0])
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_candidates_begin_with_the_last_command_and_simple_tactics_around_the_opponents(team):
+    lookahead, last = look(drone_steps=10_240), np.linspace(-9.0, -1.0, 100).reshape(10, 10)
+    x, y = [(0.85, 0.6), (0.2, 0.3)][team]
+
+    def ring(px, py, radius, width):
+        return [
+            [-(((math.hypot((c + 0.5) / 10 - px, (r + 0.5) / 10 - py) - radius) / width) ** 2) for c in range(10)]
+            for r in range(10)
+        ]
+
+    first = [last, np.zeros((10, 10)), ring(0.5, 0.5, 0.25, 0.15), ring(x, y, 0.25, 0.08), ring(x, y, 0.15, 0.08)]
+    first = np.array([np.maximum(np.subtract(logs, np.max(logs)), -4.0) for logs in first])
+    for previous, expected in ((last, first), (None, first[1:])):
+        proposed = lookahead.propose(a_start(), team, previous, np.random.default_rng(0))
+        np.testing.assert_allclose(proposed[: len(expected)], expected, atol=1e-4)
+        np.testing.assert_array_equal(proposed.max(axis=(1, 2)), 0.0)
+        assert proposed.min() == -4.0 and len({logs.tobytes() for logs in proposed}) == len(proposed) == 64
+    drawn = [np.exp(lookahead.propose(a_start(), team, None, np.random.default_rng(seed))[4:]) for seed in range(30)]
+    masses = sum((logs / logs.sum(axis=(1, 2), keepdims=True)).sum(axis=0) for logs in drawn)
+    near = [masses[1:5, :4].sum(), masses[4:8, 6:].sum()]
+    assert near[1 - team] > 1.2 * near[team], "mixtures are nearer to the opponents"
+
+
+def test_offspring_is_between_pairs_of_elites_and_around_them():
+    lookahead = look(drone_steps=10_240)
+    one, other = np.random.default_rng(0).uniform(-1.5, -0.5, (2, 10, 10))
+    one[0, 0] = other[0, 0] = 0.0
+    plain, near, far = (
+        lookahead.breed(np.stack([one, other]), spread, np.random.default_rng(1)) for spread in (0.0, 0.05, 0.1)
+    )
+    shares = ((plain - other) * (one - other)).sum(axis=(1, 2)) / ((one - other) ** 2).sum()
+    np.testing.assert_allclose(plain, other + shares[:, None, None] * (one - other), atol=1e-12)
+    assert shares.min() == pytest.approx(0.0) and shares.max() == pytest.approx(1.0)
+    assert 10 < np.count_nonzero((shares > 1e-6) & (shares < 1 - 1e-6)) < 54
+    moved = [child - plain - (child - plain).mean(axis=(1, 2), keepdims=True) for child in (near, far)]
+    np.testing.assert_allclose(moved[1], 2.0 * moved[0], atol=1e-12)  # but for the largest value, which is 0
+    assert 0.03 < moved[1].std() < 0.12
 
 
 class Watching:
@@ -113,3 +155,36 @@ def test_what_threatens_a_drone_is_the_opposing_field_where_it_is(team, monkeypa
     assert worth(1 - team, 0.71, 0.31) == worth(team, 0.31, 0.71) == pytest.approx(0.5)
     assert worth(team, 0.71, 0.31) == pytest.approx(0.5 + 1 / 8)
     assert worth(1 - team, 0.31, 0.71, 0.3) == pytest.approx(0.5 - (0.3 / 0.6) ** 2 / 8)
+
+
+class Slope:
+    """Stands in for a look ahead: the more a candidate asks for one cell, the better, up to a tenth."""
+
+    candidates, rounds = 20, 6
+
+    def __init__(self):
+        self.generator, self.tried, self.bred, self.last = np.random.default_rng(0), [], [], []
+
+    def propose(self, game, team, last, generator):
+        self.last.append(last)
+        return -self.generator.random((self.candidates, 10, 10))
+
+    def breed(self, elites, spread, generator):
+        self.bred.append((elites, spread))
+        return -self.generator.random((self.candidates, 10, 10))
+
+    def try_out(self, game, team, candidates, model):
+        self.tried.append(candidates)
+        return candidates[:, 3, 7].round(1)
+
+
+def test_the_first_of_the_best_is_found_and_the_best_tenth_of_each_round_has_offspring_ever_closer():
+    slope = Slope()
+    best = search(slope, None, 0, None, "the last", None, lambda done: done >= slope.rounds)
+    assert len(slope.tried) == 6 and slope.last == ["the last"]
+    assert [spread for _, spread in slope.bred] == [1.0, 0.5, 0.25, 0.125, 0.125]
+    tried = np.concatenate(slope.tried)
+    np.testing.assert_array_equal(best, tried[tried[:, 3, 7].round(1).argmax()])
+    for (elites, _), candidates in zip(slope.bred, slope.tried[:5], strict=True):
+        order = np.argsort(-candidates[:, 3, 7].round(1), kind="stable")
+        np.testing.assert_array_equal(elites, candidates[order[:2]])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.errors import CheckpointError, KindError, PolicyError
+from swarm_pz.errors import CheckpointError, ConfigError, KindError, PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import onnx_policy
 from swarm_pz.policies.onnx_policy import CARD, MODEL, OnnxCard, write
@@ -181,6 +181,9 @@ def say(*, is_signed=False, **fields):
 
 
 LIES = {
+    "a model of another name": (lambda folder: (folder / MODEL).rename(folder / "model.onnx"), "model.onnx"),
+    "no digest": (say(digest=...), "was changed"),
+    "words for cells": (say(action_cells="ten"), r"card.action_cells must be .* in \[2, 50\] or None, got 'ten'"),
     "a changed model": (
         lambda folder: (folder / MODEL).write_bytes((folder / MODEL).read_bytes() + b"\x32\x01x"),
         "was changed",
@@ -190,13 +193,21 @@ LIES = {
     "a sparse file of 2 GB": (lambda folder: os.truncate(folder / MODEL, 2**31), "too large"),
     "a pipe": (pipe, "a regular file"),
     "two policies": (put("policy.safetensors", b""), "holds two policies"),
+    "a large card": (put(CARD, b" " * 10**6), "too large"),
+    "a missing card": (lambda folder: (folder / CARD).unlink(), "has no policy.json"),
+    "no JSON": (put(CARD, b"{"), "is no card"),
     "a deep card": (put(CARD, b"[" * 60000), "is no card"),
+    "a list": (put(CARD, b"[]"), "is no card"),
+    "another format": (say(format="onnx-2"), "of format 'onnx-1'"),
+    "an unknown field": (say(chanels=[]), "chanels"),
     "a wrong grid": (
         say(is_signed=True, observation={"grid": 10, "channels": ["own_positions"]}),
         r"observation uint8 \(8, 1, 10, 10\), the model takes seen",
     ),
     "wrong answers": (say(is_signed=True, action_cells=4), r"fractions \(8, 4, 4\)"),
+    "discrete answers": (say(is_signed=True, action="discrete", action_cells=None), "whole numbers"),
     "no memory": (say(is_signed=True, state={"memory": "next"}), "the inputs of its state"),
+    "a wrong memory": (say(is_signed=True, state={"seen": "answer"}), "'answer' becomes 'seen'"),
 }
 
 
@@ -228,7 +239,10 @@ WHOLE = parsed("uint8[n,1,5,5] x", "int64[n,5,5] y", "int64[1] axes = {1}", TO_W
 @pytest.mark.parametrize(
     ("model", "fields", "message"),
     [
+        ("model.onnx", {}, "expected bytes"),
         (WHOLE, {}, "is to answer fractions"),
+        (follower(), {"system": "formaton"}, "did you mean 'formation'"),
+        (follower(), {"answers": "atractors"}, "did you mean 'attractors'"),
         (follower(), {"answers": "attractors"}, "is for densities"),
         (follower(), {"system": "direct"}, "commands for direct, of kind accelerations"),
     ],
@@ -237,3 +251,25 @@ def test_what_may_not_play_is_not_written(tmp_path, model, fields, message):
     with pytest.raises(CheckpointError, match=message):
         write(tmp_path / "m", model, replace(FOLLOWER, **fields))
     assert not (tmp_path / "m").exists()
+
+
+def test_densities_below_zero_are_warned_of(tmp_path):
+    model = parsed(
+        "uint8[n,1,5,5] x",
+        "float[n,5,5] y",
+        "float[1] half = {127.5}, int64[1] axis = {1}",
+        "f = Cast<to = 1>(x) g = Sub(f, half) h = Div(g, half) y = ReduceMean<keepdims = 0>(h, axis)",
+    )
+    with pytest.warns(UserWarning, match=r"answers -1, .*'normalised'"):
+        write(tmp_path / "command", model, replace(FOLLOWER, action="command"))
+    write(tmp_path / "normalised", model, replace(FOLLOWER, action="normalised"))
+
+
+def test_a_card_is_checked():
+    for name, value in (
+        ("name", ""), ("name", 5), ("name", "a\nb"), ("answers", ""), ("action", "jump"), ("action_cells", 1),
+        ("observation_dtype", "int8"), ("channels_last", "no"), ("flatten_actions", 1), ("observation", {}),
+        ("state", [1]), ("state", {"a": "c", "b": "c"}),
+    ):  # fmt: skip
+        with pytest.raises(ConfigError, match=f"card.{name} must be"):
+            OnnxCard(**({"name": "m"} | {name: value}))

@@ -75,6 +75,15 @@ def test_a_model_is_shown_what_it_was_trained_on_and_understood_as_it_was():
     assert set(model.shown[0]) == set(lists.observation_space)
 
 
+def test_a_model_plays_its_best_action_unless_it_is_to_draw_one_and_may_not_remember():
+    model = Model(IMAGES, LOG)
+    for policy in (load(model, GAME), ModelPolicy(model, GAME, deterministic=False)):
+        policy.act(np.zeros((1, 9, 50, 50), np.uint8), np.arange(1))
+    assert model.asked == [True, False]
+    with pytest.raises(PolicyError, match="has a memory"):
+        against(Model(IMAGES, LOG, state=("h", "c")))
+
+
 @pytest.mark.parametrize(
     ("action_space", "options"),
     [
@@ -133,9 +142,16 @@ def test_what_it_sees_follows_from_what_either_side_of_the_game_sees_or_is_said(
     ("observes", "acts", "message"),
     [
         (IMAGES, spaces.Discrete(4), r"got Discrete\(4\)"),
+        (IMAGES, spaces.Box(-2, 2, (5, 5)), "actions must be"),
+        (IMAGES, spaces.Discrete(57, start=1), "actions must be"),
+        (IMAGES, spaces.Box(-1, 1, (1, 1)), "with a from 2 to 10"),
+        (IMAGES, spaces.Box(0, 1, (5, 4)), "actions must be"),
         (spaces.Box(0, 255, (9, 10, 10), np.int16), LOG, "must observe images"),
+        (spaces.Box(0, 255, (36, 50, 50), np.uint8), LOG, "of 9 channels"),
         (spaces.Box(0, 255, (9, 7, 7), np.uint8), LOG, "divides 50"),
         (spaces.Box(0.0, 255.0, (9, 10, 10), np.float32), LOG, "behind wrappers"),
+        (spaces.Box(0, 255, (10, 10, 9), np.uint8), LOG, "behind wrappers"),
+        (spaces.Box(0, 127, (9, 10, 10), np.uint8), LOG, "would be shown"),
     ],
 )
 def test_what_does_not_fit_is_named(observes, acts, message):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig
+from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, FlightError
 from swarm_pz.simulator import CheckedCommands, Simulator
 from tests.systems_of_tests import Magnet, install
@@ -160,8 +163,11 @@ def test_systems_solve_at_control_periods_however_a_game_is_advanced():
     [
         ([[0.2, 0.3], np.ones((9, 9))], "shape"),
         ([[0.2, 0.9], DENSITY], r"within \[0.25, 0.75\] at index \(1,\), got 0.9"),
+        ([[0.2, np.nan], DENSITY], "nan at index"),
         ([[0.2, 0.3]], "one for each of 2 games"),
         ([[0.2, 0.3], np.ma.masked_all((10, 10))], "got a masked array"),
+        ([[0.2 + 0j, 0.3], DENSITY], "got numbers of type complex128"),
+        (7, "one for each of 2 games"),
     ],
 )
 def test_a_bad_command_changes_no_game(commands, said):
@@ -187,12 +193,24 @@ def test_densities_are_served_by_a_system_that_knows_how():
         simulator.control.read(np.zeros((2, 2)), simulator.games, rows, 0, "place", "answer")
 
 
+def test_a_pair_of_commands_steps_a_batch():
+    batch = BatchEnv(GameConfig(**MIXED), num_games=2)
+    batch.reset([0, 1])
+    batch.step(([[0.2, 0.3]] * 2, np.ones((2, 10, 10))))
+    np.testing.assert_array_equal(batch.simulator.games.commands[:, 0, :2], [[0.2, 0.3]] * 2)
+    with pytest.raises(CommandError, match="pair"):
+        batch.step(np.ones((2, 2, 10, 10)))
+
+
 @pytest.mark.parametrize(
     ("fault", "said"),
     [
         ("raises", r"faulty, which flies red, raised ZeroDivisionError.* \(test_control.py:\d+\)"),
         ("exits", r"SystemExit\(3\)"),
         ("shape", r"shape \(1, 7, 2\), not \(1, 8, 2\)"),
+        ("words", r"got list \[\['fly'\]\]"),
+        ("masked", "got a masked array"),
+        ("vast", r"answered \[-1e\+300, -1e\+300\] for drone"),
         ("nan", r"answered \[nan, nan\] for drone \d"),
         ("huge", r"for drone \d: accelerations must be finite, in \[-1e\+18, 1e\+18\]"),
     ],
@@ -235,6 +253,21 @@ def test_a_system_that_cannot_keep_up_is_named(waits, works, swapped, ends_at, m
     with pytest.raises(FlightError, match=r"magnet, which flies red, took 0\.1\d s"):
         simulator.advance(90)
     assert simulator.games.ticks[0] in ends_at, "its first solve may compile"
+
+
+def test_threads_that_fly_games_of_their_own_count_their_solves_together():
+    simulator, usual = games(swapped=(False,) * 4), sys.getswitchinterval()
+
+    def fly(row):
+        for _ in range(200):
+            simulator.control.fly(simulator.games, np.array([row]), 0)
+
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as threads:
+            list(threads.map(fly, range(4)))
+    finally:
+        sys.setswitchinterval(usual)
 
 
 @pytest.mark.parametrize("system", ["ergodic", "coverage", "potential_field"])

@@ -2,9 +2,13 @@
 
 from types import SimpleNamespace
 
+import pytest
+
 from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.standard import attacks
 from swarm_pz.standard.games import PlayerFactory, attacked
+from swarm_pz.training import exploit
+from swarm_pz.training.exploit import fixed_learner
 
 GAMES = {
     "siege wins": [("loss", 0.0), ("loss", 0.0)],
@@ -42,3 +46,17 @@ def test_a_candidate_is_worth_what_the_entry_does_not_win_on_seeds_that_no_repor
     assert attackers == [(1, name) for name in GAMES] and track.games == tiny.robust.search_games
     assert track.seed != attacked(tiny).seed
     assert [done for done, _ in shown] == [1, tiny.robust.search_games + 1]
+
+
+def test_an_exploiter_learns_by_the_protocol_and_the_settings_whose_figures_compare(tiny, tmp_path, monkeypatch):
+    given = {}
+
+    def make(policy, folder, **options):
+        given.update(options, policy=policy)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(exploit, "make_exploiter", make)
+    with pytest.raises(KeyboardInterrupt):
+        attacks.learn("champion", 3, tiny, tmp_path / "work", lambda: False, print)
+    assert given["policy"] == "champion" and given["learner"] == fixed_learner("champion", tiny.game, 256)
+    assert (given["resume"], given["steps"], given["seed"]) == (False, 256, 3)

@@ -3,11 +3,12 @@
 import json
 import re
 import shutil
+import sys
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 
-from benchmarks.board import ENTRIES, entries, page
+from benchmarks.board import ENTRIES, __main__, entries, page
 from swarm_pz.errors import ResultsError
 from swarm_pz.standard import Protocol
 from swarm_pz.standard.report import REPORT, encode
@@ -53,6 +54,19 @@ def test_an_added_entry_holds_weights_report_and_card_alone(place, reported, tin
     assert not (tmp_path / "other").exists()
 
 
+def test_adding_runs_the_benchmark_and_makes_the_entry_of_its_report(reported, tiny, tmp_path, monkeypatch):
+    ran = []
+    monkeypatch.setattr(__main__, "ENTRIES", tmp_path)
+    monkeypatch.setattr(Protocol, "read", lambda: tiny)
+    monkeypatch.setattr(
+        __main__, "swarm_pz", lambda words: ran.append(words) or shutil.copytree(reported, "runs/board/mine")
+    )
+    monkeypatch.setattr(sys, "argv", ["board", "add", "mine", "champion", "ring", "--by", "We"])
+    __main__.main()
+    assert ran == [["benchmark", "champion", "ring", "--name", "mine", "--out", "runs/board/mine", "--processes", "2"]]
+    assert entries.read(tmp_path / "mine", tiny).card == {"by": "We", "notes": "", "link": ""}
+
+
 @pytest.mark.parametrize("name", ["A", "notes.txt"])
 def test_other_folders_among_entries_are_refused(tmp_path, name):
     (tmp_path / name).mkdir()
@@ -76,6 +90,9 @@ SPOILT = {
     ),
     "a pickle": (lambda folder: (folder / "policies" / "0" / "policy.pkl").touch(), "policy.pkl belongs to no entry"),
     "a card with more": (replace("by", "rank = 1\nby"), "'rank'"),
+    "a nameless card": (replace("A lab", " "), "by in"),
+    "two lines": (replace("Two of ours.", "a\\nb"), "on one line"),
+    "long notes": (replace("Two of ours.", "a" * 301), "300 letters"),
     "a script's link": (replace("https://example.org", "javascript:alert"), "https://"),
 }
 
@@ -112,6 +129,12 @@ def pages(place, tiny, tmp_path_factory):
     return out
 
 
+def test_a_board_says_how_to_send_an_entry_in(pages, tmp_path, tiny):
+    empty, whole = page.build(tmp_path, tiny)["index.html"], (pages / "index.html").read_text()
+    for text in (empty, whole):
+        assert ("There is no entry yet" in text) is (text is empty) and "scripts/board add" in text
+
+
 def test_pages_escape_what_others_wrote_and_fetch_nothing(pages):
     for path in pages.rglob("*.html"):
         text = path.read_text()
@@ -119,6 +142,13 @@ def test_pages_escape_what_others_wrote_and_fetch_nothing(pages):
         assert not re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="|url\(|@import', text)
         assert "Content-Security-Policy" in text and "default-src 'none'" in text
     assert "&lt;b&gt;best&lt;/b&gt; &amp; {co}" in (pages / "index.html").read_text()
+
+
+def test_the_board_shows_kinds_and_the_players_of_the_clock_alone(pages):
+    text = (pages / "index.html").read_text()
+    assert text.count('<td data-value="learned, scripted">') == 3
+    for kind, score in (("constant", "0.500"), ("sequence", "0.250")):
+        assert re.search(rf"best {kind}<small>.*?</small></th><td></td><td></td><td></td><td>{score}</td>", text)
 
 
 @pytest.fixture

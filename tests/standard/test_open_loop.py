@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from benchmarks.board import open_loop as board
 from swarm_pz import policies
@@ -33,6 +34,20 @@ def test_the_sequence_that_was_found_against_uniform_wins_every_game(monkeypatch
     assert best["score"] == 1.0
     monkeypatch.setattr(open_loop, "SEQUENCE", open_loop.images_of(best["images"]))
     assert play_match("best_sequence", "uniform", games=10, seed=11).count("win") >= 9, "on any processor"
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_numbers_of_the_search_are_images_with_the_squares_symmetry_and_without(symmetric):
+    numbers = np.random.default_rng(3).normal(size=3 * (7 if symmetric else 26))
+    images = board.decoded(numbers, 3, symmetric)
+    assert all(1 <= count <= board.LONGEST for count, _ in images)
+    for _, image in images:
+        values = np.array(image)
+        alike = [(values == other).all() for other in (values.T, values[::-1], np.rot90(values))]
+        assert values.max() == 1.0 and all(alike) is symmetric and any(alike) is symmetric
+    again = board.decoded(board.encoded(images, symmetric), 3, symmetric)
+    for (count, image), (other, back) in zip(images, again, strict=True):
+        assert count == other and np.abs(np.array(image) - np.array(back)).max() < 0.02
 
 
 def test_what_is_measured_are_the_games_that_an_entry_plays(tiny, tmp_path, monkeypatch):

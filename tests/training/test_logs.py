@@ -84,6 +84,12 @@ def test_logs_that_cannot_be_had_are_refused_before_a_run_is_replaced(trackers, 
     assert not (tmp_path / "run").exists()
 
 
+def test_a_tracker_that_nobody_has_logged_in_to_is_said_in_a_line(trackers, tmp_path, monkeypatch):
+    (tmp_path / "wandb.py").write_text("def init(**_):\n    raise RuntimeError('no key')\n")
+    with pytest.raises(ConfigError, match="wandb cannot begin a run: no key; set wandb up"):
+        Training(TINY, tmp_path / "run", say=quiet, log=("wandb",)).run()
+
+
 def test_the_mean_reward_of_an_evaluation_is_what_the_environment_has_paid(monkeypatch):
     """Else it would not compare with rollout/ep_rew_mean: of the other side, or without the outcome."""
     paid, step = [], BatchEnv.step

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnvWrapper
 
@@ -104,6 +105,35 @@ def test_what_learns_other_commands_than_densities_plays_them_and_no_others(tmp_
     ):
         with pytest.raises(KindError, match=message):
             load(tmp_path / "run", DIRECT.game.replace(**rules))
+
+
+def test_the_settings_reach_the_algorithm(tmp_path, monkeypatch):
+    threads = []
+    monkeypatch.setattr(torch, "set_num_threads", threads.append)
+    config = TINY.replace(
+        epochs=3, gamma=0.5, gae_lambda=0.6, clip_range=0.3, entropy=0.01, learning_rate=0.5, log_std=-0.25,
+        threads=3, width=16, seed=7, batch_size=1000, total_steps=1000,
+    )  # fmt: skip
+    model = Training(config, tmp_path, say=quiet).model
+    assert (model.n_steps, model.batch_size, model.n_epochs) == (8, 8 * 4, 3)  # no batch is larger than a rollout
+    assert (model.gamma, model.gae_lambda, model.clip_range(1.0), model.ent_coef) == (0.5, 0.6, 0.3, 0.01)
+    assert (model.seed, model.n_envs, model.policy.width, threads) == (7, 4, 16, [3])
+    assert model.policy.log_std.tolist() == [-0.25] * 25
+    assert not model.policy.log_std.requires_grad  # it follows the schedule alone
+    for steps, rate in ((0, 0.5), (250, 0.375), (900, 0.05), (960, 0.025), (5000, 0.025)):
+        model.num_timesteps = steps
+        assert model.lr_schedule(1.0) == pytest.approx(rate)
+
+
+def test_the_settings_reach_the_games_of_every_size(tmp_path):
+    config = TINY.replace(sizes=(1, 3), action_cells=2, threads=2, opponents=("noise", "ring", "noise"))
+    run = Training(config, tmp_path, say=quiet)
+    for part, size in zip(run.env.parts, (1, 3), strict=True):
+        simulator = part.duel.batch.simulator
+        assert (part.duel.config, part.num_envs) == (config.game.replace(drones_per_team=size), 2)
+        assert (part.action_space.shape, simulator.threads) == ((2, 2), 2)
+        assert set(part.opponent_names) == {"noise", "ring"}
+    run.env.close()
 
 
 def test_a_fresh_run_replaces_all_that_an_earlier_one_left_and_nothing_else(tmp_path):

@@ -129,6 +129,32 @@ def test_an_exploiter_joins_the_pool_only_if_it_beats_its_target(tmp_path, monke
     assert all(member.beaten == pytest.approx(1.0 - score) for member in joined)
 
 
+def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_a_killed_one_is_begun_again(tmp_path, monkeypatch):
+    learner = LEARNER.replace(total_steps=160, seed=5)
+    config = LEAGUE.replace(learner=learner, exploiter_steps=48, snapshot_every=10_000, snapshot_score=1.0)
+    calls, match = [], SimpleNamespace(score=lambda: 0.25, standing=lambda: "1-0-3")
+
+    def killed(*given):
+        calls.append(given)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(selfplay, "respond", killed)
+    with pytest.raises(KeyboardInterrupt):
+        League(config, tmp_path, say=quiet).run()
+    monkeypatch.setattr(selfplay, "respond", lambda *given: calls.append(given) or (match, None))
+    league = League(config, tmp_path, resume=True, say=quiet)
+    league.run()
+    assert [given[:6] for given in calls] == [
+        (
+            str(tmp_path / "pool" / f"snapshot_{target:03d}"), tmp_path / "exploiters" / f"exploiter_{number:03d}",
+            learner.replace(evaluate_every=48), 48, 1005 + number, 4,
+        )
+        for number, target in ((0, 1), (0, 1), (1, 2))
+    ]  # fmt: skip
+    assert (league.pool.exploiters, league.pool.exploiter_step, league.pool.target) == (2, 128, "")
+    assert "exploiter" not in kinds_of(league)
+
+
 def test_a_league_goes_on_where_it_was_with_more_steps_and_other_threads_alone(tmp_path):
     League(ONE_DEAL, tmp_path, say=quiet).run()
     before = json.loads((tmp_path / STATE).read_text())

@@ -66,6 +66,38 @@ def test_all_sizes_converge_to_all_drawings_where_the_worst_does(monkeypatch, en
     np.testing.assert_array_equal(flown[6][1], DRAWINGS["two_spots"].density("firm"))
 
 
+@pytest.mark.parametrize(
+    ("farthest", "mean", "apart", "holds"),
+    [(0.5, 0.9, 0.1, True), (2.0, 0.0, 0.1, False), (0.5, 0.9, 0.8, False), (0.5, -0.9, 0.8, False)],
+)
+def test_which_drone_is_which_is_the_same_to_the_rounding_and_the_interval(monkeypatch, farthest, mean, apart, holds):
+    seen, calls = [], []
+
+    class Metric:
+        def __init__(self, simulator, team):
+            self.is_other = len(seen) % 2
+            seen.append(simulator)
+
+        def observe(self):
+            pass
+
+        def value(self):
+            return 0.01 + self.is_other * SAME * spread_around(mean, apart, 20)
+
+    def distance(one, other, order):
+        calls.append((int(one.games.ticks[0]), int(other.games.ticks[0])))
+        return np.array([0.0, farthest * ROUNDING] if len(calls) == 1 else [9.0])
+
+    monkeypatch.setattr(permutation_invariance, "ErgodicMetric", Metric)
+    monkeypatch.setattr(permutation_invariance, "distance", distance)
+    monkeypatch.setattr(permutation_invariance, "JUDGED", 1)
+    monkeypatch.setattr(permutation_invariance, "DRONES", 5)
+    found = found_by(permutation_invariance)
+    assert all(found.ours) == holds
+    assert found.values == pytest.approx([1.0, SAME * mean, farthest * ROUNDING], rel=1e-5, abs=1e-9)
+    assert calls == [(153, 153), *((3 * number, 3 * number) for number in range(1, 11))]
+
+
 def test_a_permutation_moves_every_drone_with_all_that_is_its_own():
     simulator = Simulator(GameConfig(drones_per_team=(2, 11)), num_games=2)
     simulator.reset([0, 1])
@@ -134,6 +166,53 @@ def test_a_drone_that_is_handed_over_has_a_new_team_and_no_past_and_nobody_else_
 
 
 # --- beside flocking --------------------------------------------------------------------------------------
+
+
+def test_a_drawing_serves_both_spots_and_an_attractor_one_where_all_intervals_say_so(monkeypatch):
+    lower, upper = flocking_comparison.MODES
+    near = {"ergodic": (lower, upper), "alone": (lower, lower), "turns": (lower, upper)}
+
+    def flight(way, seeds, soon=5):
+        places = np.empty((len(seeds), 10, 4, 2))
+        places[:, :5], places[:, 5:] = near[way]
+        places[:, :5, :, 0] += 0.08
+        places[:, 5:, :, 0] += 0.04
+        metric = np.where(np.arange(1, 61) < soon, 0.1, 0.001) * np.ones((len(seeds), 1))
+        maps = np.full((len(seeds), 25, 25), 1 / 625)
+        return SimpleNamespace(metric=metric, places=places, maps=lambda cells: maps)
+
+    tried = []
+
+    def flock(config, seeds, target, weights, schedule=None):
+        tried.append((seeds, schedule, weights))
+        return flight("alone" if schedule is None else "turns", seeds, 16 if schedule == (12, 3) else 40)
+
+    monkeypatch.setattr(flocking_comparison, "start", lambda config, seeds, target: seeds)
+    monkeypatch.setattr(flocking_comparison, "Flight", lambda seeds: flight("ergodic", seeds))
+    monkeypatch.setattr(flocking_comparison, "flock", flock)
+    widths = np.linspace(0.13, 0.12, 3) * spread_around(1.0, 0.001, 20)[:, None]
+    monkeypatch.setattr(flocking_comparison, "spreads", lambda *given: widths)
+    found = found_by(flocking_comparison)
+    assert found.papers == [True] * 5 and found.ours == [False]
+    by_name = {part["asked"]: part["value"] for part in found.record["parts"]}
+    assert by_name["one drawing: diffuse spot over compact one, rms, above 1"] == pytest.approx(2.0)
+    assert by_name["drawn spots, s to E=0.005 first, flock: best schedule"] == 16.0
+    assert by_name["drawn spots, best schedule: lower one, s"] == 12.0
+    searched, measured = ({tuple(seeds) for seeds, when, _ in tried if len(seeds) == n} for n in (5, 20))
+    assert searched == {(3500, 3501, 3502, 3503, 3504)} and measured == {tuple(range(3000, 3020))}
+    assert {weights for *_, weights in tried} == {(50.0, 100.0), (100.0, 100.0)}, "equal spots, equal weights"
+    near["ergodic"] = (lower, lower)
+    assert found_by(flocking_comparison).papers[0] is False
+    near["alone"] = (lower, upper)
+    assert found_by(flocking_comparison).papers[1] is False
+
+
+def test_attractors_take_turns_as_the_schedule_says():
+    sent = []
+    told = flocking_comparison.turns((4, 2), lambda mode: sent.append((second, mode)))
+    for second in range(1, 13):
+        told(second)
+    assert sent == [(4, 1), (6, 0), (10, 1), (12, 0)]
 
 
 def test_what_is_near_a_mode_and_when_a_metric_is_first_low_enough():

@@ -10,13 +10,15 @@ from benchmarks.paper.claims import (
     bunching_up,
     capture_geometry,
     comebacks,
+    ensemble_tactic,
     team_sizes,
     wavefront,
 )
-from benchmarks.paper.drawings import painted
+from benchmarks.paper.drawings import dot, painted
 from benchmarks.paper.figure import Setting
 from benchmarks.paper.players import Captures, Ensemble, Fixed, Person, most_within, player, shaped
 from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.errors import MissingExtraError
 from swarm_pz.evaluation.rollout import Rollout
 from tests.benchmarks.paper.given import SEED, SETTING, found_by, game, results
 
@@ -92,6 +94,54 @@ def test_a_comeback_needs_a_game_won_by_a_person(monkeypatch, far, near):
     assert (found.papers, found.ours) == ([far > 0, near > 0], [True, True])
     assert found.values == pytest.approx([far / 60, 1.0, near / 60, 1.0], rel=1e-5)
     assert found.verdict == {0: "not reproduced", 1: "partly", 2: "reproduced"}[(far > 0) + (near > 0)]
+
+
+def test_the_comeback_shown_is_a_won_one_and_players_that_cannot_be_loaded_are_left_out(monkeypatch):
+    histories = [[1, 1, 1, 0], [1, 2, 12, 20], [1, 2, 3, 20]]
+    assert comebacks.longest_behind(histories, ["loss", "win", "win"], 20) == 2
+    assert comebacks.longest_behind(histories, ["loss", "loss", "draw"], 20) is None
+
+    def load(name, config):
+        if name == "champion":
+            raise MissingExtraError("torch is not installed")
+
+    monkeypatch.setattr(comebacks, "load", load)
+    assert comebacks.installed(("ring", "champion"), SETTING) == ["ring"]
+
+
+@pytest.mark.parametrize(("wins", "papers", "ours"), [(40, [True] * 3, [True, True]), (1, [True] * 3, [False, False])])
+def test_a_tactic_wins_where_a_person_wins_a_game_by_it(monkeypatch, wins, papers, ours):
+    asked = []
+
+    def play(policy, opponent, numbers, *, seed, config):
+        name = [*ensemble_tactic.TACTICS][len(asked)]
+        asked.append((policy, opponent, [*numbers] == [*range(0, 100, 2)], seed, config))
+        won = {ensemble_tactic.TRACKED: wins, ensemble_tactic.DOTS[0]: 0, ensemble_tactic.ALONE: 0}.get(name, 50)
+        # The last drone is alone for the longest in the game of pair 7.
+        sizes = [[10, 15, *[19] * (30 if pair == 7 else 3), 20] for pair in range(50)]
+        return [game(2 * pair, outcome, sizes=sizes[pair]) for pair, outcome in enumerate(results(won, 50))]
+
+    monkeypatch.setattr(ensemble_tactic, "play_games", play)
+    monkeypatch.setattr(ensemble_tactic, "frames", lambda *given: [given[2].pair])
+    monkeypatch.setattr(ensemble_tactic, "draw_moments", lambda panels, frames: [])
+    found = found_by(ensemble_tactic, RELEASED)
+    assert (found.papers, found.ours) == (papers, ours)
+    assert found.values == pytest.approx([1.0, wins / 100, *[wins / 50] * 3, 1.0, 1.0], rel=1e-5)
+    assert found.record["series"]["shown"] == {"pair": 7 if wins > 7 else 0, "frames": [7 if wins > 7 else 0]}
+    assert {tuple(rest) for _, *rest in asked} == {("uniform", True, SEED, RELEASED.config)}
+    # A person's command is a drawing, as the table makes a command of it under these rules.
+    images = np.zeros((1, 2, 25, 25), np.uint8)
+    sent = asked[1][0].act(images, np.zeros(1, int))[0]
+    np.testing.assert_array_equal(sent, dot((0.5, 0.5), 0.3).density("paper"))
+    assert sent.min() > 0.4, "ground beside the dot is at one half, smoothed"
+
+
+def test_moments_of_a_game_and_of_its_last_stand():
+    sizes = [10] * 25 + [6] * 10 + [5] * 10 + [2] * 5 + [1] * 21 + [0]
+    assert ensemble_tactic.moments(sizes) == [20, 35, 60, 71]
+    assert ensemble_tactic.moments([4, 2, 0]) == [1, 1, 2, 2]
+    assert ensemble_tactic.last_stand([10, 1, 3, 1, 1, 0]) == 2
+    assert ensemble_tactic.last_stand([10, 4, 0]) == 0
 
 
 def test_the_tactic_of_two_commands_stays_in_the_centre_until_one_drone_is_left():

@@ -12,7 +12,9 @@ import pytest
 from benchmarks.paper import claims
 from benchmarks.paper.__main__ import main
 from benchmarks.paper.claims import capture_geometry
-from benchmarks.paper.figure import Part, verdict
+from benchmarks.paper.figure import Finding, Part, Setting, verdict
+from benchmarks.paper.page import tables, to_dict, write, write_page
+from swarm_pz.config import GameConfig
 
 
 def test_every_module_with_a_figure_is_registered_and_quotes_the_paper():
@@ -39,6 +41,40 @@ def test_the_same_seed_writes_the_same_files(tmp_path, capsys, monkeypatch):
     names = [f"capture_geometry_paper_{columns}col.svg" for columns in (1, 2)]
     points = [float(re.search(rb'width="([0-9.]+)pt"', kept[0][name])[1]) for name in names]
     assert [one / 72 for one in points] == pytest.approx([3.5, 7.16])
+
+
+def record_of(name, parts, preset="paper", size=1.0):
+    """A figure's record as its file would hold it, but for games that were not played."""
+    finding = Finding(parts=parts, method="Wilson", configs={"rules": GameConfig()}, seeds=[0], series={})
+    return to_dict(claims.FIGURES[name], finding, Setting(preset, 0, size))
+
+
+def test_pages_and_tables_tell_each_verdict_and_its_parts_and_which_are_ours_and_a_trial_says_so(tmp_path):
+    won = Part("won, below half", 0.4, (0.3, 0.45), True)
+    late = Part("seconds", np.inf, None, None, ours=True)
+    more = Part("won, below a tenth", 0.4, (0.3, 0.45), False, ours=True)
+    records = [
+        record_of("adversary", [won, more, late]),
+        record_of("adversary", [won._replace(holds=False), late], "released"),
+    ]
+    for record in records:
+        write(record, tmp_path)
+    write_page(tmp_path)
+    page = (tmp_path / "figures.md").read_text()
+    figure = claims.FIGURES["adversary"]
+    assert f"|[adversary](#adversary): {figure.claim}|reproduced|not reproduced|" in page
+    assert "`paper`: 1 reproduced; `released`: 1 not reproduced" in page and figure.note in page
+    assert "|won, below half|yes: 0.4 (0.3..0.45)|no: 0.4 (0.3..0.45)|" in page
+    assert "never" not in page and "](adversary_released.png)" in page
+    assert "trial" not in page and all((tmp_path / f"figures_{name}.csv").is_file() for name in ("claims", "parts"))
+    write(record_of("comebacks", [won], size=0.1), tmp_path)
+    write_page(tmp_path)
+    assert "A trial: 10 %" in (tmp_path / "figures.md").read_text()
+    found = tables([{record["preset"]: record} for record in records])
+    told = (figure.section, figure.quote, figure.claim, figure.revised)
+    assert found["claims"][1] == ("adversary", *told, "paper", "reproduced")
+    assert found["parts"][2][:6] == ("adversary", "paper", "firm", "ours", "won, below a tenth", "no")
+    assert found["parts"][3][5:] == ("", "never", "", "", "exact") and found["parts"][4][2] == "paper"
 
 
 def test_a_verdict_counts_the_papers_parts_alone():

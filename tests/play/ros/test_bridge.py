@@ -319,6 +319,28 @@ def test_a_seat_of_another_kind_takes_its_own_commands_and_clear_ones(system, to
     meet(table, conversation, game=GameConfig(time_limit=600.0, controllers=(system, "ergodic")))
 
 
+def test_what_is_refused_stands_in_the_log_of_who_said_it_and_a_table_that_is_not_there_is_told_of():
+    class Nowhere:
+        address = "127.0.0.1:1"
+
+    async def conversation(meeting):
+        one, other, reader = await meeting.join(), await meeting.join(), await meeting.join()
+        await reader.subscribe("/rosout")
+        for program, side in ((one, "red"), (other, "blue")):
+            await program.say(op="set_level", level="none")
+            await program.subscribe("/rosout")
+            await program.publish(f"/swarm/{side}/density", data=[1.0] * 100)
+            assert f"nobody has taken {side}" in (await program.hear("/rosout"))["msg"]
+        assert await reader.refused("/tablet_comm")  # so what it has said before is heard, too
+        await one.connect_player("red")
+        line = await reader.hear("/rosout", lambda message: "red: has no seat at the table" in message["msg"])
+        assert line["level"] == 30
+        await other.connect_player("blue")
+        await meeting.said("blue: has no seat at the table")
+
+    meet(Nowhere, conversation, opponent=None)
+
+
 TABLET = {"name": "attract data", "team": "red", "map_width": 50, "map_height": 50}
 HOSTILE = [
     ("/tablet_comm", TABLET | {"data": [0.1] * 2499}),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,18 @@ def test_a_moment_is_shown_once_and_teams_as_they_change_and_in_a_new_game_anew(
     everybody.told.clear()
     shown.show(frame(0))
     assert [message["data"] for message in everybody.of("/agent_team_status")] == told[:3]
+
+
+def test_altitudes_of_the_keyframe_hold_for_all_messages_of_its_game():
+    everybody, heights = Everybody(), np.array([0.5, 1.0, 1.5])
+    shown = Shown(everybody)
+    shown.show(replace(frame(0), altitudes=heights))
+    shown.show(frame(3))
+    for message in everybody.of("/tf"):
+        assert [one["transform"]["translation"]["z"] for one in message["transforms"]] == heights.tolist()
+    shown.show(replace(frame(0, teams=(0, 1)), altitudes=2 * heights[:2]))
+    *_, last = everybody.of("/tf")
+    assert [one["transform"]["translation"]["z"] for one in last["transforms"]] == [1.0, 2.0], "of the next game"
 
 
 @pytest.mark.parametrize("preset", ["paper", "released"])

@@ -94,6 +94,14 @@ async def test_a_command_tells_its_tick_and_what_was_played_is_in_the_file_after
     assert Playback(recording).verify().verified
 
 
+async def test_a_recording_that_breaks_off_is_told_of_once_and_the_game_goes_on(tmp_path):
+    with opened(tmp_path, speed=2.0, time_limit=None) as room:
+        red, _ = await running(room)
+        room.session.recorder.fault = "the recording breaks off: No space left on device"
+        await ticks(room, room.session.game.tick + 31)
+        assert red.notices == ["the recording breaks off: No space left on device"]
+
+
 # --- how it ends ----------------------------------------------------------------------------------
 
 

@@ -13,7 +13,7 @@ from swarm_pz.play.frames import FRAME, TARGET, decode_frame
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.server import replays as module
-from swarm_pz.play.server.replays import LoadedRecording, Replays, ReplaySession
+from swarm_pz.play.server.replays import LoadedRecording, Replays, ReplaySession, sizes_of
 from swarm_pz.play.server.room_settings import settings_of
 from tests.play.recordings.games import plain_lines, record, write_lines
 from tests.play.server.test_client_handler import Opened
@@ -73,6 +73,13 @@ def test_a_moment_has_the_sizes_of_the_whole_seconds_that_were_played(tmp_path):
         moment = loaded.moment(tick)
         assert moment.sizes == sizes[: tick // TICKS_PER_SECOND + 1]
         assert moment.game.tick == moment.origin.tick == tick
+
+
+def test_sizes_of_a_second_are_those_at_its_beginning(game):
+    frames = LoadedRecording.read(game).frames
+    for frame in frames:
+        frame.teams[:] = np.arange(8) < frame.tick // 10
+    assert sizes_of(frames) == [(8, 0), (5, 3), (2, 6), (0, 8)]
 
 
 def test_what_broke_off_is_taken_over_from_its_last_frame(game, tmp_path):
@@ -156,6 +163,15 @@ async def test_a_recorded_game_goes_on_at_its_pace_to_its_end(speed, game, monke
         await nap(0)
     assert len(watcher.frames) == count
     watcher.replay.close()
+
+
+async def test_of_moments_that_are_sought_meanwhile_the_latest_is_shown(game):
+    watcher = Watcher(LoadedRecording.read(game))
+    for tick in range(90):
+        watcher.replay.seek(tick)
+    await until(lambda: watcher.frames)
+    watcher.replay.close()
+    assert watcher.shown().tick == 89 and watcher.replay._opened.count == 1
 
 
 async def test_where_a_game_plays_differently_the_recorded_frames_are_shown(game):

@@ -335,6 +335,24 @@ async def test_a_policy_that_cannot_be_loaded_is_told_of_and_another_one_plays(t
         await playing(room)
 
 
+async def test_a_policy_stays_loaded_for_the_next_game_and_is_let_go_with_its_seat(tmp_path):
+    workers = Workers()
+    with opened(tmp_path, workers, time_limit=None) as room:
+        red = against(room, "one")
+        for _ in range(2):
+            await playing(room)
+            room.stop()
+            room.ready(red, True)
+        await playing(room)
+        (one,) = workers.loaded
+        assert workers.paused == [one] * 2 and not workers.forgotten
+        room.stop()
+        room.invite(red, "blue", "two")
+        assert workers.forgotten == [one]
+        await until(lambda: len(workers.loaded) == 2)
+    assert workers.forgotten == workers.loaded
+
+
 async def test_the_start_is_in_view_in_the_countdown_and_what_is_commanded_then_is_in_force_at_the_first_tick(tmp_path):
     with opened(tmp_path, countdown_s=0.2) as room:
         watcher, late = Client(), Client()
@@ -405,6 +423,39 @@ async def test_countdowns_that_are_called_off_begin_once_a_second(tmp_path, monk
             now[0] += 0.0625
         assert begun == 7, "in 6.25 s"
         assert code_of(room.ready, red, True) == "too_many" and not room.seats[0].ready
+
+
+async def test_a_countdown_that_is_called_off_leaves_the_last_game_in_view(tmp_path):
+    with opened(tmp_path, time_limit=None) as room:
+        red, blue = await running(room)
+        room.stop()
+        over = red.messages[-1]
+        object.__setattr__(room._context, "countdown_s", 600.0)
+        for player in (red, blue):
+            room.ready(player, True)
+        assert red.messages[-1].phase == "starting" and red.messages[-1].outcome is None
+        room.ready(red, False)
+        state = red.messages[-1]
+        assert (state.phase, state.outcome, state.recording) == ("over", "stopped", over.recording)
+
+
+async def test_a_watcher_begins_two_policies_calls_them_off_and_sees_them_again_and_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "PAUSE_S", 0.0)
+    with opened(tmp_path, countdown_s=600.0) as room:
+        client, other = watched(room), Client()
+        room.watch(other)
+        room.ready(client, False)
+        await until(lambda: all(seat.can_play for seat in room.seats))
+        assert room.phase == "waiting"
+        room.ready(client, True)
+        assert room.phase == "starting"
+        room.ready(other, False)
+        assert room.phase == "waiting"
+        object.__setattr__(room._context, "countdown_s", 0.0)
+        for _ in range(2):
+            room.ready(client, True)
+            await playing(room)
+            room.stop()
 
 
 async def test_a_game_that_nobody_can_write_down_does_not_begin(tmp_path):

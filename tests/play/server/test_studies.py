@@ -254,6 +254,20 @@ async def test_who_is_nobody_what_no_page_says_and_what_is_corrupt_is_told_to_th
             await studies._read(Request({"type": "http"}, receive=lambda: asyncio.sleep(60)), 100)
 
 
+async def test_whatever_goes_wrong_a_page_hears_words(tmp_path, monkeypatch, caplog):
+    def fail(number):
+        raise faults.pop(0)
+
+    faults = [OSError(28, "full"), ZeroDivisionError()]
+    with begun(tmp_path) as folder:
+        host = StudyHost(folder, Rooms())
+        monkeypatch.setattr(folder, "settle", fail)
+        for status in (503, 500):
+            told = await posted(host, "state")
+            assert told[0] == status and "please tell whoever runs" in told[1]["fault"]
+            assert ("Traceback" in caplog.text) == (status == 500), "a full disk is no fault of ours"
+
+
 def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, clock):
     """Without a limit of wrong codes whoever tries many finds a session, and takes it over."""
     with begun(tmp_path) as folder:

@@ -19,6 +19,7 @@ from swarm_pz.errors import ConfigError, MissingExtraError, OutputError, Recordi
 from swarm_pz.play.protocol import CapturedMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.studies import export as module
+from swarm_pz.play.studies.analysis import compare, conditions
 from swarm_pz.play.studies.export import export
 from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games, markdown, write_report
@@ -211,6 +212,28 @@ def test_tables_are_as_psych_ds_has_them(out):
 
 
 # --- the report -----------------------------------------------------------------------------------
+
+
+def test_the_report_tells_what_was_found_in_percent_and_seconds(ran, out, tmp_path):
+    text, data = (out / "report.md").read_text(), read_study(ran)
+    games = counted_games(data)
+    assert "2 of 4 participants, of whom 1 did all of it; 6 games count, and 4 of practice do not." in text
+    for row, start in zip(conditions(games), ("| drawing | 1 | 2 ", "| late | 2 | 4 "), strict=True):
+        assert row.low < row.high
+        assert f"{start}| {100 * row.win_rate:.0f} % | {100 * row.low:.0f} to {100 * row.high:.0f} %" in text
+    won, lasted = compare(games)
+    assert f"| share won | drawing less late | 1 | {100 * won.difference:+.1f} % | any: too few" in text
+    assert f"| mean length | drawing less late | 1 | {lasted.difference:+.1f} s |" in text
+    assert "- `sus`: drawing 75.0, late 75.0" in text and "| `sus` | drawing less late | 1 |" in text
+    assert "3 comparisons" in text and "swarm-pz study export ran" in text
+    assert (out / "comparison.png").read_bytes().startswith(b"\x89PNG")
+    many = [
+        replace(game, participant=f"P{number}", won=(game.condition == "late") == (number > 0))
+        for number in range(8)
+        for game in games
+    ]
+    won, *_ = write_report(replace(data, games=many), tmp_path)
+    assert f"| {100 * won.low:+.1f} to {100 * won.high:+.1f} % | 0.070 |" in (tmp_path / "report.md").read_text()
 
 
 @pytest.mark.parametrize("sign", ["<b>a</b>", "[a](b)", "a|b", "*a*", "`a`", "&amp;", "# a", "![a](b)", "a_b_"])
