@@ -328,12 +328,17 @@ class Pipe:
         guard = _guard(self._process.pid)
         self._outbox: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._inbox, self._errors = _Inbox(), deque[str](maxlen=_KEPT_LINES)
-        for work, stream, box in (
-            (_write, self._process.stdin, self._outbox),
-            (_read_lines, self._process.stdout, self._inbox),
-            (_keep_lines, self._process.stderr, self._errors),
-        ):
-            threading.Thread(target=work, args=(stream, box), daemon=True).start()
+        threads = [
+            threading.Thread(target=work, args=(stream, box), daemon=True)
+            for work, stream, box in (
+                (_write, self._process.stdin, self._outbox),
+                (_read_lines, self._process.stdout, self._inbox),
+                (_keep_lines, self._process.stderr, self._errors),
+            )
+        ]
+        for thread in threads:
+            thread.start()
+        self._keeper = threads[-1]
         self._end = weakref.finalize(self, _end, self._process, guard, self._outbox, self._inbox)
 
     def send(self, message: dict[str, Any]) -> None:
@@ -382,6 +387,7 @@ class Pipe:
     def fault(self, what: str) -> ForfeitError:
         """End the program, and return an error with the last line of its standard error."""
         self._end()
+        self._keeper.join(1.0)  # standard error ends with the program, and its last line may not have been read yet
         said = f"; it wrote: {self._errors[-1]}" if self._errors else ""
         self._fault = f"{self._name} {what}{said}"
         return ForfeitError(self._fault)
