@@ -111,7 +111,7 @@ def replay(
     speed: float = 2.0,
     at: AddressOptions = HERE,
 ) -> None:
-    """Watch a recorded game in a browser, and take it over from any moment; or verify or film it.
+    """Watch a recorded game in a browser; or verify or film it.
 
     Args:
         recording: File that the table wrote.

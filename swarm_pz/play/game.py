@@ -5,7 +5,6 @@ It has no clock, network or file: the caller of `LiveGame.advance` sets the pace
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -15,7 +14,6 @@ from swarm_pz.config import BLUE, RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TIC
 from swarm_pz.config.base import Config, Range, check, hash_exempt
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.fourier import SAME_TARGET
-from swarm_pz.kernels.game import Games
 from swarm_pz.play.commands import Command, CommandReader
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.strokes import Mapping, mapping_of
@@ -110,10 +108,9 @@ class LiveGame:
         self.simulator = Simulator(config.game)
         self.simulator.reset([seed])
         self._waiting: list[Command | None] = [None, None]
-        self._never = -config.interval_ticks
         self._begun = -1
         """The tick whose control period has begun: commands count from the next one on."""
-        self._last_in_force = [self._never, self._never]
+        self._last_in_force = [-config.interval_ticks] * 2
 
     @property
     def tick(self) -> int:
@@ -173,23 +170,10 @@ class LiveGame:
         held = self.simulator.targets[0, team] if waiting is None else make_target(waiting.values, modes)[0]
         return bool(np.abs(make_target(command.values, modes)[0] - held).max() <= SAME_TARGET)
 
-    def withdraw(self) -> None:
-        """Forget the commands that wait."""
-        self._waiting = [None, None]
-
     def put_in_force(self, command: Command) -> None:
         """Let a team follow a command from the next solve on, however young its last one is."""
         self.simulator.command(command.team, CheckedCommands(self.reader.packed(command)))
         self._last_in_force[command.team] = self.tick
-
-    def restore(self, games: Games, last_in_force: Sequence[int | None]) -> None:
-        """Go to a snapshot of this game's simulator.
-
-        `last_in_force` has the ticks at which the last commands of red and blue had come into force before, or None.
-        """
-        self.simulator.restore(games)
-        self._waiting, self._begun = [None, None], -1
-        self._last_in_force = [self._never if tick is None else tick for tick in last_in_force]
 
     def advance(self, ticks: int = 1) -> list[Event]:
         """Advance the game, or to its end, and return what happened, in order."""

@@ -256,16 +256,9 @@ class Pace(Message, tag="pace"):
     speed: Annotated[float, Meta(ge=0, le=8)]
 
 
-class TakeOver(Message, tag="take_over"):
-    """Play on from the moment that one watches, in a new room."""
-
-    seat: Side
-    opponent: Name | None = None
-
-
 ClientMessage = (
     Hello | Create | Join | Invite | Ready | CommandMessage | Rules | Painted | Acknowledge | Ping | Visibility | Leave
-    | OpenReplay | Seek | Pace | TakeOver
+    | OpenReplay | Seek | Pace
 )  # fmt: skip
 
 # --- from the server ------------------------------------------------------------------------------
@@ -397,8 +390,6 @@ class RoomState(Message, tag="room"):
     """Length of the recorded game."""
     starts_ms: float | None = None
     """End of the countdown on the server's clock; the first tick waits for policies' first commands, too."""
-    verified: bool | None = None
-    """True if the recorded game plays here as it did; else it cannot be taken over."""
     ended_by: str | None = None
     forfeit: str = ""
     """The fault of a control system by which its side lost."""
@@ -478,14 +469,6 @@ class RecordedSeat(Message):
     label: str = ""
 
 
-class Origin(Message):
-    """The recorded game, its tick, and the number of lines after the header, from which this one was played on."""
-
-    recording: str
-    tick: Tick
-    lines: Count
-
-
 class Header(Message, tag="game"):
     """The first line: the server's configuration with the rules, and the start in UTC and on the server's clock."""
 
@@ -498,7 +481,6 @@ class Header(Message, tag="game"):
     red: RecordedSeat
     blue: RecordedSeat
     lesson: bool = False
-    origin: Origin | None = None
 
 
 class SeatCommand(CommandMessage, OfSeat, tag="command", kw_only=True):

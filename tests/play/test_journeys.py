@@ -8,7 +8,6 @@ import pytest
 from playwright.sync_api import expect
 
 from swarm_pz.play.protocol import CapturedMessage, InForceMessage, SeatCommand, SeatPainted
-from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import Recording
 from tests.kernels.compiled import make
 from tests.play.conftest import Table
@@ -168,7 +167,7 @@ def test_two_people_meet_by_a_link_play_and_part_while_others_look_on(open_page,
     expect(text_of(page, "lobby")).to_be_visible()
 
 
-def test_two_policies_are_watched_and_their_recorded_game_is_scrubbed_and_taken_over(open_page, table):
+def test_two_policies_are_watched_and_their_recorded_game_is_scrubbed(open_page):
     page = open_page(width=390, height=844)
     open_room(page, "uniform", "2", side="watch", player="noise", decided="draw")
     expect(text_of(page, "red-who")).to_have_text("noise")
@@ -184,16 +183,6 @@ def test_two_policies_are_watched_and_their_recorded_game_is_scrubbed_and_taken_
     expect(text_of(page, "hold")).to_have_text("Play")
     page.locator("#moment").fill("30")
     expect(text_of(page, "clock")).to_have_text("0:01 of 0:02")
-    page.click("#take-over")
-    expect(text_of(page, "ready")).to_have_text("I am ready")
-    expect(text_of(page, "ready")).to_be_visible()
-    expect(text_of(page, "arena")).to_have_attribute("data-tick", "30")
-    card, arena = (page.locator(name).bounding_box() for name in ("#card", "#arena"))
-    assert card["y"] >= arena["y"] + arena["height"], "the board is in view while one decides"
-    page.click("#ready")
-    expect(text_of(page, "recording")).to_be_visible()
-    taken = Recording.read(table.recording(room_of(page)))
-    assert taken.header.origin.tick == 30 and Playback(taken).verify().verified
 
 
 # --- coming back ----------------------------------------------------------------------------------

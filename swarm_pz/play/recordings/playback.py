@@ -7,12 +7,11 @@ control period: there each period is simulated from its own frame, and leads to 
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Callable
 from pathlib import Path
 
-from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
+from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
 from swarm_pz.film import FILM_RATE, open_film
 from swarm_pz.play.commands import Command
 from swarm_pz.play.game import LiveGame
@@ -47,19 +46,10 @@ class Playback:
             self._go_to_mark(mark)
         self.advance(tick - self.game.tick)
 
-    def fork(self, tick: int) -> Playback:
-        """Return another playback of the recording, at a tick; this one stays where it is."""
-        other = copy.copy(self)
-        other._go_to_mark(0)
-        other.seek(tick)
-        return other
-
     def _go_to_mark(self, mark: int) -> None:
-        before = [(when, command.team) for when, command in self._followed if when < mark]
         self.game = LiveGame(self.recording.config, self.recording.header.seed)
-        last = [max((when for when, whose in before if whose == team), default=None) for team in (RED, BLUE)]
-        self.game.restore(self._marks[mark], last)
-        self._next = len(before)
+        self.game.simulator.restore(self._marks[mark])
+        self._next = sum(when < mark for when, _ in self._followed)
 
     def advance(self, ticks: int) -> list[Command]:
         """Go on by some ticks, or to the end of what was recorded, and return what came into force."""

@@ -14,7 +14,7 @@ from swarm_pz.files import explain
 from swarm_pz.play.protocol import Header, LogMessage, encode
 
 _ONE_FLUSH = 256 * 1024
-"""Most bytes of a flush: an event loop waits for it, and a game that is taken over has many lines."""
+"""Most bytes of a flush: an event loop waits for it."""
 _PATIENCE = 120
 """Flushes in a row that may fail, a minute of game, before the recording breaks off."""
 _LAST_TRIES, _LAST_PAUSE_S = 20, 0.5

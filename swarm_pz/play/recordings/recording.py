@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
@@ -18,7 +17,7 @@ from swarm_pz.errors import CommandError, ProtocolError, RecordingError, SwarmEr
 from swarm_pz.play.commands import Command
 from swarm_pz.play.forms import read_form
 from swarm_pz.play.frames import Frame, decode_frame
-from swarm_pz.play.game import LiveGame, TableConfig
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import (
     SUBPROTOCOL,
     CapturedMessage,
@@ -28,7 +27,6 @@ from swarm_pz.play.protocol import (
     Header,
     InForceMessage,
     LogMessage,
-    Origin,
     Outcome,
     SeatCommand,
     SeatMessage,
@@ -82,8 +80,6 @@ class Recording:
                         f"got {line.tick}"
                     )
                 latest = line.tick
-        if self.header.origin is not None and self.header.origin.lines > len(self.log):
-            raise RecordingError(f"line 1 of {self.name}: origin.lines must be at most {len(self.log)}")
 
     @classmethod
     def read(cls, path: Path) -> Recording:
@@ -123,16 +119,9 @@ class Recording:
         return next(iter(self.of(EndMessage)), None)
 
     @property
-    def live(self) -> list[LogMessage]:
-        """The messages of this game itself, without those of the game from which it was played on."""
-        origin = self.header.origin
-        return self.log[origin.lines if origin is not None else 0 :]
-
-    @property
     def is_somebody_away(self) -> bool:
         """True if a player's client was away at the end."""
-        seats = [line for line in self.live if isinstance(line, SeatMessage)]
-        last = {line.seat: line.event for line in seats if line.event in ("connected", "disconnected")}
+        last = {line.seat: line.event for line in self.of(SeatMessage) if line.event in ("connected", "disconnected")}
         return "disconnected" in last.values()
 
     @property
@@ -186,16 +175,6 @@ class Recording:
             raise RecordingError(f"{self.name} is corrupt: {error}") from error
         return Command(line.team, line.number, values, kind, line.sender)
 
-    def until(self, tick: int) -> list[LogMessage]:
-        """Return the messages of the game itself before the solve at a tick: commands, captures, frames."""
-        kept: list[LogMessage] = []
-        for line in self.log:
-            if isinstance(line, _OF_GAME) and not isinstance(line, EndMessage):
-                if line.tick > tick or (line.tick == tick and isinstance(line, InForceMessage)):
-                    break
-                kept.append(line)
-        return kept
-
     def frames(self) -> Iterator[Frame]:
         """Yield the recorded frames."""
         for line in self.of(FrameMessage):
@@ -209,17 +188,3 @@ class Recording:
             if frame.tick != line.tick:
                 raise RecordingError(f"{where} shows tick {frame.tick}")
             yield frame
-
-
-@dataclass(frozen=True, kw_only=True)
-class Moment:
-    """A moment of a recorded game, to play on from: the game at that moment, and the log up to there.
-
-    `sizes` are the drones of red and blue, once a second since the start, which `seed` decides.
-    """
-
-    game: LiveGame
-    seed: int
-    sizes: list[tuple[int, int]]
-    origin: Origin
-    past: list[LogMessage]

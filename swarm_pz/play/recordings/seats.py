@@ -34,14 +34,13 @@ class SeatRow:
     min_command_interval: float = column("between two commands of a team that come into force, at least", "s of game")
     speed: float = column("seconds of game that pass in a second", "1")
     time_limit: float = column("when the game ends in a draw", "s of game")
-    taken_over: bool = column("whether the game went on from a moment of another one")
     lesson: bool = column("whether it was a lesson, not a match")
     ended_by: str = column(
         "capture, time, left (a client was away for good or at the end, however the game ended), server (it was told "
         "to end) or forfeit (a control system failed); empty if it is unfinished"
     )
     left_out: str = column(
-        "why the game does not count in the summary: unfinished, taken over, no opponent, lesson, left, stopped, "
+        "why the game does not count in the summary: unfinished, no opponent, lesson, left, stopped, "
         "forfeit or no command; empty if it does"
     )
     side: str = column("red or blue")
@@ -101,7 +100,6 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
             min_command_interval=config.min_command_interval,
             speed=config.speed,
             time_limit=game.time_limit,
-            taken_over=header.origin is not None,
             lesson=header.lesson,
             ended_by=end.ended_by if end is not None else "",
             left_out=left_out,
@@ -137,7 +135,6 @@ def _left_out(recording: Recording, commands: Sequence[int]) -> str:
     ended_by = end.ended_by if end is not None else ""
     reasons = {
         "unfinished": end is None,
-        "taken over": header.origin is not None,
         "no opponent": "free" in (seat.kind for seat in seats),
         "lesson": header.lesson,
         "left": ended_by == "left",
@@ -149,14 +146,13 @@ def _left_out(recording: Recording, commands: Sequence[int]) -> str:
 
 
 def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
-    """Return a seat's columns about its player; of a game that was taken over, only from there on."""
-    origin, live, speed = recording.header.origin, recording.live, recording.config.speed
-    begin_s = origin.tick / TICKS_PER_SECOND if origin is not None else 0.0
+    """Return a seat's columns about its player."""
+    log, speed = recording.log, recording.config.speed
     made: dict[int, float] = {}
     commands, automatic, forced, first_s = 0, 0, 0, None
     drawing_s, to_force, to_paint, spans = [], [], [], []
     # In order, since a page that was reloaded counts its commands from the start again.
-    for line in live:
+    for line in log:
         if not isinstance(line, SeatCommand | InForceMessage | SeatPainted) or line.team != team:
             continue
         if isinstance(line, SeatPainted):
@@ -167,7 +163,7 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
             if line.sender and line.number in (0, forced):
                 continue  # its helper alone asked for something else
             forced = line.number
-            first_s = line.tick / TICKS_PER_SECOND - begin_s if first_s is None else first_s
+            first_s = line.tick / TICKS_PER_SECOND if first_s is None else first_s
             to_force += [line.server_ms - made[line.number]] if line.number in made else []
         elif not line.sender:  # else it is made of the player's, which counts by itself
             commands += 1
@@ -178,15 +174,15 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
                 made[line.number] = end
                 spans.append(tuple(map(recording.since_began_s, (end - timing.drawing_ms, end))))
                 drawing_s += [timing.drawing_ms / 1000.0] if timing.drawing_ms > 0 else []
-    taken = [line.tick / TICKS_PER_SECOND for line in live if isinstance(line, CapturedMessage) and line.team != team]
-    lost_s = [(second - begin_s) / speed for second in taken]
-    seat = [line for line in live if isinstance(line, SeatMessage) and line.team == team]
+    taken = [line.tick for line in recording.of(CapturedMessage) if line.team != team]
+    lost_s = [tick / TICKS_PER_SECOND / speed for tick in taken]
+    seat = [line for line in recording.of(SeatMessage) if line.team == team]
     links = [line for line in seat if line.event in ("connected", "disconnected")]
-    last_ms = max((getattr(line, "server_ms", 0.0) for line in live), default=0.0)
+    last_ms = max((getattr(line, "server_ms", 0.0) for line in log), default=0.0)
     return {
         "commands": commands,
         "automatic_commands": automatic,
-        "commands_per_minute": 60.0 * commands / (seconds - begin_s) if seconds > begin_s else 0.0,
+        "commands_per_minute": 60.0 * commands / seconds if seconds else 0.0,
         "first_command_s": first_s,
         "drawing_s_per_command": float(np.mean(drawing_s)) if drawing_s else None,
         "lost_while_drawing": sum(any(began <= lost <= ended for began, ended in spans) for lost in lost_s),

@@ -81,7 +81,7 @@ class SummaryRow:
 
 def counts(row: SeatRow, every_game: bool = False) -> bool:
     """Tell whether a game is in the summary; with `every_game`, lessons and games that were left are, too."""
-    has_result = row.outcome != "stopped" and not row.taken_over and row.opponent_kind != "free"
+    has_result = row.outcome != "stopped" and row.opponent_kind != "free"
     return has_result and (every_game or not row.left_out)
 
 

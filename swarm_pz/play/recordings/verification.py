@@ -81,12 +81,8 @@ class _Again:
     def __init__(self, recording: Recording) -> None:
         self.recording, self.game = recording, LiveGame(recording.config, recording.header.seed)
         self.compared, self.faults, self.in_page = 0, [], False  # type: int, list[str], bool
-        origin = recording.header.origin
-        self._origin, past = (origin.tick, origin.lines) if origin is not None else (0, 0)
         self._arrived: dict[int, list[Command]] = defaultdict(list)
-        commands = zip(recording.of(SeatCommand), recording.commands, strict=True)
-        before = sum(isinstance(line, SeatCommand) for line in recording.log[:past])
-        for line, command in islice(commands, before, None):
+        for line, command in zip(recording.of(SeatCommand), recording.commands, strict=True):
             self._arrived[line.tick].append(command)
         self._begun: dict[int, list[Command]] = defaultdict(list)
         for tick, command in recording.in_force():
@@ -126,12 +122,8 @@ class _Again:
         return None if frame is None else frame.tick
 
     def _command(self, tick: int) -> None:
-        """Hand in the commands of a tick, and compare those that come into force; of the past take them as they are."""
+        """Hand in the commands of a tick, and compare those that come into force."""
         game, begun = self.game, self._begun[tick]
-        if tick < self._origin:
-            for command in begun:
-                game.put_in_force(command)
-            return
         for command in self._arrived[tick]:
             game.hand_in(command)
         due = [] if game.over else [event.command for event in game.begin_period()]
@@ -188,7 +180,7 @@ def _end(recording: Recording, game: LiveGame) -> Iterator[str]:
     if end is None:
         return
     outcome = game.outcome or "stopped"
-    forfeits = [line.team for line in recording.live if isinstance(line, SeatMessage) and line.event == "forfeit"]
+    forfeits = [line.team for line in recording.of(SeatMessage) if line.event == "forfeit"]
     if forfeits and outcome == "stopped":
         outcome = TEAM_NAMES[1 - forfeits[0]]
     if (end.tick, end.sizes, end.outcome) != (game.tick, game.sizes, outcome):

@@ -20,7 +20,7 @@ from swarm_pz.play.server.rendered_command import is_rendered_at_once, render
 from swarm_pz.play.server.replays import ReplaySession
 from swarm_pz.play.server.responses import SAVED, ReadyRule, check_rules
 from swarm_pz.play.server.room import Room
-from swarm_pz.play.server.room_settings import RoomPlan, resumed, table_config
+from swarm_pz.play.server.room_settings import RoomPlan, table_config
 from swarm_pz.play.strokes import mapping_of
 
 HELLO_S = 10.0
@@ -51,7 +51,7 @@ class ClientHandler:
         self._lobby, self._connection = lobby, connection
         self._room: Room | None = None
         self._replay: ReplaySession | None = None
-        self._navigation: asyncio.Task[None] | None = None  # opens a recorded game, or takes one over
+        self._navigation: asyncio.Task[None] | None = None  # opens a recorded game
         self._rendering: asyncio.Task[None] | None = None
         self._command: tuple[Room, protocol.CommandMessage] | None = None
         """The latest command and its room, while an earlier one is rendered."""
@@ -155,13 +155,13 @@ class ClientHandler:
                 self._leave()
             case protocol.OpenReplay():
                 lobby.check_replays(self._replay)
-                self._navigate("open_replay", functools.partial(self._open_replay, message.recording))
+                self._stop_navigation()
+                opening = self._try("open_replay", functools.partial(self._open_replay, message.recording))
+                self._navigation = asyncio.create_task(opening)
             case protocol.Seek():
                 self._watched().seek(message.tick)
             case protocol.Pace():
                 self._watched().pace(message.speed)
-            case protocol.TakeOver():
-                self._take_over(message)
 
     def _greet(self, message: protocol.Hello) -> None:
         if self._greeted:
@@ -238,11 +238,6 @@ class ClientHandler:
         self._stop_watching()
         self._room = room
 
-    def _navigate(self, about: str, there: Callable[[], Awaitable[None]]) -> None:
-        """Begin to take the client elsewhere, in place of an earlier attempt."""
-        self._stop_navigation()
-        self._navigation = asyncio.create_task(self._try(about, there))
-
     def _stop_navigation(self) -> None:
         task, self._navigation = self._navigation, None
         if task is not None and task is not asyncio.current_task():
@@ -294,27 +289,6 @@ class ClientHandler:
         self._leave()
         self._replay = ReplaySession(opened, self._connection)
         self._lobby.watched.add(self._replay)
-
-    def _take_over(self, message: protocol.TakeOver) -> None:
-        replay = self._watched()
-        opponent = message.opponent
-        if opponent is None:
-            other = replay.state.blue if message.seat == "red" else replay.state.red
-            opponent = other.name or None
-        if opponent is not None:
-            self._lobby.check_policy(opponent)
-        if not replay.state.verified:
-            raise RefusedError("not_valid", "this game plays differently on this machine, and cannot be gone on with")
-
-        async def go_on() -> None:
-            moment = await replay.moment()
-            if moment.game.over:
-                raise RefusedError("not_valid", "the game is over at this moment; go back to an earlier one")
-            policies = int(opponent is not None)
-            room = self._lobby.open_room(resumed(moment), self._connection.address, policies)
-            self._enter(room, message.seat, "", {_facing(message.seat): opponent})
-
-        self._navigate("take_over", go_on)
 
     # --- commands ---------------------------------------------------------------------------------
 

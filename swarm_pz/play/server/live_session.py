@@ -117,12 +117,12 @@ class LiveSession:
         refused: Callable[[str], None],
         over: Callable[[Outcome, EndedBy], None],
     ) -> None:
-        config, seed, moment = plan.config, plan.seed or 0, plan.moment
+        config, seed = plan.config, plan.seed or 0
         self.config, self._hosted = config, plan.hosted
         self._seats, self._audience, self._context = seats, audience, context
         self._began, self._refused, self._over = began, refused, over
-        self.game = moment.game if moment is not None else LiveGame(config, seed)
-        self.sizes = moment.sizes if moment is not None else [self.game.sizes]
+        self.game = LiveGame(config, seed)
+        self.sizes = [self.game.sizes]
         self.starts_ms = context.now_ms() + 1000.0 * context.countdown_s
         red, blue = (seat.recorded(with_label=context.record_labels) for seat in seats)
         started = datetime.datetime.now(datetime.UTC)
@@ -135,7 +135,6 @@ class LiveSession:
             seed=seed,
             red=red,
             blue=blue,
-            origin=moment.origin if moment is not None else None,
             lesson=plan.lesson,
         )
         path = context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}"
@@ -150,14 +149,9 @@ class LiveSession:
         self._policies = [(seat.team, seat.loaded) for seat in seats if seat.loaded is not None]
         self._seeds = [np.random.SeedSequence(seed, spawn_key=(team,)) for team in range(2)]
         self._numbers = [itertools.count(1), itertools.count(1)]
-        self._first_tick = self.game.tick
         self._sequence = 0
         self.ended = False
-        if moment is None:
-            self.log.frame(self._frame())
-        else:
-            for line in moment.past:
-                self.recorder.write(line)
+        self.log.frame(self._frame())
         self._clock = asyncio.create_task(self._run())
 
     @property
@@ -204,7 +198,6 @@ class LiveSession:
         """Take back a game that has not begun; it has no file."""
         self._halt()
         self.commands.drop()
-        self.game.withdraw()
 
     def _halt(self) -> None:
         self.ended = True
@@ -276,7 +269,7 @@ class LiveSession:
 
     async def _tick(self) -> None:
         game = self.game
-        if game.tick % self.config.game.step_ticks == 0 and game.tick > self._first_tick:
+        if game.tick % self.config.game.step_ticks == 0 and game.tick > 0:
             for team, policy in self._policies:
                 self._ask(team, policy)
         if game.tick % _LOOK_TICKS == 0:

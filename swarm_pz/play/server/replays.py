@@ -19,10 +19,9 @@ from swarm_pz.config import BLUE, RED, TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import Frame, encode_frame
-from swarm_pz.play.protocol import Origin
 from swarm_pz.play.recordings.folder import read_regular
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.recordings.recording import FRAME_TICKS, Moment, Recording
+from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.room_settings import settings_of
 from swarm_pz.play.server.views import frame_of, target_message
@@ -83,7 +82,6 @@ class LoadedRecording:
             outcome=end.outcome if end is not None else None,
             recording=self.recording.name,
             last_tick=self.recording.last_tick,
-            verified=self.is_verified,
             ended_by=end.ended_by if end is not None else None,
             forfeit=self.recording.forfeit,
         )
@@ -108,20 +106,6 @@ class LoadedRecording:
         simulator = playback.game.simulator
         targets = [target_message(team, number, simulator.games.coefficients[0, team]) for team, number in came]
         return trails + targets, frame_of(simulator, sequence, 0.0, altitudes=True, fields=True)
-
-    def moment(self, tick: int) -> Moment:
-        """Return a moment to play on from."""
-        if self.recording.end is None:
-            tick = min(tick, self.frames[-1].tick)  # some of what came after the last frame may be lost
-        game = self.playback.fork(tick).game
-        past = self.recording.until(game.tick)
-        return Moment(
-            game=game,
-            seed=self.recording.header.seed,
-            sizes=self.sizes[: game.tick // TICKS_PER_SECOND + 1],
-            origin=Origin(recording=self.recording.name, tick=game.tick, lines=len(past)),
-            past=past,
-        )
 
 
 def sizes_of(frames: Sequence[Frame]) -> list[tuple[int, int]]:
@@ -203,11 +187,6 @@ class ReplaySession:
     def pace(self, speed: float) -> None:
         """Play at this many seconds of game a second; 0 holds."""
         self._speed = speed
-
-    async def moment(self) -> Moment:
-        """Return the moment that is shown, or sought, to play on from; only where the simulation is verified."""
-        moment: Moment = await self._opened.ask("moment", self._tick)
-        return moment
 
     def close(self) -> None:
         """Show nothing more."""

@@ -23,7 +23,7 @@ from swarm_pz.play.server.room_settings import POLICY_COST, RoomPlan, cost_of, s
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 from swarm_pz.play.server.server_context import ServerContext
-from swarm_pz.play.server.views import frame_of, target_message
+from swarm_pz.play.server.views import target_message
 
 AWAY_S = 60.0
 """Seconds that a seat waits between games for a client whose connection was lost."""
@@ -179,14 +179,8 @@ class Room:
 
     def _welcome(self, view: SeatView | Connection) -> None:
         self.audience.welcome(view)
-        moment, speed = self.plan.moment, self.plan.config.speed
-        if moment is not None and speed != 1.0:
-            view.send(protocol.Notice(text=f"this game goes on as it was played: at {speed:g} times the speed"))
         if self.session is not None:
             view.send_bytes(self.session.frame(keyframe=True))
-        elif moment is not None:  # players see the board before they are ready
-            now = self._context.now_ms()
-            view.send_bytes(frame_of(moment.game.simulator, 0, now, altitudes=True, fields=True))
 
     def invite(self, connection: Connection, side: protocol.Side, policy: str | None) -> None:
         """Let a player give a seat to a policy, or free it."""
@@ -359,7 +353,7 @@ class Room:
 
     def _began(self) -> None:
         self._games += 1
-        self.plan = replace(self.plan, seed=None, moment=None)
+        self.plan = replace(self.plan, seed=None)
         self._before = None, None
         self._is_called_for = False
         self._only_policies_are_ready()

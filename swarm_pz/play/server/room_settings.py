@@ -10,9 +10,7 @@ from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.config.registry import system_of
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.play import protocol
-from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.recording import Moment
 
 _PLAIN_COST = 0.8
 """Cost of any game for the server, in games of 10 against 10 by `ergodic` at normal speed."""
@@ -52,23 +50,15 @@ class RoomPlan:
     """The games of a room.
 
     - `seed`: of the next game's start; None draws one.
-    - `moment`: of a recorded game, from which the next game goes on.
     - `once`: the room has one game, between those who sat down for it.
     - `lesson`: the games are lessons, and their recordings say so.
     """
 
     config: TableConfig
     seed: int | None = None
-    moment: Moment | None = None
     once: bool = False
     lesson: bool = False
     hosted: Hosted | None = None
-
-
-def resumed(moment: Moment) -> RoomPlan:
-    """Return the plan of a room that goes on from a moment: by its rules, without what was varied then."""
-    config = moment.game.config.replace(factors=(Factors(), Factors()))
-    return RoomPlan(config=config, seed=moment.seed, moment=moment)
 
 
 def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig:

@@ -1,4 +1,4 @@
-// A recorded game: hold it, go to any moment or capture of it, take over from there.
+// A recorded game: hold it, or go to any moment or capture of it.
 
 import { turningPoint, untilTheEnd } from "./chart.js";
 import { button, byId, make, on } from "./elements.js";
@@ -26,10 +26,6 @@ export class Replay {
       "capture-before": () => this.goTo(this.captures.findLast(({ tick }) => tick < byId("moment").value - BEFORE_TICKS / 2)?.tick ?? 0),
       "capture-after": () => this.goTo(this.captures.find(({ tick }) => tick > Number(byId("moment").value))?.tick),
       "save-recording": () => this.save(),
-      "take-over": () => {
-        if (this.later) this.seek(); // from the moment that was chosen
-        link.send({ type: "take_over", seat: byId("take-side").value });
-      },
     });
   }
 
@@ -44,8 +40,6 @@ export class Replay {
     this.speed = 1;
     Object.assign(byId("moment"), { max: room.last_tick, value: 0 });
     this.tell();
-    byId("take-over").disabled = !room.verified;
-    byId("take-over").title = room.verified ? "" : "This game plays differently on this machine.";
     this.hold(false);
     if (from) this.goTo(from);
   }

@@ -57,12 +57,6 @@ export class Table {
       "close-replay": () => this.left(),
       "go-home": () => this.left(),
     });
-    on("change", {
-      "take-side": () => {
-        this.arena.look(byId("take-side").selectedIndex);
-        this.replay?.seek();
-      },
-    });
     on("keydown", { table: (event) => this.key(event) });
     hear(this.link, {
       room: (room) => this.setRoom(room),
@@ -137,7 +131,7 @@ export class Table {
     if (starts) this.heardMs = performance.now();
     this.room = room;
     if (phase !== "replay") this.arena.look(this.seat ?? 0, this.seat === null ? [0, 1] : [this.seat]);
-    else if (entered) this.arena.look(byId("take-side").selectedIndex);
+    else if (entered) this.arena.look(0);
     this.arena.isLive = phase === "playing";
     this.arena.speed = room.settings.speed;
     this.chart.set(room.sizes);
@@ -229,7 +223,6 @@ export class Table {
     this.link.send({ type: "leave" });
     this.giveUpSeat();
     this.room = this.place = null;
-    byId("take-side").selectedIndex = 0;
     for (const id of ["controls", "scrubber", "cover", "watching", "acting"]) byId(id).hidden = true;
     byId("table").dataset.phase = "";
     this.arena.look(0);

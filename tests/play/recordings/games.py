@@ -29,7 +29,7 @@ BEGAN_MS = 5000.0
 CONFIG = TableConfig(game=GameConfig(drones_per_team=4, capture=CaptureConfig(threshold=0.5), time_limit=20.0))
 
 
-def header(config, seed, player, own=0, origin=None):
+def header(config, seed, player, own=0):
     seats = [RecordedSeat(kind="person", label="P1"), RecordedSeat(kind="policy", policy=player)]
     return Header(
         protocol=SUBPROTOCOL,
@@ -40,19 +40,17 @@ def header(config, seed, player, own=0, origin=None):
         seed=seed,
         red=seats[own],
         blue=seats[1 - own],
-        origin=origin,
     )
 
 
 def record(
     path, ticks=300, seed=1, outcome=None, player="ring", config=CONFIG, own=0, both=False, delays=None, every=60,
-    strokes=None, moment=None,
+    strokes=None,
 ):  # fmt: skip
     """Write a game in which a person commands corners, or draws, and the policy does nothing, or commands, too."""
-    game = LiveGame(config, seed) if moment is None else moment.game
-    recorder = Recorder(path, header(config, seed, player, own, moment.origin if moment is not None else None))
-    for line in [FrameMessage(0, shown(game))] if moment is None else moment.past:
-        recorder.write(line)
+    game = LiveGame(config, seed)
+    recorder = Recorder(path, header(config, seed, player, own))
+    recorder.write(FrameMessage(0, shown(game)))
     recorder.write(SeatMessage(SIDES[own], "connected", BEGAN_MS))
     for tick in range(game.tick, ticks):
         for team in (own, 1 - own)[: 1 + both] if tick % every == 0 else ():

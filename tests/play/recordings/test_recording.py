@@ -13,8 +13,6 @@ from swarm_pz.play.protocol import (
     FrameMessage,
     InForceMessage,
     SeatCommand,
-    SeatMessage,
-    SeatPainted,
 )
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import Recording
@@ -108,20 +106,6 @@ def test_messages_that_its_game_cannot_have_are_refused(line, message):
 @pytest.mark.parametrize("line", [FrameMessage(9, b""), in_force("red", 1, 9), END])
 def test_the_last_message_says_how_long_a_game_was(line):
     assert of(FrameMessage(6, b""), line).last_tick == 9
-
-
-def test_the_past_of_a_moment_is_the_game_before_its_solve():
-    first, second, begins, follows = (make("red", n, 6 * n - 6) for make in (command, in_force) for n in (1, 2))
-    painted, seat = SeatPainted(1, 9.0, "red"), SeatMessage("red", "connected", 0.0)
-    taken, retaken = CapturedMessage("blue", 5, 1), CapturedMessage("red", 6, 1)
-    shown, after = FrameMessage(6, b""), FrameMessage(9, b"")
-    recording = of(seat, first, begins, painted, taken, retaken, shown, second, follows, after, END)
-    assert recording.until(0) == [first]
-    assert recording.until(5) == [first, begins, taken]
-    assert recording.until(6) == [first, begins, taken, retaken, shown, second]
-    assert recording.until(9) == [first, begins, taken, retaken, shown, second, follows, after]
-    second.tick = 7  # it arrived after the moment, and waits for the next solve
-    assert recording.until(6) == [first, begins, taken, retaken, shown]
 
 
 def test_a_client_that_counts_from_the_start_again_is_followed_in_order():

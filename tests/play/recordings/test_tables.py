@@ -20,7 +20,6 @@ from swarm_pz.play.protocol import (
     CapturedMessage,
     EndMessage,
     InForceMessage,
-    Origin,
     RecordedSeat,
     SeatCommand,
     SeatMessage,
@@ -63,46 +62,44 @@ def timing(before_ms, round_trip_ms, drawing_ms):
     return Timing(input_ms=100.0, sent_ms=100.0 + before_ms, round_trip_ms=round_trip_ms, drawing_ms=drawing_ms)
 
 
-PAST = [command(0, 1, 3, 40.0, timing(30.0, 20.0, 900.0)), in_force(0, 1, 3, 100.0), captured(0, 1, 150)]
-TAKEN_OVER = [  # from tick 300 on, at twice the speed
+PLAYED = [  # at twice the speed
     seat(0, "connected", 0.0),
     seat(0, "hidden", 1000.0),
-    command(0, 1, 360, 2000.0, timing(30.0, 20.0, 400.0)),  # made at 1960, drawn from 1560 on
-    in_force(0, 1, 360, 2050.0),
+    command(0, 1, 60, 2000.0, timing(30.0, 20.0, 400.0)),  # made at 1960, drawn from 1560 on
+    in_force(0, 1, 60, 2050.0),
     SeatPainted(1, BEGAN_MS + 2100.0, "red"),
-    captured(1, 1, 405),  # at 1750
-    captured(7, 0, 405),
+    captured(1, 1, 105),  # at 1750
+    captured(7, 0, 105),
     seat(0, "shown", 2500.0),
-    captured(2, 1, 450),  # at 2500
-    command(1, 1, 456, 3000.0),
-    in_force(1, 1, 456, 3050.0),
+    captured(2, 1, 150),  # at 2500
+    command(1, 1, 156, 3000.0),
+    in_force(1, 1, 156, 3050.0),
     seat(1, "disconnected", 3100.0),
     seat(1, "connected", 3200.0),
     seat(1, "displaced", 3300.0),
     seat(1, "disconnected", 3400.0),
-    command(0, 1, 480, 4000.0),  # the page was reloaded, and tells no times
-    in_force(0, 1, 480, 4050.0),
+    command(0, 1, 180, 4000.0),  # the page was reloaded, and tells no times
+    in_force(0, 1, 180, 4050.0),
     SeatPainted(1, BEGAN_MS + 4100.0, "red"),
-    command(0, 2, 510, 5000.0, timing(0.0, 10.0, 0.0)),  # made at 4995, and not drawn
-    in_force(0, 2, 510, 5100.0),
+    command(0, 2, 210, 5000.0, timing(0.0, 10.0, 0.0)),  # made at 4995, and not drawn
+    in_force(0, 2, 210, 5100.0),
     SeatPainted(2, BEGAN_MS + 5205.0, "red"),
-    command(0, 3, 540, 6000.0, timing(0.0, 0.0, 800.0)),
-    in_force(0, 3, 540, 6300.0),
+    command(0, 3, 240, 6000.0, timing(0.0, 0.0, 800.0)),
+    in_force(0, 3, 240, 6300.0),
     SeatPainted(3, BEGAN_MS + 6020.0, "red"),
     seat(1, "hidden", 7000.0),
     seat(0, "hidden", 8000.0),
     seat(0, "disconnected", 8250.0),
-    EndMessage("blue", 900, (3, 5), BEGAN_MS + 9000.0, "left"),
+    EndMessage("blue", 600, (3, 5), BEGAN_MS + 9000.0, "left"),
 ]
 
 
-def test_a_row_holds_what_its_seat_did_since_it_was_taken_over():
-    origin = Origin(recording="before.jsonl", tick=300, lines=len(PAST))
-    recording = Recording("a.jsonl", header(origin=origin), PAST + TAKEN_OVER)
+def test_a_row_holds_what_its_seat_did():
+    recording = Recording("a.jsonl", header(), PLAYED)
     both = {"recording": "a.jsonl", "started": "2026-01-01T00:00:00.000+00:00", "rules": "", "mapping": "paper"}
     both |= {"config_hash": CONFIG.hash, "rules_hash": CONFIG.game.rules_hash, "lesson": False, "ended_by": "left"}
-    both |= {"left_out": "taken over", "taken_over": True, "min_command_interval": 0.25, "speed": 2.0, "drones": 8}
-    both |= {"time_limit": 60.0, "seconds": 30.0, "system": "ergodic", "opponent_system": "ergodic"}
+    both |= {"left_out": "left", "min_command_interval": 0.25, "speed": 2.0, "drones": 8}
+    both |= {"time_limit": 60.0, "seconds": 20.0, "system": "ergodic", "opponent_system": "ergodic"}
     both |= {"automatic_commands": 0}
     red = both | {
         "side": "red",
@@ -112,7 +109,7 @@ def test_a_row_holds_what_its_seat_did_since_it_was_taken_over():
         "opponent": "ring",
         "start_size": 5,
         "outcome": "loss",
-        "final_share": 3 / 8,
+        "final_share": 0.5,
         "commands": 4,
         "commands_per_minute": 12.0,
         "first_command_s": 2.0,
@@ -132,7 +129,7 @@ def test_a_row_holds_what_its_seat_did_since_it_was_taken_over():
         "opponent": "P1",
         "start_size": 3,
         "outcome": "win",
-        "final_share": 5 / 8,
+        "final_share": 0.5,
         "commands": 1,
         "commands_per_minute": 3.0,
         "first_command_s": pytest.approx(5.2),
@@ -145,7 +142,7 @@ def test_a_row_holds_what_its_seat_did_since_it_was_taken_over():
         "hidden_s": pytest.approx(2.0),
     }
     assert [asdict(row) for row in seat_rows(recording)] == [red, blue]
-    counts = {"captured": 1, "lost": 3, "seed": 1}, {"captured": 3, "lost": 1, "seed": 1}
+    counts = {"captured": 1, "lost": 2, "seed": 1}, {"captured": 2, "lost": 1, "seed": 1}
     assert trial_rows(recording) == [red | counts[0], blue | counts[1]], "as experiments keep them"
 
 
@@ -163,7 +160,7 @@ GONE, BACK = seat(0, "disconnected", 5.0), seat(0, "connected", 6.0)
 
 @pytest.mark.parametrize("parquet", [False, True])
 def test_tables_hold_every_row_and_no_spreadsheet_takes_a_label_for_a_formula(parquet, tmp_path):
-    base = replace(seat_rows(Recording("a.jsonl", header(), TAKEN_OVER))[0], left_out="")
+    base = replace(seat_rows(Recording("a.jsonl", header(), PLAYED))[0], left_out="")
     labels = ["=1+1", "+1", "-1", "@sum", "\t=1+1", "\r=1", "P1"]
     rows = [replace(base, player=label, outcome="win", final_share=1 / 3) for label in labels]
     seats, summary, schema = write_tables(rows, tmp_path / "deep" / "er", parquet=parquet, command="swarm-pz study")
@@ -227,7 +224,6 @@ def test_the_summary_is_that_of_a_careful_hand_count():
         game("P1", "stopped", 7),
         game("P1", "blue", 15, commands=0),
         game("P1", None, 0),
-        game("P1", "red", 30, origin=Origin(recording="01.jsonl", tick=0, lines=0)),
         game("P1", "stopped", 30, blue=FREE),
     ]
     rows = [replace(row, recording=f"{number}.jsonl") for number, seats in enumerate(games) for row in seats]
@@ -239,7 +235,7 @@ def test_the_summary_is_that_of_a_careful_hand_count():
     assert result() == {FAIR.hash: (4, 2, 1, 1), **others}
     # With the lessons (1 won, 1 drawn), two of three that were left (1 drawn, 1 lost) and one without a command (lost).
     assert result(every_game=True) == {FAIR.hash: (9, 3, 3, 3), **others}
-    nobody = {"stopped": 1, "unfinished": 1, "taken over": 1, "no opponent": 1}
+    nobody = {"stopped": 1, "unfinished": 1, "no opponent": 1}
     assert left_out(rows) == nobody | {"lesson": 2, "left": 3, "no command": 1}
     assert left_out(rows, every_game=True) == nobody | {"left": 1}
     ring = [row for row in summarise(rows) if row.kind == "policy"]

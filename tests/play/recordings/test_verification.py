@@ -11,9 +11,8 @@ from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.protocol import Origin
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.recordings.recording import Moment, Recording
+from swarm_pz.play.recordings.recording import Recording
 from tests.play.recordings.games import plain_lines, record, write_lines
 
 CALM = TableConfig(game=GameConfig(drones_per_team=3, time_limit=2.0, capture=CaptureConfig(enabled=False)))
@@ -118,7 +117,6 @@ CAPTURE = {"type": "captured", "seat": "blue", "tick": 30, "drone": 0}
         (given("end", sizes=[6, 0]), "3 to 3"),
         (given("end", tick=61), "to 60, the game's time limit"),
         (given("game", seed=2), "differs at 0"),
-        (given("game", origin={"recording": "b.jsonl", "tick": 0, "lines": 100_000}), "origin.lines"),
         (scaled, "1 for its largest value"),
         (most_frames_dropped, "differs at 3"),
         (in_force_dropped, "command 3 of red had to come into force"),
@@ -149,23 +147,6 @@ def test_other_rules_play_another_game(played, tmp_path):
     ):
         write_lines(tmp_path / "a.jsonl", [lines[0] | {"table": forged.to_dict()}, *lines[1:]])
         assert fault_of(tmp_path / "a.jsonl")
-
-
-@pytest.mark.parametrize("tick", [10, 45])
-def test_a_game_that_was_taken_over_verifies_with_its_past(tick, tmp_path):
-    record(tmp_path / "a.jsonl", ticks=50, config=CALM)
-    lines = plain_lines(tmp_path / "a.jsonl")
-    # A command that still waits when the game is taken over is forgotten.
-    waiting = lines[place_of(lines, "command")] | {"number": 7, "tick": 5}
-    lines.insert(place_of(lines, "frame", 2), waiting)
-    write_lines(tmp_path / "a.jsonl", lines)
-    moment = Playback(Recording.read(tmp_path / "a.jsonl"))
-    moment.seek(tick)
-    past = moment.recording.until(tick)
-    origin = Origin(recording="a.jsonl", tick=tick, lines=len(past))
-    taken = Moment(game=moment.game, seed=1, sizes=[(3, 3)], origin=origin, past=past)
-    record(tmp_path / "b.jsonl", config=CALM, moment=taken, both=True, every=20)
-    assert fault_of(tmp_path / "b.jsonl") == ""
 
 
 def leaves(value, path=()):

@@ -17,7 +17,7 @@ from swarm_pz.play.server import lobby, rendered_command
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.replays import LoadedRecording, ReplaySession
+from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.strokes import density_of
 from tests.play.recordings.games import record
@@ -224,66 +224,18 @@ async def test_a_room_for_one_game_begins_it_as_its_seed_says_and_plays_no_other
 # --- recorded games -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("message", "policies"),
-    [
-        (protocol.TakeOver("red"), ["", "ring"]),
-        (protocol.TakeOver("blue"), ["", ""]),
-        (protocol.TakeOver("blue", "uniform"), ["uniform", ""]),
-    ],
-)
-async def test_a_take_over_is_against_whoever_sat_there(message, policies, hall):
-    guest = Guest(hall)
-    await guest.watch("a.jsonl")
-    guest.say(protocol.Seek(45))
-    assert guest.say(message) is None
-    await until(lambda: hall.rooms)
-    room = hall.room()
-    assert room.plan.moment.origin.tick == 45 and room.plan.config == CALM
-    assert [seat.policy for seat in room.seats] == policies
-    assert room.seats[("red", "blue").index(message.seat)].connection is guest
-    assert guest.say(protocol.Seek(3)) == "out_of_turn", "what was watched is over"
+@pytest.mark.parametrize("goes", [protocol.Create(opponent="ring"), "end", "open another"])
+async def test_who_has_gone_elsewhere_meanwhile_stays_there(goes, hall, monkeypatch):
+    gate, asked, read_ = asyncio.Event(), [], hall.read
 
-
-async def test_what_cannot_be_gone_on_with_is_refused(hall, tmp_path):
-    record(tmp_path / "gone.jsonl", ticks=30, config=CALM, player="somebody gone")
-    record(tmp_path / "over.jsonl", ticks=30, config=CALM.replace(game=CALM.game.replace(time_limit=1.0)))
-    guest, other = Guest(hall), Guest(hall)
-    await other.watch("gone.jsonl")
-    assert other.say(protocol.TakeOver("red")) == "unknown"
-    await guest.watch("over.jsonl")
-    guest.say(protocol.Seek(30))
-    assert guest.say(protocol.TakeOver("red")) is None
-    assert "over at this moment" in (await guest.refused()).reason
-    guest.handler._replay.state.verified = False
-    assert guest.say(protocol.TakeOver("red")) == "not_valid" and not hall.rooms
-
-
-@pytest.mark.parametrize(
-    ("what", "goes"),
-    [
-        ("open", protocol.Create(opponent="ring")),
-        ("open", "end"),
-        ("open", "open another"),
-        ("take over", "end"),
-    ],
-)
-async def test_who_has_gone_elsewhere_meanwhile_stays_there(what, goes, hall, monkeypatch):
-    gate, asked, read_, moment = asyncio.Event(), [], hall.read, ReplaySession.moment
-
-    async def slowly(work, given):
-        asked.append(given)
+    async def slowly(name):
+        asked.append(name)
         await gate.wait()
-        return await work(given)
+        return await read_(name)
 
     guest = Guest(hall)
-    if what == "open":
-        monkeypatch.setattr(hall, "read", lambda name: slowly(read_, name))
-        guest.say(protocol.OpenReplay("a.jsonl"))
-    else:
-        await guest.watch("a.jsonl")
-        monkeypatch.setattr(ReplaySession, "moment", lambda replay: slowly(moment, replay))
-        guest.say(protocol.TakeOver("red"))
+    monkeypatch.setattr(hall, "read", slowly)
+    guest.say(protocol.OpenReplay("a.jsonl"))
     await until(lambda: asked)
     guest.messages.clear()
     if goes == "end":

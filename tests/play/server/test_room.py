@@ -21,12 +21,10 @@ from swarm_pz.play.server import room as module
 from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.rate_limit import RateLimit
 from swarm_pz.play.server.rendered_command import render
-from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.room import AWAY_S, Room
-from swarm_pz.play.server.room_settings import RoomPlan, resumed, table_config
+from swarm_pz.play.server.room_settings import RoomPlan, table_config
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.strokes import Stroke, density_of
-from tests.play.recordings.games import record
 
 pytestmark = pytest.mark.anyio
 CALM = TableConfig(game=GameConfig(capture=CaptureConfig(enabled=False)))
@@ -86,14 +84,12 @@ class Workers:
 
 
 @contextlib.contextmanager
-def opened(tmp_path, workers=None, table=None, moment=None, countdown_s=0.0, **settings):
+def opened(tmp_path, workers=None, table=None, countdown_s=0.0, **settings):
     """Give a room without processes and without captures; its game ends with it."""
     workers, table = workers or Workers(), table or CALM
     shared = ServerContext(folder=tmp_path, workers=workers, table=table, countdown_s=countdown_s)
     how = {key: settings.pop(key) for key in ("seed", "lesson") if key in settings}
-    config = table_config(protocol.Settings(**settings), table) if moment is None else None
-    plan = RoomPlan(config=config, **how) if moment is None else resumed(moment)
-    room = Room("ABCD", plan, shared)
+    room = Room("ABCD", RoomPlan(config=table_config(protocol.Settings(**settings), table), **how), shared)
     try:
         yield room
     finally:
@@ -465,44 +461,6 @@ async def test_a_game_that_nobody_can_write_down_does_not_begin(tmp_path):
         await until(lambda: red.notices)
         assert "cannot be recorded: File exists" in red.notices[0]
         assert (red.messages[-1].phase, [seat.ready for seat in room.seats]) == ("waiting", [False, False])
-
-
-# --- games that go on from a moment ---------------------------------------------------------------
-
-
-async def test_a_game_goes_on_from_a_moment_by_its_rules_and_its_rematch_does_not(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "PAUSE_S", 0.0)
-    record(tmp_path / "old.jsonl", ticks=90, config=CALM.replace(speed=2.0))
-    old = Recording.read(tmp_path / "old.jsonl")
-    moment = LoadedRecording.read(tmp_path / "old.jsonl").moment(46)
-    with opened(tmp_path, moment=moment, countdown_s=0.1) as room:
-        assert room.plan.config == old.config
-        watcher = Client()
-        room.watch(watcher)
-        shown = decode_frame(watcher.bytes[0])
-        assert shown.tick == 46 and shown.fields is not None, "the moment is in view before its game begins"
-        assert watcher.notices == ["this game goes on as it was played: at 2 times the speed"]
-        red = against(room, "one")
-        await until(lambda: room.phase == "starting")
-        give(room, red, protocol.CommandMessage(1, density=EYE))
-        room.ready(red, False)
-        assert moment.game._waiting == [None, None], "the next countdown is to the same moment"
-        room.ready(red, True)
-        await ticks(room, 51)
-        room.stop()
-        taken = read(room)
-        room.ready(red, True)
-        await playing(room)
-        room.stop()
-        rematch = read(room)
-    past = old.until(46)
-    assert taken.log[: len(past)] == past
-    assert (taken.header.origin.tick, taken.header.origin.lines) == (46, len(past))
-    assert taken.config == old.config and taken.header.seed == old.header.seed
-    assert [line.tick for line in taken.of(InForceMessage) if line.team == 1][-1:] == [48]
-    assert rematch.header.origin is None and rematch.header.seed != old.header.seed
-    assert next(iter(rematch.frames())).tick == 0
-    assert Playback(taken).verify().verified and Playback(rematch).verify().verified
 
 
 # --- what is played and written -------------------------------------------------------------------

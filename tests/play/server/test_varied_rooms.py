@@ -15,7 +15,6 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import InForceMessage, SeatCommand, SeatMessage
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
-from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.shared import mixture
 from tests.play.server.test_room import (
     CALM,
@@ -90,17 +89,14 @@ async def test_who_comes_back_is_shown_the_game_as_before(tmp_path):
     assert all(decode_frame(data).hidden == 1 for data in (first, *(data for data, _ in again.frames)))
 
 
-async def test_a_game_goes_by_its_speed_and_is_taken_over_without_the_other_factors(tmp_path):
+async def test_a_game_goes_by_its_speed(tmp_path):
     late = Factors(command_delay_ms=50.0, hide=("opponents",), speed=0.25)
     with opened(tmp_path, table=varied(late), time_limit=None) as room:
         await running(room)
         await ticks(room, 4)
         room.stop()
         recording = read(room)
-        path = room.session.recorder.path
     assert 1000.0 * recording.since_began_s(recording.end.server_ms) >= 1000.0 * recording.end.tick / 30 / 0.25 - 1.0
-    with opened(tmp_path, moment=LoadedRecording.read(path).moment(0)) as room:
-        assert not room.plan.config.varies and room.plan.config.speed == 0.25
 
 
 # --- shared control -------------------------------------------------------------------------------

@@ -37,7 +37,7 @@ export function seatOf({ kind = "free", policy = "", label = "", ready = false, 
 
 // The state of a room; parts that are not given have the values of a room in which nothing has happened.
 export function stateOf(has) {
-  const none = { outcome: null, recording: null, last_tick: null, starts_ms: null, verified: null, ended_by: null };
+  const none = { outcome: null, recording: null, last_tick: null, starts_ms: null, ended_by: null };
   return { type: "room", watchers: 0, once: false, forfeit: "", ...none, ...has };
 }
 

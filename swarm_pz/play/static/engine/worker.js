@@ -86,7 +86,7 @@ export class Table {
   async watch(recording) {
     const replay = new Playback(recording, await this.recorded(recording)), { header, settings, sizes, end, lastTick } = replay;
     const [red, blue] = SIDES.map((side) => seatOf(header[side])), { outcome, ended_by } = end;
-    const how = { code: "", phase: "replay", settings, min_command_interval: header.table.min_command_interval, watchers: 1, verified: true };
+    const how = { code: "", phase: "replay", settings, min_command_interval: header.table.min_command_interval, watchers: 1 };
     this.leave();
     Object.assign(this, { replay, pace: 1, sought: 0, shown: 0, owed: 0 });
     this.say(stateOf({ ...how, red, blue, sizes, recording, last_tick: lastTick, outcome, ended_by }));
