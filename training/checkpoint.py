@@ -21,16 +21,29 @@ from stable_baselines3 import PPO
 
 from swarm_pz.errors import CheckpointError
 from swarm_pz.files import draft_of
+from swarm_pz.policies.learned import CARD
 
 CHECKPOINT = "checkpoint.safetensors"
 FORMAT = 1
-BEGIN_AFRESH = "begin afresh with --overwrite, or in another folder (--out)"
+BEGIN_AFRESH = "delete the folder, or choose another one (--out)"
+LEAGUE, SEARCH = "league.json", "search.json"
+"""Files that show a league, and a search for exploiters."""
 
 Story = dict[str, Any]
 Arrays = dict[str, NDArray[Any]]
 
 
 # --- the file -------------------------------------------------------------------------------------
+
+
+def is_begun(folder: Path, mark: str) -> bool:
+    """Return True if a folder holds the file `mark`, so its work goes on; refuse a folder that holds other work."""
+    if (folder / mark).is_file():
+        return True
+    for name in (CHECKPOINT, LEAGUE, SEARCH, CARD):
+        if (folder / name).is_file():
+            raise CheckpointError(f"{folder} holds another run, its {name}: choose another folder (--out)")
+    return False
 
 
 def write(path: Path, story: Story, arrays: Arrays) -> None:

@@ -144,7 +144,7 @@ class LeagueConfig(Config):
     Attributes
     ----------
     learner : TrainConfig
-        The learner's run. It plays the pool instead of `opponents`, and is rated instead of evaluated.
+        The learner's run. It plays the pool instead of `opponents`, and is not evaluated meanwhile.
     scripts : tuple of str
         Policies that are in the pool from the start; none for pure self-play.
     initial_opponents : tuple of str
@@ -168,8 +168,8 @@ class LeagueConfig(Config):
     exploiter_steps : int
         Steps that each trains; 0 for a league without.
     async_delay : int
-        Steps of the learner from where an exploiter's training, or the rating of a snapshot, begins to where the
-        learner waits for it. Other processes or machines do it meanwhile; the result is the same without them.
+        Steps of the learner from where an exploiter's training begins to where the learner waits for it. Other
+        processes or machines train it meanwhile; the result is the same without them.
     """
 
     learner: TrainConfig = field(default=RECIPES["long"])

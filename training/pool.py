@@ -55,8 +55,6 @@ class Pool:
     """Steps of the learner at the beginning of the latest exploiter."""
     until: int = 0
     """Steps of the learner at which opponents are dealt anew."""
-    unrated: str = ""
-    """Snapshot whose rating is not known yet."""
 
     @classmethod
     def from_dict(cls, plain: dict[str, Any]) -> Pool:

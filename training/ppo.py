@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import json
-import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList
-from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
 from swarm_pz import files, policies
@@ -22,18 +21,16 @@ from swarm_pz.errors import CheckpointError
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.evaluation.workers import never
 from swarm_pz.files import draft_of
-from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy, lineage
+from swarm_pz.policies.learned import LearnedPolicy, lineage
 from swarm_pz.policy import Player, load
 from swarm_pz.training import checkpoint
 from swarm_pz.training.callbacks import Account, Checkpoint, PeriodicEvaluation, Progress, RunState, Schedules
 from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Story
 from swarm_pz.training.config import MAY_CHANGE, TrainConfig
-from swarm_pz.training.folders import SETTINGS, check_folder
-from swarm_pz.training.logs import RUN_NAME, TENSORBOARD, check_logs, open_logs
 from swarm_pz.training.networks import DronesPolicy, GridPolicy, as_policy, policy_class
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
-HISTORY = "history.json"
+HISTORY, SETTINGS = "history.json", "config.json"
 
 
 class _Learner(PPO):
@@ -46,25 +43,17 @@ class _Learner(PPO):
         return env
 
 
-def clear(folder: Path) -> None:
-    """Delete the files of a run that another run could take for its own."""
-    for name in (CHECKPOINT, HISTORY, RUN_NAME, WEIGHTS, CARD):
-        (folder / name).unlink(missing_ok=True)
-    shutil.rmtree(folder / TENSORBOARD, ignore_errors=True)
-
-
 class Training:
-    """One training run in a folder, begun afresh or resumed from its last checkpoint.
+    """One training run in a folder, which goes on from its last checkpoint if there is one.
 
-    The folder holds ``config.json``, ``checkpoint.safetensors``, ``history.json``, the curves and, in the end,
-    ``policy.safetensors`` with ``policy.json``, whose card names the `command`. A resumed run has the weights, the
-    optimizer and the counters of its checkpoint, and plays new games. `log` names places for the curves, of `LOGS`.
+    The folder holds ``config.json``, ``checkpoint.safetensors``, ``history.json``, the curves in ``tensorboard`` and,
+    in the end, ``policy.safetensors`` with ``policy.json``, whose card names the `command`. A resumed run has the
+    weights, the optimizer and the counters of its checkpoint, and plays new games.
 
     Raises
     ------
     CheckpointError
-        If there is nothing to resume, or it is corrupt or of another configuration; or if a fresh run would
-        replace another.
+        If the folder holds another run, or a corrupt checkpoint.
     OutputError
         If the folder cannot be written to.
     """
@@ -74,19 +63,15 @@ class Training:
         config: TrainConfig,
         folder: Path,
         *,
-        resume: bool = False,
-        overwrite: bool = False,
         say: Callable[[str], None] = print,
         command: str = "",
-        log: Sequence[str] = (TENSORBOARD,),
     ) -> None:
-        check_logs(log)
-        check_folder(folder, resume=resume, overwrite=overwrite, mark=CHECKPOINT)
+        is_begun = checkpoint.is_begun(folder, CHECKPOINT)
         self.config, self.folder, self.command = config, folder, command
         self.state = RunState(config)
         self.stored: Story = {}
         self._ancestors: list[dict[str, Any]] = []
-        self._say, self._log = say, log
+        self._say = say
         self._identity = _identity_of(config, load_all(config.opponents, config.game))
         self.env = _make_env(config)
         torch.set_num_threads(config.threads)
@@ -110,13 +95,11 @@ class Training:
             self._start_from(config.start_from)
         self._streams = checkpoint.random_streams()
         files.check_folder(folder)
-        if resume:
+        if is_begun:
             self._load_checkpoint()
-        else:  # nothing of an earlier run may be taken for this one's
-            clear(folder)
         with draft_of(folder / SETTINGS) as draft:
             draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
-        if not resume:  # after the settings: --resume reads them wherever there is a checkpoint
+        if not is_begun:
             self.save_checkpoint()
 
     def _learning_rate(self) -> float:
@@ -200,7 +183,7 @@ class Training:
     @functools.cached_property
     def logger(self) -> Logger:
         """Logger of this sitting's curves."""
-        return open_logs(self._log, self.folder, self.config.to_dict())
+        return Logger(None, [TensorBoardOutputFormat(str(self.folder / "tensorboard"))])
 
     def deal(self, opponents: Sequence[Player], names: Sequence[str]) -> None:
         """Give other opponents to the games that start from now on."""
@@ -245,8 +228,8 @@ class Training:
         story, arrays = checkpoint.read(path)
         if story.get("config_hash") != self._identity:
             raise CheckpointError(
-                f"{path} belongs to another configuration: give the settings in {self.folder / SETTINGS}, "
-                "another folder (--out), or --overwrite to replace the run"
+                f"{path} belongs to another configuration: give the settings in {self.folder / SETTINGS}, or another "
+                "folder (--out)"
             )
         try:
             checkpoint.restore_learner(self.model, story["learner"], arrays)

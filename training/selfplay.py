@@ -9,7 +9,6 @@ that tactic alone; those that do join the pool.
 from __future__ import annotations
 
 import json
-import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
@@ -27,14 +26,12 @@ from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.policy import Player
 from swarm_pz.training.callbacks import Checkpoint, RunCallback, RunState
-from swarm_pz.training.checkpoint import CHECKPOINT
+from swarm_pz.training.checkpoint import CHECKPOINT, is_begun
+from swarm_pz.training.checkpoint import LEAGUE as STATE
 from swarm_pz.training.config import MAY_CHANGE, LeagueConfig
 from swarm_pz.training.exploit import respond
-from swarm_pz.training.folders import LEAGUE as STATE
-from swarm_pz.training.folders import LEARNER, SETTINGS, check_folder
 from swarm_pz.training.pool import Member, Pool
-from swarm_pz.training.ppo import Training, clear
-from swarm_pz.training.rating import Rating
+from swarm_pz.training.ppo import SETTINGS, Training
 
 _EXPLOITED_GAMES = 100
 """Games that show whether an exploiter beats its target."""
@@ -56,11 +53,11 @@ class _Scores(RunCallback):
 
 
 class League:
-    """One league in a folder, begun afresh or resumed; errors are as of `Training`.
+    """One league in a folder, which goes on where it was; errors are as of `Training`.
 
     The folder holds ``config.json`` (its settings), ``league.json`` (the pool, for readers), ``main/`` (the learner's
-    run, whose checkpoint holds the pool, too), ``pool/`` (snapshots), ``exploiters/``, and ``ratings/``, a tournament
-    of the latest of them. `workers` train exploiters and play for ratings; this process does, if none are given.
+    run, whose checkpoint holds the pool, too), ``pool/`` (snapshots) and ``exploiters/``. `workers` train exploiters;
+    this process does, if none are given.
     """
 
     def __init__(
@@ -68,30 +65,21 @@ class League:
         config: LeagueConfig,
         folder: Path,
         *,
-        resume: bool = False,
-        overwrite: bool = False,
         say: Callable[[str], None] = print,
         command: str = "",
         workers: Executor | None = None,
     ) -> None:
-        check_folder(folder, resume=resume, overwrite=overwrite, mark=STATE)
+        is_begun(folder, STATE)
         self.config, self.folder, self._say = config, folder, say
         self._game = config.learner.game
         self._workers = workers if workers is not None else SerialExecutor()
         self._background = BackgroundTasks(self._workers)
-        self._rating: Rating | None = None
-        self.main = Training(
-            config.learner,
-            folder / LEARNER,
-            resume=resume,
-            overwrite=not resume,
-            say=say,
-            command=command,
-        )
+        self.main = Training(config.learner, folder / "main", say=say, command=command)
         settings = config.replace(learner=config.learner.replace(**MAY_CHANGE))
-        if resume:
-            try:  # as of the learner's checkpoint
-                self.pool = Pool.from_dict(self.main.stored["pool"])
+        stored = self.main.stored.get("pool")
+        if stored is not None:
+            try:
+                self.pool = Pool.from_dict(stored)
             except (LookupError, TypeError, ValueError) as error:
                 raise CheckpointError(f"{self.main.folder / CHECKPOINT} is corrupt or foreign: {error!r}") from error
             if settings.hash != self.pool.config_hash:
@@ -99,15 +87,12 @@ class League:
                     f"{folder} holds a league with other settings: give those, or another folder (--out)"
                 )
         else:
-            for name in ("pool", "exploiters", "ratings"):
-                shutil.rmtree(folder / name, ignore_errors=True)
-            clear(folder)
             invited = [Member(name, name, "script") for name in config.scripts]
             invited += [Member(name, name, "initial") for name in config.initial_opponents]
             self.pool = Pool(invited, config_hash=settings.hash)
         with draft_of(folder / SETTINGS) as draft:
             draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
-        if not resume:  # after the settings: --resume reads them wherever there is a league
+        if stored is None:
             self._snapshot()
 
     def run(self, should_stop: Callable[[], bool] = never) -> LearnedPolicy:
@@ -152,23 +137,16 @@ class League:
             with BackgroundTasks(self._workers) as self._background:
                 yield
         finally:
-            if self._rating is not None:
-                self._rating.leave()
             self.main.logger.close()
 
     def _follow_up(self, should_stop: Callable[[], bool]) -> int:
-        """Begin ratings and exploiters that are due, wait for those that join now, and return the learner's steps."""
+        """Begin an exploiter that is due, wait for one that joins now, and return the learner's steps."""
         step = self.main.model.num_timesteps
         is_over = step >= min(self.pool.until, self.config.learner.total_steps)
         since = step - self.pool.snapshot_step
         is_beaten = self.pool.newest().beaten >= self.config.snapshot_score
         if is_over and since and (is_beaten or since >= self.config.snapshot_every):
-            self._end_rating(should_stop)
-            self._snapshot(is_rated=True)
-        if self.pool.unrated:
-            self._begin_rating()
-            if self._is_awaited(self.pool.snapshot_step, step):
-                self._end_rating(should_stop)
+            self._snapshot()
         if is_over and since:
             self.main.logger.dump(step)
         wants_exploiter = self.config.exploiter_steps > 0 and (
@@ -176,7 +154,6 @@ class League:
         )
         if wants_exploiter and is_over and not self.pool.target:
             if self.pool.snapshot_step != step:
-                self._end_rating(should_stop)
                 self._snapshot()
             self.pool.target = self.pool.newest().source
             self.pool.exploiter_step = step
@@ -185,14 +162,15 @@ class League:
             raise Stopped(self.main.standing())
         if self.pool.target:
             self._begin_exploiter(should_stop)
-            if self._is_awaited(self.pool.exploiter_step, step):
+            if self._is_awaited(step):
                 self._end_exploiter(should_stop)
         return step
 
-    def _is_awaited(self, began: int, step: int) -> bool:
-        """Return True if work that began at a step joins now: between two deals, at a step that is always the same."""
+    def _is_awaited(self, step: int) -> bool:
+        """Return True if the exploiter joins now: between two deals, at a step that is always the same."""
         total, after = self.config.learner.total_steps, self.config.async_delay
-        return after == 0 or step >= total or (step >= self.pool.until and step >= began + after)
+        is_late = step >= self.pool.exploiter_step + after
+        return after == 0 or step >= total or (step >= self.pool.until and is_late)
 
     def _report(self, rate: float) -> None:
         step = self.main.model.num_timesteps
@@ -228,15 +206,13 @@ class League:
             player.noise = noise
         return player
 
-    def _snapshot(self, *, is_rated: bool = False) -> None:
+    def _snapshot(self) -> None:
         """Put the learner into the pool, and save the league before anybody plays it."""
         number = sum(member.kind == "snapshot" for member in self.pool.members)
         source = f"pool/snapshot_{number:03d}"
         self.main.policy().write(self.folder / source)
         self.pool.members.append(Member(Path(source).name, source, "snapshot"))
         self.pool.snapshot_step = self.main.model.num_timesteps
-        if is_rated:
-            self.pool.unrated = source
         self._save()
 
     @property
@@ -270,7 +246,6 @@ class League:
         """Wait for the exploiter; if it beats its target, it joins the pool."""
         name = self._exploiter
         match, bundle = self._background.fetch(name, should_stop)
-        self._end_rating(should_stop)
         if bundle is not None:
             bundle.unpack(self.folder / "exploiters")
         self._say(f"{name} against {Path(self.pool.target).name}: {match.standing()}")
@@ -281,19 +256,6 @@ class League:
         self.pool.exploiters += 1
         self.pool.target = ""
         self._save()
-
-    def _begin_rating(self) -> Rating:
-        """Begin to rate the newest snapshot, unless that has begun."""
-        if self._rating is None:
-            self._rating = Rating(self.pool, self.folder, self._game, self._workers)
-            self._rating.begin()
-        return self._rating
-
-    def _end_rating(self, should_stop: Callable[[], bool]) -> None:
-        """Record the rating that is due, if any, before the pool changes."""
-        if self.pool.unrated:
-            self.main.logger.record("league/rating", self._begin_rating().end(should_stop))
-            self._rating, self.pool.unrated = None, ""
 
     def _save(self) -> None:
         # The pool must be of the same moment as the learner, so it is in the same file.

@@ -77,7 +77,7 @@ def train_one(
     """Train one policy, or resume it: a task of a pool. Without a folder the policy is returned."""
     with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
         where = Path(place, f"seed-{config.seed}") if folder is None else folder
-        run = Training(config, where, resume=(where / CHECKPOINT).is_file(), say=say, command=command)
+        run = Training(config, where, say=say, command=command)
         policy = run.policy() if run.is_finished else run.run(should_stop)
         policy.write(where)  # of a finished run that was killed before it could be
         if folder is not None:

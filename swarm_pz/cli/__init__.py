@@ -116,6 +116,4 @@ def _run(arguments: list[str]) -> None:
         of = program.removeprefix("swarm-pz").lstrip()
         raise CommandError(f"there is no command {of}{of and ' '}{name!r}; {nearest(name, commands)}")
     function = commands[name]
-    if program == "swarm-pz" and name in learn.RUNS and "--resume" in words:
-        function = defaults.with_run(function, learn.RUNS[name], words)
     tyro.cli(function, prog=f"{program} {name}", args=words, config=config, registry=REGISTRY)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from swarm_pz.cli import printing as tables
-from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
+from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.options import WORKERS, WorkerOptions, Workers
 from swarm_pz.cli.player_options import Opponent, Player, Players, able, able_to_fly, known
 from swarm_pz.cli.report import arguments, command, need, print_rules, program, progress, say, write_json
@@ -38,9 +38,7 @@ def evaluate(
     exploit: bool = False,
     exploit_steps: int = 3_000_000,
     exploiters: int = 3,
-    out: Path | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
+    out: Path = Path("runs/exploiter"),
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Play a policy against an opponent and say how it did.
@@ -58,9 +56,7 @@ def evaluate(
         exploit: Search for what beats the policy instead, learning and not, and say what that wins of fresh games.
         exploit_steps: Steps that each exploiter trains.
         exploiters: Exploiters, each of a seed of its own; the best is chosen on other games than those that count.
-        out: Folder of that search; runs/exploiter if none is given, or the next free of runs/exploiter-2, ...
-        resume: Go on with that search; without a folder, with the latest.
-        overwrite: Replace the run that the folder holds.
+        out: Folder of that search, which goes on where it was stopped.
         game: The rules.
     """
     from swarm_pz.evaluation.match import play_match
@@ -69,14 +65,13 @@ def evaluate(
     if exploit:
         check(opponent == "uniform", "opponent", opponent, "left out, since exploit makes its own")
     else:
-        check(not (resume or overwrite), "resume and overwrite", (resume, overwrite), "left out without exploit")
         check(processes is None, "processes", processes, "left out without exploit")
     if json is not None:
         check_file(json)
     games = games if games is not None else 1000 if exploit else 200
     if exploit:
         budget = {"steps": exploit_steps, "exploiters": exploiters, "games": games, "seed": seed}
-        _evaluate_exploit(policy, budget, json, threads, game, processes or 2, out, resume, overwrite)
+        _evaluate_exploit(policy, budget, json, threads, game, processes or 2, out)
         return
     with progress() as show:
         players = load_players(policy, opponent, game)
@@ -120,18 +115,14 @@ def _evaluate_exploit(
     threads: int,
     game: GameConfig,
     processes: int,
-    out: Path | None,
-    resume: bool,
-    overwrite: bool,
+    out: Path,
 ) -> None:
     need("train", "filelock", "stable_baselines3", "torch")
     from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.standard import exploitability
-    from swarm_pz.training import folders
 
     config = exploitability.SearchConfig(**budget)
-    out = folders.choose(out, Path("runs/exploiter"), resume=resume, overwrite=overwrite)
-    with goes_on_with(resuming(out)), progress() as show:
+    with goes_on_with(command()), progress() as show:
         with open_pool(processes) as pool, stops_at_safe_points() as should_stop:
             attackers = exploitability.attack(
                 policy,
@@ -139,8 +130,6 @@ def _evaluate_exploit(
                 config,
                 game,
                 pool=pool,
-                resume=resume,
-                overwrite=overwrite,
                 should_stop=should_stop,
                 say=say,
                 show=show,

@@ -13,12 +13,10 @@ A command whose work can be resumed is written so:
 
 from __future__ import annotations
 
-import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from swarm_pz.cli import report
@@ -72,15 +70,3 @@ def _handled(handler: Callable[[int, Any], Any]) -> Iterator[None]:
     finally:
         for number, previous in before.items():
             signal.signal(number, previous)
-
-
-def resuming(out: Path) -> str:
-    """Return the line that goes on with the command being run: the same settings, and ``--resume --out OUT``."""
-    kept = iter(report.arguments.get())
-    words = []
-    for word in kept:
-        if word == "--out":
-            next(kept, None)
-        elif not word.startswith("--out=") and word not in ("--resume", "--no-resume", "--overwrite", "--no-overwrite"):
-            words.append(word)
-    return shlex.join(["swarm-pz", *words, "--resume", "--out", str(out)])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from swarm_pz.cli import printing as tables
-from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
+from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.options import ONE_WORKER, WORKERS, WorkerOptions
 from swarm_pz.cli.player_options import Player
 from swarm_pz.cli.report import command, in_seconds, need, print_rules, program, progress, say
@@ -21,9 +21,6 @@ from swarm_pz.training.config import LeagueConfig, TrainConfig
 if TYPE_CHECKING:
     from swarm_pz.policies.learned import LearnedPolicy
 
-RUNS = {"train": Path("runs/first"), "league": Path("runs/league")}
-"""Where a run goes if no folder is given."""
-
 
 def _check_games(games: int) -> None:
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
@@ -31,36 +28,30 @@ def _check_games(games: int) -> None:
 
 def train(
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = TrainConfig(),  # noqa: B008  (frozen)
-    out: Path | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    log: str = "tensorboard",
+    out: Path = Path("runs/first"),
     games: int = 100,
 ) -> None:
     """Train a tactic with PPO, measure it against uniform coverage and show the result.
 
+    What was stopped goes on where it was.
+
     Args:
         config: The training run.
-        out: Folder of the run; runs/first if none is given, or the next free of runs/first-2, runs/first-3, ...
-        resume: Go on from the folder's last checkpoint, by the run's own settings; without a folder, of the latest run.
-        overwrite: Replace the run that the folder holds.
-        log: Where the curves go, with commas: tensorboard, in the folder, and trackio and wandb, if they are installed.
+        out: Folder of the run, with its curves for TensorBoard.
         games: Games of the evaluation at the end, even.
     """
     need("train", "torch", "stable_baselines3", "matplotlib")
     from swarm_pz.film import film_game
-    from swarm_pz.training import folders
     from swarm_pz.training.ppo import Training
     from swarm_pz.training.report import compare, plot_learning_curve
 
     _check_games(games)
-    out = folders.choose(out, RUNS["train"], resume=resume, overwrite=overwrite)
-    run = Training(config, out, resume=resume, overwrite=overwrite, say=say, command=command(), log=log.split(","))
+    run = Training(config, out, say=say, command=command())
     print_rules(config.game)
-    with goes_on_with(resuming(out)):
+    with goes_on_with(command()):
         untrained = run.untrained()
         if not run.is_finished:
-            say(f"training for {config.total_steps:,} steps in {out} (Ctrl-C stops, --resume goes on)")
+            say(f"training for {config.total_steps:,} steps in {out} (Ctrl-C stops, the same command goes on)")
         with stops_at_safe_points() as should_stop:
             trained = run.run(should_stop)
         plot_learning_curve(run.history, config.opponents[0], out / "learning_curve.png")
@@ -121,39 +112,35 @@ def sweep(
 
 def league(
     config: Annotated[LeagueConfig, tyro.conf.arg(name="")] = LeagueConfig(),  # noqa: B008  (frozen)
-    out: Path | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
+    out: Path = Path("runs/league"),
     games: int = 40,
     workers: WorkerOptions = ONE_WORKER,
 ) -> None:
     """Train a tactic in a league: against scripts, its own snapshots, and exploiters of itself.
 
+    What was stopped goes on where it was.
+
     Args:
         config: The league.
-        out: Folder of the league; runs/league if none is given, or the next free of runs/league-2, ...
-        resume: Go on from where the folder's league is, by its own settings; without a folder, with the latest.
-        overwrite: Replace the league that the folder holds.
+        out: Folder of the league.
         games: Games against each script at the end, even.
     """
-    need("train", "torch", "stable_baselines3", "choix")
+    need("train", "torch", "stable_baselines3")
     from swarm_pz import policies
     from swarm_pz.evaluation.match import play_match
     from swarm_pz.evaluation.workers import SerialExecutor
     from swarm_pz.policies.scripted import SCRIPTS
-    from swarm_pz.training import folders
     from swarm_pz.training.selfplay import League
 
     _check_games(games)
-    out = folders.choose(out, RUNS["league"], resume=resume, overwrite=overwrite)
     learner = config.learner
-    with goes_on_with(resuming(out)), workers.open() as pool:
-        run = League(config, out, resume=resume, overwrite=overwrite, say=say, command=command(), workers=pool)
+    with goes_on_with(command()), workers.open() as pool:
+        run = League(config, out, say=say, command=command(), workers=pool)
         print_rules(learner.game)
         if not isinstance(pool, SerialExecutor) and not config.async_delay and config.exploiter_steps:
             say("the learner waits for exploiters where they begin: --async-delay 500000 lets it go on meanwhile")
         if not run.main.is_finished:
-            say(f"training for {learner.total_steps:,} steps in {out} (Ctrl-C stops, --resume goes on)")
+            say(f"training for {learner.total_steps:,} steps in {out} (Ctrl-C stops, the same command goes on)")
         with stops_at_safe_points() as should_stop:
             policy = run.run(should_stop)
         matches = [

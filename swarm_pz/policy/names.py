@@ -221,10 +221,8 @@ def _reader_of(folder: Path) -> importlib.metadata.EntryPoint:
             return point
     expected = " or ".join(sorted(readers)) or "a file that some installed package reads"
     hint = "; give the folder of a run that is finished, or a name that swarm-pz policies lists"
-    if (folder / "league.json").is_file():
-        hint = f"; a league writes it at its end, and this one stopped before: swarm-pz league --resume --out {folder}"
-    elif any(folder.glob("checkpoint.*")):  # of a training, which this package knows nothing else of
-        hint = f"; a training writes it at its end, and this one stopped before: swarm-pz train --resume --out {folder}"
+    if any((folder / name).is_file() for name in ("league.json", "checkpoint.safetensors")):
+        hint = "; a training writes it at its end, and this one stopped before: run its command again"
     raise CheckpointError(f"{folder} holds no policy: expected {expected} in it{hint}")
 
 

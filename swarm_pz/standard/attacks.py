@@ -41,7 +41,6 @@ def learn(
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "train")
     from swarm_pz.policies.learned import ANCESTORS, LearnedPolicy
-    from swarm_pz.training.checkpoint import CHECKPOINT
     from swarm_pz.training.exploit import fixed_learner, make_exploiter
 
     steps = protocol.robust.steps
@@ -56,7 +55,6 @@ def learn(
             learner=fixed_learner(name, protocol.game, steps),
             steps=steps,
             seed=seed,
-            resume=(run_folder / CHECKPOINT).is_file(),
             say=say,
         )
         learned = run.policy() if run.is_finished else run.run(should_stop)

@@ -2,12 +2,11 @@
 
 import os
 import signal
-from pathlib import Path
 
 import pytest
 
 from swarm_pz.cli import report
-from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
+from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.errors import Stopped
 
 LINE = "swarm-pz train --out runs/swarm-pz"
@@ -47,17 +46,3 @@ def test_a_signal_stops_the_work_and_the_line_that_goes_on_is_named(
     assert done == reached
     assert capsys.readouterr().err.endswith(f"\nstopped{where}\ngo on with: ./bin/{LINE}\n")
     assert [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)] == before, "handlers are put back"
-
-
-@pytest.mark.parametrize(
-    ("given", "kept"),
-    [
-        (["--overwrite", "--seed", "1"], "--seed 1 "),
-        (["--out", "elsewhere", "--resume"], ""),
-        (["--out=elsewhere", "--no-resume", "--no-overwrite", "--games", "2"], "--games 2 "),
-    ],
-)
-def test_the_line_that_goes_on_has_the_settings_and_the_folder(given, kept):
-    token = report.arguments.set(["train", *given])
-    assert resuming(Path("my runs/a")) == f"swarm-pz train {kept}--resume --out 'my runs/a'"
-    report.arguments.reset(token)

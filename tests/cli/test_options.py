@@ -1,6 +1,5 @@
-"""Options, presets, recipes and a resumed run's own settings reach the function that does the work."""
+"""Options, presets and recipes reach the function that does the work."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.tournament import TournamentConfig
 from swarm_pz.evaluation.workers import Processes, SerialExecutor
 from swarm_pz.standard.exploitability import SearchConfig
-from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
+from swarm_pz.training.config import RECIPES, TrainConfig
 
 RULES = GameConfig(time_limit=5.0, drones_per_team=2)
 SHORT = "--game.time-limit 5 --game.drones-per-team 2"
@@ -55,7 +54,6 @@ def given(monkeypatch):
 MATCH = f"--games 6 --seed 7 --threads 1 {SHORT}"
 HOW = {"games": 6, "seed": 7, "threads": 1}
 GAME = TrainConfig().game.replace(drones_per_team=3)
-NEW, AGAIN = {"resume": False, "overwrite": False}, {"resume": False, "overwrite": True}
 PLAYED, ATTACK = "evaluation.match.play_match", "standard.exploitability.attack"
 TRAINING, LEAGUE = "training.ppo.Training", "training.selfplay.League"
 LONG, RELEASED = RECIPES["long"], GameConfig.preset("released")
@@ -67,10 +65,10 @@ TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs
     [
         (f"evaluate ring --opponent noise {MATCH}", PLAYED, ("ring", "noise"), HOW | {"config": RULES}),
         (
-            f"evaluate ring --exploit {MATCH} --exploit-steps 640 --exploiters 2 --out runs/mine --overwrite",
+            f"evaluate ring --exploit {MATCH} --exploit-steps 640 --exploiters 2 --out runs/mine",
             ATTACK,
             ("ring", OUT, SearchConfig(steps=640, exploiters=2, games=6, seed=7), RULES),
-            AGAIN | {"pool": 2},
+            {"pool": 2},
         ),
         (
             TOURNAMENT,
@@ -85,10 +83,10 @@ TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs
             {},
         ),
         (
-            "train --out runs/mine --threads 3 --seed 4 --opponents ring noise --game.drones-per-team 3 --overwrite",
+            "train --out runs/mine --threads 3 --seed 4 --opponents ring noise --recipe long",
             TRAINING,
-            (TrainConfig(game=GAME, threads=3, seed=4, opponents=("ring", "noise")), OUT),
-            AGAIN | {"log": ["tensorboard"]},
+            (LONG.replace(threads=3, seed=4, opponents=("ring", "noise")), OUT),
+            {},
         ),
     ],
 )
@@ -101,45 +99,3 @@ def test_what_bench_measures_and_the_rules_of_a_preset_are_as_asked(given):
     assert sizes == [(1, 3), (4,), (1, 2)]
     _, options = given("evaluate ring --preset released --game.time-limit 5", PLAYED)
     assert options["config"] == RELEASED.replace(time_limit=5.0), "options win over presets"
-
-
-# --- resumed runs -----------------------------------------------------------------------------------------
-
-KEPT = LONG.replace(total_steps=200_000, seed=4, game=TrainConfig().game.replace(time_limit=5.0))
-
-
-def keep(settings):
-    OUT.mkdir(parents=True)
-    (OUT / "config.json").write_text(settings)
-
-
-@pytest.mark.parametrize(
-    ("words", "where", "kept", "changed"),
-    [
-        ("train --seed 4 --recipe long", TRAINING, KEPT, {}),
-        (
-            "train --preset paper --total-steps 300000 --threads 1",
-            TRAINING,
-            KEPT,
-            {"total_steps": 300_000, "threads": 1},
-        ),
-        ("league --learner.seed 4", LEAGUE, LeagueConfig(learner=KEPT, seats=8), {}),
-    ],
-)
-def test_a_resumed_run_has_its_own_settings(words, where, kept, changed, given):
-    """Without them a run of 200,000 steps trained for 2,400,000 when it was resumed."""
-    keep(json.dumps(kept.to_dict()))
-    assert given(f"{words} --resume --out {OUT}", where)[0] == (kept.replace(**changed), OUT)
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("--seed 0", "was begun with seed 4, and this line says --seed 0: leave that out"),
-        ("--game.time-limit 6", "begun with game.time_limit 5.0, and this line says --game.time-limit 6.0"),
-        ("torn", "cannot be read"),
-    ],
-)
-def test_options_that_contradict_a_resumed_run_and_settings_that_are_torn_are_named(words, message, refused):
-    keep(json.dumps(KEPT.to_dict()) if words != "torn" else words)
-    assert message in refused(f"train {words.removeprefix('torn')} --resume --out {OUT}")

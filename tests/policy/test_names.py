@@ -33,8 +33,8 @@ def test_a_folder_that_training_wrote_is_an_opponent_and_names_come_before_folde
         ("rign", PolicyError, "did you mean 'ring'"),
         ("runs/frist", PolicyError, "no folder 'runs/frist', nor a policy of that name; there are besiege"),
         ("empty", CheckpointError, r"expected policy\.json or policy\.onnx in it"),
-        ("stopped", CheckpointError, "swarm-pz train --resume --out stopped$"),
-        ("league", CheckpointError, "swarm-pz league --resume --out league$"),
+        ("stopped", CheckpointError, "this one stopped before: run its command again"),
+        ("league", CheckpointError, "this one stopped before: run its command again"),
     ],
 )
 def test_what_is_neither_name_nor_folder_is_said(name, error, message):

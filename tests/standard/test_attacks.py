@@ -59,4 +59,4 @@ def test_an_exploiter_learns_by_the_protocol_and_the_settings_whose_figures_comp
     with pytest.raises(KeyboardInterrupt):
         attacks.learn("champion", 3, tiny, tmp_path / "work", lambda: False, print)
     assert given["policy"] == "champion" and given["learner"] == fixed_learner("champion", tiny.game, 256)
-    assert (given["resume"], given["steps"], given["seed"]) == (False, 256, 3)
+    assert (given["steps"], given["seed"]) == (256, 3)

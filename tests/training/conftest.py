@@ -5,10 +5,7 @@ import pytest
 
 @pytest.fixture(scope="package", autouse=True)
 def _few_games_in_leagues():
-    """Rate snapshots and try exploiters on few games: tests ask what leagues do, not who plays well."""
+    """Try exploiters on few games: tests ask what leagues do, not who plays well."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("swarm_pz.training.rating._GAMES", 2)
-        patch.setattr("swarm_pz.training.rating._RATED", 1)
         patch.setattr("swarm_pz.training.selfplay._EXPLOITED_GAMES", 4)
-        patch.setattr("swarm_pz.evaluation.ratings._RESAMPLES", 2)
         yield

@@ -9,8 +9,10 @@ import pytest
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
 
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.evaluation.match import play_match
 from swarm_pz.training import callbacks
-from swarm_pz.training.callbacks import Account, RunState
+from swarm_pz.training.callbacks import Account, RunState, _mean_reward
 from swarm_pz.training.ppo import Training
 from tests.training.runs import TINY, quiet
 
@@ -79,3 +81,20 @@ def test_running_figures_are_of_the_latest_256_games_and_the_time_of_all_sitting
     assert state.training_win_rate() == pytest.approx(0.25)  # a draw is not won
     assert state.training_share() == pytest.approx((192 * 0.75 + 64) / 256)
     assert state.exploration(10**6) == pytest.approx(math.exp(TINY.final_log_std))
+
+
+def test_the_mean_reward_of_an_evaluation_is_what_the_environment_has_paid(monkeypatch):
+    """Else it would not compare with rollout/ep_rew_mean: of the other side, or without the outcome."""
+    paid, step = [], BatchEnv.step
+
+    def noted(env, *given):
+        paid.append((result := step(env, *given)).rewards.copy())
+        return result
+
+    monkeypatch.setattr(BatchEnv, "step", noted)
+    game = TINY.game.replace(drones_per_team=(2, 3), time_limit=40.0)
+    match = play_match("ring", "centre", games=6, config=game)
+    total = sum(paid)
+    expected = [total[row, row % 2] for row in range(6)]
+    assert len({one.outcome for one in match.games}) > 1
+    assert _mean_reward(match) == pytest.approx(sum(expected) / 6)

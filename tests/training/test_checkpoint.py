@@ -26,7 +26,7 @@ def test_what_is_written_is_read_and_the_story_alone_if_no_more_is_asked_for(tmp
 def test_what_is_no_checkpoint_is_refused_with_what_to_do(tmp_path):
     path = tmp_path / "run"
     save_file({"a": np.zeros(1)}, path, metadata={"story": json.dumps({"format": 2})})
-    with pytest.raises(CheckpointError, match=r"format 1, got 2; .*--overwrite"):
+    with pytest.raises(CheckpointError, match=r"format 1, got 2; .*--out"):
         read_story(path)
     save_file({"something": np.zeros(3)}, path)
     with pytest.raises(CheckpointError, match="corrupt or foreign"):

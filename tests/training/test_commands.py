@@ -78,26 +78,25 @@ def stop_and_go_on(capsys, monkeypatch):
         assert status == 130 and f"{folder} is saved at step {steps} of {total}" in said
         assert read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] == steps
         assert not list(Path("runs").rglob(".*draft*"))
-        status, refused = run([*command, "--out", str(Path("runs", Path(folder).parts[1]))], capsys)
-        assert status == 2 and "--resume" in refused and "--overwrite" in refused, "what was begun is not replaced"
-        status, _ = run(line_that_goes_on(said), capsys)
+        assert line_that_goes_on(said) == command
+        status, _ = run(command, capsys)
         assert status == 0 and read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] >= total
 
     return stop_and_go_on
 
 
-def test_a_stopped_training_goes_on_and_the_next_one_leaves_it_as_it_is(stop_and_go_on, capsys):
+def test_a_stopped_training_goes_on_and_one_with_other_settings_leaves_it_as_it_is(stop_and_go_on, capsys):
     stop_and_go_on(TRAIN, signal.SIGTERM, "runs/first", 32, 64)
     before = contents("runs/first", "*")
     status, said = run([*TRAIN, "--seed", "1"], capsys)
-    assert status == 0 and "policy: runs/first-2" in said
+    assert status == 2 and "another configuration" in said and "--out" in said
     assert contents("runs/first", "*") == before
 
 
 def test_a_stopped_league_goes_on_and_a_finished_one_says_so_and_trains_nothing(stop_and_go_on, capsys):
     stop_and_go_on(LEAGUE, signal.SIGINT, "runs/league/main", 64, 96)
     weights = contents("runs", "policy.safetensors")
-    status, said = run([*LEAGUE, "--resume"], capsys)
+    status, said = run(LEAGUE, capsys)
     assert status == 0 and "it has had 96 of 96 steps" in said and "training for" not in said
     assert contents("runs", "policy.safetensors") == weights != {}
 

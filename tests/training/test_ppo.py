@@ -90,7 +90,7 @@ def test_more_channels_than_rows_are_learned_from_too(tmp_path):
 
 def test_what_learns_other_commands_than_densities_plays_them_and_no_others(tmp_path):
     Training(DIRECT.replace(total_steps=32), tmp_path / "run", say=quiet).run()
-    resumed = Training(DIRECT, tmp_path / "run", resume=True, say=quiet).run()
+    resumed = Training(DIRECT, tmp_path / "run", say=quiet).run()
     assert resumed.card["steps"] == 64
     policy, rows = load(tmp_path / "run", DIRECT.game), np.arange(40)
     card = policy.card
@@ -136,32 +136,25 @@ def test_the_settings_reach_the_games_of_every_size(tmp_path):
     run.env.close()
 
 
-def test_a_fresh_run_replaces_all_that_an_earlier_one_left_and_nothing_else(tmp_path):
-    old = (CHECKPOINT, "history.json", "policy.safetensors", "policy.json", "notes.txt", "config.json")
-    (tmp_path / "tensorboard").mkdir()
-    (tmp_path / "tensorboard" / "events").touch()
-    for name in old:
-        (tmp_path / name).write_text("old")
-    with pytest.raises(CheckpointError, match="--overwrite"):
+@pytest.mark.parametrize("name", ["policy.json", "league.json", "search.json"])
+def test_a_folder_with_anything_else_that_was_trained_is_left_as_it_is(tmp_path, name):
+    (tmp_path / name).write_text("old")
+    with pytest.raises(CheckpointError, match=rf"holds another run, its {name}: choose another folder \(--out\)"):
         Training(TINY, tmp_path, say=quiet)
-    assert all((tmp_path / name).read_text() == "old" for name in old)
-    Training(TINY.replace(seed=5), tmp_path, overwrite=True, say=quiet)
-    assert {path.name for path in tmp_path.iterdir()} == {CHECKPOINT, "history.json", "config.json", "notes.txt"}
-    assert (tmp_path / "notes.txt").read_text() == "old"
-    assert Training(TINY.replace(seed=5), tmp_path, resume=True, say=quiet).model.num_timesteps == 0
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["old"]
 
 
 def test_a_run_may_go_on_longer_with_other_threads_but_not_with_other_settings(tmp_path):
     Training(TINY, tmp_path, say=quiet)
     lines, told = [], {"evaluate_every": 7, "checkpoint_every": 9}
-    Training(TINY.replace(total_steps=96, threads=2, **told), tmp_path, resume=True, say=lines.append)
+    Training(TINY.replace(total_steps=96, threads=2, **told), tmp_path, say=lines.append)
     assert "was to have 64 steps" in lines[1]
     for changes in ({"seed": 1}, {"opponents": ("ring",)}, {"evaluation_games": 4}, {"gamma": 0.5}):
         with pytest.raises(CheckpointError, match="another configuration"):
-            Training(TINY.replace(**changes), tmp_path, resume=True, say=quiet)
+            Training(TINY.replace(**changes), tmp_path, say=quiet)
     write(tmp_path / CHECKPOINT, {"config_hash": TINY.replace(**ppo.MAY_CHANGE).hash, "learner": {}}, {})
     with pytest.raises(CheckpointError, match="does not fit this run"):
-        Training(TINY, tmp_path, resume=True, say=quiet)
+        Training(TINY, tmp_path, say=quiet)
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ def optimizer_of(run):
 def test_a_resumed_run_has_the_learner_and_the_history_of_its_checkpoint(tmp_path):
     run = Training(RUN, tmp_path, say=quiet)
     stop(run, 3)
-    resumed = Training(RUN, tmp_path, resume=True, say=quiet)
+    resumed = Training(RUN, tmp_path, say=quiet)
     assert_same_weights(resumed.policy(), run.policy())
     assert all(map(torch.equal, optimizer_of(resumed), optimizer_of(run))) and optimizer_of(run)
     assert (resumed.model.num_timesteps, resumed.model._n_updates) == (64, run.model._n_updates)
@@ -52,7 +52,7 @@ def test_a_killed_run_goes_on_from_its_last_checkpoint(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         run.run(kill)
     assert read_story(tmp_path / CHECKPOINT)["learner"]["steps"] == 64
-    run = Training(RUN, tmp_path, resume=True, say=quiet)
+    run = Training(RUN, tmp_path, say=quiet)
     run.run()
     assert run.model.num_timesteps == 160
 
@@ -71,7 +71,7 @@ def test_a_resumed_run_plays_other_games_than_it_has_played_and_the_same_ones_wh
     games = [begun.copy()]
     for _ in range(2):
         begun.clear()
-        Training(RUN, tmp_path, resume=True, say=quiet).learn(96)
+        Training(RUN, tmp_path, say=quiet).learn(96)
         games.append(begun.copy())
     assert games[1] == games[2] and not set(games[0]) & set(games[1])
 

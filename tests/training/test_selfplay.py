@@ -142,7 +142,7 @@ def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_a_killed_one_
     with pytest.raises(KeyboardInterrupt):
         League(config, tmp_path, say=quiet).run()
     monkeypatch.setattr(selfplay, "respond", lambda *given: calls.append(given) or (match, None))
-    league = League(config, tmp_path, resume=True, say=quiet)
+    league = League(config, tmp_path, say=quiet)
     league.run()
     assert [given[:6] for given in calls] == [
         (
@@ -159,16 +159,14 @@ def test_a_league_goes_on_where_it_was_with_more_steps_and_other_threads_alone(t
     League(ONE_DEAL, tmp_path, say=quiet).run()
     before = json.loads((tmp_path / STATE).read_text())
     assert LeagueConfig.from_dict(json.loads((tmp_path / "config.json").read_text())) == ONE_DEAL  # to go on by
-    with pytest.raises(CheckpointError, match=r"holds a league, a finished run of 32 steps .*--resume"):
-        League(ONE_DEAL, tmp_path, say=quiet)
     with pytest.raises(CheckpointError, match="other settings"):
-        League(ONE_DEAL.replace(pfsp_exponent=1.0), tmp_path, resume=True, say=quiet)
+        League(ONE_DEAL.replace(pfsp_exponent=1.0), tmp_path, say=quiet)
     longer = ONE_DEAL.replace(learner=LEARNER.replace(total_steps=64, threads=2))
-    league = League(longer, tmp_path, resume=True, say=quiet)
+    league = League(longer, tmp_path, say=quiet)
     assert (league.main.model.num_timesteps, league.main.config.threads) == (32, 2)
     assert [member.name for member in league.pool.members] == [member["name"] for member in before["members"]]
     league.run()
     assert league.main.model.num_timesteps == 64
     (tmp_path / "main" / CHECKPOINT).write_bytes(b"torn")
     with pytest.raises(CheckpointError, match="corrupt or foreign"):
-        League(longer, tmp_path, resume=True, say=quiet)
+        League(longer, tmp_path, say=quiet)
