@@ -307,15 +307,16 @@ def advance_tick(state: State, until: Array, threshold: Array) -> State:
     captured = moves & (fields.reshape(2, -1)[opposing, cells] > limits[opposing])
 
     def hand_over(carried: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Move the trails of captured drones from their teams to the others."""
-        _, occupancy = carried
-        cells = jnp.where(captured, trails, -1).astype(jnp.int32)
-        ticks = jnp.broadcast_to(jnp.where(teams == RED, -1, 1).astype(jnp.int16), cells.shape)
-        gained = _count(jnp.zeros_like(occupancy[RED]), cells, ticks)
-        return jnp.bool_(False), occupancy + jnp.stack([gained, -gained])
+        """Move the trail of one captured drone from its team to the other."""
+        left, occupancy = carried
+        drone = left.argmax()
+        cells = trails[:, drone].astype(jnp.int32)
+        places = jnp.stack([teams[drone], 1 - teams[drone]])[:, None] * GRID_CELLS**2 + cells
+        changed = _count(occupancy, jnp.where(cells >= 0, places, -1), jnp.array([[-1], [1]], jnp.int16))
+        return left.at[drone].set(False), changed
 
-    # A loop of one round at most: of many games side by side, it costs nothing where none has a capture.
-    _, occupancy = lax.while_loop(lambda carried: carried[0], hand_over, (captured.any(), occupancy))
+    # A loop over captured drones: a scatter of every trail would cost more, and most ticks have no capture.
+    _, occupancy = lax.while_loop(lambda carried: carried[0].any(), hand_over, (captured, occupancy))
     winners = jnp.stack([(captured & (teams == 1 - team)).sum(dtype=jnp.int32) for team in (RED, BLUE)])
     again = captured & (tick - state.capture_ticks <= TICKS_PER_SECOND)
     winners_again = jnp.stack([(again & (teams == 1 - team)).sum(dtype=jnp.int32) for team in (RED, BLUE)])
