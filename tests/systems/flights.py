@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig
 from swarm_pz.config.registry import system_of
+from swarm_pz.config.system import ControlSystem
 from swarm_pz.simulator import Simulator
 
 
@@ -47,9 +48,11 @@ def extreme_states(generator: np.random.Generator, games: int, drones: int) -> S
     )
 
 
-def sampled(name: str, config: GameConfig, generator: np.random.Generator, count: int) -> NDArray[np.float64]:
+def sampled(
+    choice: str | ControlSystem, config: GameConfig, generator: np.random.Generator, count: int
+) -> NDArray[np.float64]:
     """Draw commands (n, ...) of a system, as learners do."""
-    system = system_of(name)
+    system = system_of(choice)
     space = system.learner_space(config)
     low, high = space.low.astype(np.float64), space.high.astype(np.float64)
     shares = generator.random((count, *space.shape)) ** (3 if system.takes == "density" else 1)
