@@ -243,7 +243,7 @@ def solve(state: State, goes_on: Array) -> State:
         share = of_team / (jnp.maximum(of_team.sum(axis=1, keepdims=True), 1.0) * (weight + _HORIZON))
 
         ahead = (positions[:, None] + _TIMES[1:, None] * velocities[:, None]).reshape(2, -1)  # (2, H N)
-        (cos_x, sin_x), (cos_y, sin_y) = _harmonics(ahead[0]), _harmonics(ahead[1])
+        (cos_x, sin_x), (cos_y, sin_y) = lax.optimization_barrier((_harmonics(ahead[0]), _harmonics(ahead[1])))
         past = jnp.einsum("tn,kln->tkl", share, memory)
         coming = jnp.einsum("tp,kp,lp->tkl", jnp.tile(share, _HORIZON), cos_x, cos_y)
         wanted = jnp.einsum("tab,bk,al->tkl", state.targets, _MATRIX, _MATRIX)
@@ -256,8 +256,9 @@ def solve(state: State, goes_on: Array) -> State:
             red, blue = (images.reshape(-1, _MODES) @ table).reshape(2, _MODES, -1)
             return jnp.where(is_blue, blue, red)
 
-        along_x = -(_FREQUENCIES[:, None] * sin_x * across(error, cos_y)).sum(axis=0)
-        along_y = -(cos_x * across(error * _FREQUENCIES, sin_y)).sum(axis=0)
+        # Python's sums of rows become one loop with what they sum; a reduction over modes takes longer.
+        along_x = -sum(_FREQUENCIES[:, None] * sin_x * across(error, cos_y))
+        along_y = -sum(cos_x * across(error * _FREQUENCIES, sin_y))
     margin = _CONTROLLER.wall_margin
     beyond = jnp.maximum(ahead - (1.0 - margin), 0.0) + jnp.minimum(ahead - margin, 0.0)
     gradient = jnp.stack([along_x, along_y]) + 2.0 * _CONTROLLER.wall_weight * beyond
