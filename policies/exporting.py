@@ -160,9 +160,7 @@ def export_model(policy: Any, config: GameConfig, system: ControlSystem, folder:
         {key: shown[key] for key in module.keys or ()} if isinstance(shown, spaces.Dict) else {"observation": shown}
     )
     memory = {key: spaces.Box(-1, 1, module.memory) for key in state} if module.memory else {}
-    with warnings.catch_warnings():  # Stable-Baselines3 clips answers as well
-        warnings.filterwarnings("ignore", message="policy .* takes what is below 0 for 0", category=UserWarning)
-        write(folder, _traced(module, entries | memory, state), card, config)
+    write(folder, _traced(module, entries | memory, state), card, config)
 
 
 def _traced(module: nn.Module, inputs: dict[str, spaces.Space[Any]], state: dict[str, str]) -> bytes:

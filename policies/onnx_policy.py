@@ -5,11 +5,9 @@ Nothing in such a folder is run as code: a process of its own does the model's a
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,8 +20,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.config.base import Config, Range, check
 from swarm_pz.config.constants import GRID_CELLS
-from swarm_pz.config.registry import system_of
-from swarm_pz.config.system import ControlSystem, serves_densities
+from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import (
     CheckpointError,
     ConfigError,
@@ -32,16 +29,15 @@ from swarm_pz.errors import (
     OutputError,
     PolicyError,
     SwarmError,
-    nearest,
 )
 from swarm_pz.files import check_folder, draft_of, read_bytes
-from swarm_pz.policies.onnx_network import MOST_BYTES, ROWS, Arrays, Network, TensorSpec
+from swarm_pz.policies.onnx_network import MOST_BYTES, Arrays, Network, TensorSpec
+from swarm_pz.policy import load
 from swarm_pz.policy.program import TOO_SLOW, GameClock
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.formats import Format
-from swarm_pz.spaces.observation import Observations, observation_space
-from swarm_pz.systems import faults, registered
+from swarm_pz.spaces.observation import Observations
 from swarm_pz.systems.ergodic import Ergodic
 
 MODEL, CARD = "policy.onnx", "policy.json"
@@ -328,94 +324,26 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
         An ONNX file.
     card : OnnxCard
     config : GameConfig, optional
-        A game that it plays. If not given, the default one, with as many drones as the model's inputs have rows.
+        A game that it plays, with the control system that it commands.
 
     Raises
     ------
     CheckpointError
-        If the model does not fit its card, or no control system takes its commands.
+        If the model does not fit its card.
+    PolicyError
+        If the game's control system does not take its commands.
     OutputError
         If the folder cannot be written to, or holds something.
     """
-    folder = Path(folder)
+    folder, config = Path(folder), GameConfig() if config is None else config
     check_new(folder)
-    if not isinstance(model, bytes):
-        raise CheckpointError(
-            f"model: expected bytes, those of an ONNX file, got {type(model).__name__}: give "
-            "Path('model.onnx').read_bytes() of what torch.onnx.export saved, or .SerializeToString() of a model"
-        )
-    network, faults_found = _network(folder / MODEL, model), []
-    config = _game_of(card, network) if config is None else config
-    for system in _systems_for(card, config):
-        try:
-            policy = OnnxPolicy(card, network, config, system)
-            break
-        except CheckpointError as error:
-            faults_found.append(error)
-    else:
-        raise CheckpointError(
-            f"{faults_found[0]}; for another game, give its GameConfig: write(folder, model, card, config)"
-        )
-    _warn_of_clipping(policy, config)
+    load(OnnxPolicy(card, _network(folder / MODEL, model), config), config)
     check_folder(folder)
     with draft_of(folder / MODEL) as draft:
         draft.write_bytes(model)
     with draft_of(folder / CARD) as draft:  # the last, so that a card never stands alone
         plain = {"format": FORMAT} | card.to_dict() | {"digest": digest_of(card, model)}
         draft.write_text(json.dumps(plain, indent=2) + "\n")
-
-
-def _game_of(card: OnnxCard, network: Network) -> GameConfig:
-    """Return the default game, with as many drones as a model takes; images are the same for any number."""
-    rows = {spec.shape[1] for name, spec in network.signature.inputs.items() if name not in card.state}
-    if card.observation.kind == "grids" or len(rows) != 1:
-        return GameConfig()
-    drones = rows.pop()
-    try:
-        return GameConfig(drones_per_team=(drones - drones // 2, drones // 2))
-    except ConfigError:
-        return GameConfig()
-
-
-def _systems_for(card: OnnxCard, config: GameConfig) -> list[ControlSystem]:
-    """Return the control systems that a card's policy may command: the game's if it is one, else all there are."""
-    own = config.team_systems[0]
-    known = {own.name: own} | {name: system_of(name) for name in registered() if name not in {own.name, *faults()}}
-    if card.system and card.system not in known:
-        raise CheckpointError(
-            f"the card's system must be installed, got {card.system!r}: {nearest(card.system, known)}"
-        )
-    named = [known[card.system]] if card.system else list(known.values())
-    takes = [system for system in named if card.answers == system.takes]
-    if card.answers == "density":
-        takes += [system for system in named if serves_densities(system, config) and system not in takes]
-    if not takes:
-        kinds = sorted({system.takes for system in named} | ({"density"} if not card.system else set()))
-        raise CheckpointError(
-            f"the card's answers must be commands for {card.system or 'a control system'}, of kind {', '.join(kinds)}, "
-            f"got {card.answers!r}: {nearest(card.answers, kinds)}"
-        )
-    return [own] if own in takes else takes
-
-
-def _warn_of_clipping(policy: OnnxPolicy, config: GameConfig) -> None:
-    """Warn of densities below 0, where boards drawn at random get some."""
-    card = policy.card
-    if card.answers != "density" or card.action not in ("command", "density"):
-        return
-    space, rows = observation_space(config, card.observation), np.arange(ROWS)
-    space.seed(0)
-    boards = [space.sample() for _ in rows]
-    by_name = isinstance(space, spaces.Dict)
-    shown = {key: np.stack([board[key] for board in boards]) for key in boards[0]} if by_name else np.stack(boards)
-    with contextlib.suppress(PolicyError):  # no game need look like these boards
-        lowest = policy.answers_to(shown, rows).min()
-        if lowest < 0.0:
-            warnings.warn(
-                f"policy {card.name!r} answers {lowest:.2g}, and action={card.action!r} takes what is below 0 for 0: "
-                "if its answers are in [-1, 1], say action='normalised'",
-                stacklevel=3,
-            )
 
 
 def check_new(folder: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json as json_module
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,7 @@ from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.options import WORKERS, WorkerOptions, Workers
 from swarm_pz.cli.player_options import Opponent, Player, Players, able, able_to_fly, known
-from swarm_pz.cli.report import arguments, command, need, print_rules, program, progress, say, write_json
+from swarm_pz.cli.report import command, need, print_rules, progress, say, write_json
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
 from swarm_pz.errors import ResultsError
@@ -19,7 +18,6 @@ from swarm_pz.files import check_file, check_folder, draft_of
 from swarm_pz.policy import kind_of
 
 if TYPE_CHECKING:
-    from swarm_pz.evaluation.match import MatchResult
     from swarm_pz.evaluation.tournament import Tournament
 
 _NAMED = 6
@@ -79,33 +77,12 @@ def evaluate(
     print_rules(game)
     tables.print_matches([match])
     if match.lost:
-        _print_lost(match, policy, opponent)
+        lost = [f"--pair {game.pair} --side {game.side}" for game in match.lost]
+        more = f", and {len(lost) - _NAMED} more (--json FILE has all)" if len(lost) > _NAMED else ""
+        print(f"lost: {', '.join(lost[:_NAMED])}{more}\nwith these, and the same seed and rules, render shows a game")
     if json is not None:
         match.write(json, command())
         print(f"figures: {json}")
-
-
-def _print_lost(match: MatchResult, policy: str, opponent: str) -> None:
-    """Name the games that were lost, and the line that shows one of them."""
-    named = ", ".join(f"pair {game.pair} as {game.side}" for game in match.lost[:_NAMED])
-    more = f", and {len(match.lost) - _NAMED} more (--json FILE has all)" if len(match.lost) > _NAMED else ""
-    print(f"lost: {named}{more}")
-    one = match.lost[0]
-    seed = ["--seed", str(match.seed)] if match.seed else []
-    which = [*seed, "--pair", str(one.pair), "--side", one.side]
-    words = ["render", policy, opponent, *which, *_rules_given(policy), "--out", "lost.mp4"]
-    print(f"see one: {program()} {shlex.join(words)}")
-
-
-def _rules_given(policy: str) -> list[str]:
-    """Return those words of the command being run that say which rules are played."""
-    words, of_rules = [], False
-    for word in arguments.get():
-        if word.startswith("--"):
-            of_rules = word.startswith(("--game.", "--preset"))
-        if of_rules and word not in ("evaluate", policy):  # which may follow an option, but are not its values
-            words.append(word)
-    return words
 
 
 def _evaluate_exploit(

@@ -3,15 +3,12 @@
 import errno
 import json
 import os
-import re
-import shlex
 import sys
 from pathlib import Path
 
 import pytest
 
 from swarm_pz import bench
-from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.policies import exporting
 from tests.cli.conftest import run
@@ -23,16 +20,14 @@ RULES = GameConfig(time_limit=5.0, drones_per_team=2)
 # --- what they print and write --------------------------------------------------------------------
 
 
-def test_evaluate_names_lost_games_and_the_line_that_shows_one(capsys):
+def test_evaluate_names_lost_games_by_the_options_that_show_them(capsys):
     rules = "--game.drones-per-team 1 12 --game.time-limit 30"  # red loses
     run(f"--preset paper evaluate {rules} corners --games 16 --seed 3 --json e.json")
     printed, figures = capsys.readouterr().out, json.loads(Path("e.json").read_text())
     assert "against uniform" in printed and (figures["games"], figures["policy"]) == (16, "corners")
-    named = [f"pair {game['pair']} as {game['side']}" for game in figures["lost"]]
+    named = [f"--pair {game['pair']} --side {game['side']}" for game in figures["lost"]]
     assert f"lost: {', '.join(named[:6])}, and {len(named) - 6} more (--json FILE has all)\n" in printed
-    program, *words = shlex.split(re.search("^see one: (.*)", printed, re.M)[1])
-    assert Path(program).name == "swarm-pz" and words.pop() == "lost.mp4" and "--preset paper" in " ".join(words)
-    main([*words, "lost.png"])
+    run(f"--preset paper render {rules} corners uniform --seed 3 {named[0]} --out lost.png")
     lost = figures["lost"][0]
     winner = {"red": "blue", "blue": "red"}[lost["side"]]
     assert f"{winner} won ({lost['seconds']:.1f} s" in capsys.readouterr().out
