@@ -123,37 +123,6 @@ def print_speeds(speeds: Sequence[Speed], machine: Mapping[str, object]) -> None
     )  # fmt: skip
 
 
-def print_study(rows: Sequence[Any]) -> None:
-    """Print the rows of `swarm_pz.play.recordings.tables.summarise`."""
-    several = len({row.config_hash for row in rows}) > 1
-    names = ["player", "opponent", *(["config"] if several else [])]
-    notes = ["median: Kaplan-Meier, draws censor it; mean: to the longest game; commands of a team come "]
-    notes[0] += ", ".join(sorted({f"{row.min_command_interval:g} s" for row in rows})) + " apart at least"
-    if several:
-        notes.append("config: how config_hash begins, of the rules and the table's settings")
-    if any(row.both_seats for row in rows):
-        notes.append("the same: each seat is this player, or people without labels; each game counts once, as red's")
-    _print(
-        (*names, "won-\ndrawn-lost", "won 95 %", "median s", "mean s", "commands\na minute"),
-        [
-            (
-                row.player or row.kind,
-                "the same" if row.both_seats else row.opponent or row.opponent_kind,
-                *([row.config_hash[:6]] if several else []),
-                f"{row.wins}-{row.draws}-{row.losses}",
-                f"{100 * row.win_rate_low:.0f} to {100 * row.win_rate_high:.0f} %",
-                figure(row.median_s, 0),
-                figure(row.restricted_mean_s, 0),
-                figure(row.commands_per_minute, 1),
-            )
-            for row in rows
-        ],
-        texts=len(names),
-        title="recorded games, by player and opponent",
-        caption="; ".join(notes),
-    )
-
-
 def print_status(title: str, rows: Sequence[dict[str, Any]]) -> None:
     """Print how far each participant of a study is: rows of `StudyFolder.summary`."""
     _print(

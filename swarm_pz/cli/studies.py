@@ -46,12 +46,6 @@ def run(
     opened = StudyFolder.begin(study, folder)
     plan = opened.study
     say(f"study: {plan.title}; the participants' codes are in {folder / CODES}")
-    if plan.has_guessable_codes:
-        print(
-            f"warning: the codes in {study} are easy to guess, and anybody who guesses one can answer and play as that "
-            "participant; without the field codes, they are drawn at random",
-            file=sys.stderr,
-        )
     try:
         serve(
             known(),
@@ -102,7 +96,7 @@ def status(folder: Annotated[Path, tyro.conf.Positional], /) -> None:
 
 
 def withdraw(code: Annotated[str, tyro.conf.Positional], /, folder: Path = Path("runs/study")) -> None:
-    """Delete all data of a participant who withdraws, and say what the study then lacks; see docs/studies.md.
+    """Delete all data of a participant who withdraws; see docs/studies.md.
 
     Args:
         code: The participant's code.
@@ -111,10 +105,8 @@ def withdraw(code: Annotated[str, tyro.conf.Positional], /, folder: Path = Path(
     need_play()
     from swarm_pz.play.studies.withdrawal import withdraw as delete
 
-    done = delete(folder, code)
-    print(f"{done.name} has withdrawn: deleted are their answers, times and results, and {done.recordings} recordings")
-    for lack in done.lacks:
-        print(printing.printable(lack))
+    name, recordings = delete(folder, code)
+    print(f"{name} has withdrawn: deleted are their answers, times and results, and {recordings} recordings")
     print("an export that was made before still has them: make it again with --overwrite")
 
 
@@ -122,20 +114,12 @@ def tables(
     folder: Annotated[Path, tyro.conf.Positional],
     /,
     out: Path = Path("runs/tables"),
-    every_game: Annotated[bool, tyro.conf.arg(name="all")] = False,
-    parquet: bool = False,
 ) -> None:
-    """Turn a folder of recorded games into tables.
-
-    The summary counts games that were played: lessons, games that a player left, and games in which a person never
-    gave a command are left out of it, as are games without a result. Configurations that differ are different rows.
-    A game whose seats are the same player, such as people without labels, counts once, as red's.
+    """Turn a folder of recorded games into a table: a row for each seat of each game.
 
     Args:
         folder: Folder of recordings.
-        out: Folder to write seats, summary and their schema to.
-        every_game: Count lessons, games that were left and those without a person's command, too.
-        parquet: Write Parquet instead of CSV.
+        out: Folder to write the table and its schema to.
     """
     need_play()
     from swarm_pz.play.recordings import tables as tables_of
@@ -143,14 +127,8 @@ def tables(
     rows, faults = tables_of.read_folder(folder)
     for fault in faults:
         print(f"left out: {printing.printable(fault)}", file=sys.stderr)
-    for path in tables_of.write_tables(rows, out, every_game=every_game, parquet=parquet, command=command()):
+    for path in tables_of.write_tables(rows, out, command()):
         print(path)
-    printing.print_study(tables_of.summarise(rows, every_game))
-    missing = tables_of.left_out(rows, every_game)
-    if missing:
-        reasons = ", ".join(f"{count} {reason}" for reason, count in missing.items())
-        hint = "" if every_game else "; --all counts lessons, left and no command, if there is a result"
-        print(f"games that the summary leaves out: {reasons}{hint}")
 
 
 def export(
@@ -164,7 +142,6 @@ def export(
         overwrite: Replace the export that it holds.
     """
     need_play()
-    require_extra("pyarrow", "lab")
     from swarm_pz.play.studies.export import export as write
 
     with progress("participants", "reading") as show:

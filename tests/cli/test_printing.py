@@ -15,15 +15,9 @@ MATCH = SimpleNamespace(
     policy=LONG, opponent="uniform", privileged=["uniform"], seed=7, limit_s=300.0, summary=lambda: SUMMARY,
     games=[0] * 9, forfeits=[SimpleNamespace(forfeit="too slow")],
 )  # fmt: skip
-STUDY = {
-    "player": LONG, "opponent": LONG, "wins": 123, "draws": 456, "losses": 789, "win_rate_low": 0.12,
-    "win_rate_high": 0.34, "median_s": 1234.0, "restricted_mean_s": 5678.0, "commands_per_minute": 98.7,
-    "min_command_interval": 0.5, "config_hash": "0123456789abcdef", "both_seats": False,
+STATUS = {
+    "name": LONG, "code": "ABC", "step": "all done", "block": "block 9", "won": 3, "played": 4, "done": 11, "of": 12
 }  # fmt: skip
-
-
-def print_study(*changes):
-    tables.print_study([SimpleNamespace(**STUDY | change) for change in changes or ({},)])
 
 
 @pytest.fixture
@@ -48,15 +42,15 @@ SHOWN = [
         ("against uniform*, both sides, seed 7", "share mean s", "won 95 %", "1 of 9 games are forfeits"),
     ),
     (
-        print_study,
-        "123-456-789 12 to 34 % 1234 5678 98.7",
-        ("drawn-lost won 95 % median s mean s a minute", "0.5 s"),
+        lambda: tables.print_status("A study", [STATUS]),
+        "all done block 9 3 of 4 11 of 12",
+        ("A study", "name code step block won done"),
     ),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize("columns", [60, 120, None])
-@pytest.mark.parametrize(("show", "numbers", "words"), SHOWN, ids=["matches", "study"])
+@pytest.mark.parametrize(("show", "numbers", "words"), SHOWN, ids=["matches", "status"])
 def test_numbers_stand_under_their_headings_and_names_are_whole(columns, show, numbers, words, printed):
     lines = printed(show, columns)
     assert any(numbers in " ".join(line.split()) for line in lines)
@@ -74,6 +68,6 @@ def test_names_are_no_markup_and_control_characters_are_written_out(printed):
         "\t=1+1": "\\t=1+1",
         "a\\": "a\\ ",
     }
-    text = "\n".join(printed(lambda: print_study(*({"player": name, "opponent": "ring"} for name in names))))
+    text = "\n".join(printed(lambda: tables.print_status("", [STATUS | {"block": name} for name in names])))
     assert [shown for shown in names.values() if shown not in text] == []
     assert "\x1b" not in text and "\t" not in text

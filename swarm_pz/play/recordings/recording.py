@@ -135,10 +135,6 @@ class Recording:
         known = CapturedMessage | FrameMessage | EndMessage | InForceMessage
         return max((line.tick for line in self.log if isinstance(line, known)), default=0)
 
-    def since_began_s(self, server_ms: float) -> float:
-        """Return the seconds from the start of the game to a time on the server's clock."""
-        return (server_ms - self.header.began_ms) / 1000.0
-
     def in_force(self) -> list[tuple[int, Command]]:
         """Return the commands that came into force, each with its tick."""
         followed = []

@@ -40,7 +40,7 @@ class SeatRow:
         "to end) or forfeit (a control system failed); empty if it is unfinished"
     )
     left_out: str = column(
-        "why the game does not count in the summary: unfinished, no opponent, lesson, left, stopped, "
+        "why the game should not count: unfinished, no opponent, lesson, left, stopped, "
         "forfeit or no command; empty if it does"
     )
     side: str = column("red or blue")
@@ -60,7 +60,6 @@ class SeatRow:
     commands_per_minute: float = column("commands of the player a minute of game", "1/min")
     first_command_s: float | None = column("when the first command came into force", "s of game")
     drawing_s_per_command: float | None = column("how long a drawing took, in the mean", "s")
-    lost_while_drawing: int = column("drones that were lost while the player drew", "count")
     input_to_in_force_ms: float | None = column("from the end of an input to its command in force, median", "ms")
     input_to_painted_ms: float | None = column(
         "from the end of an input to the first picture that it changed, median", "ms"
@@ -130,7 +129,7 @@ def outcome_of(end: EndMessage | None, side: str) -> str:
 
 
 def _left_out(recording: Recording, commands: Sequence[int]) -> str:
-    """Return why a game does not count in the summary; empty if it does."""
+    """Return the reason why a game should not count; empty if it should."""
     header, end, seats = recording.header, recording.end, (recording.header.red, recording.header.blue)
     ended_by = end.ended_by if end is not None else ""
     reasons = {
@@ -147,10 +146,10 @@ def _left_out(recording: Recording, commands: Sequence[int]) -> str:
 
 def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
     """Return a seat's columns about its player."""
-    log, speed = recording.log, recording.config.speed
+    log = recording.log
     made: dict[int, float] = {}
     commands, automatic, forced, first_s = 0, 0, 0, None
-    drawing_s, to_force, to_paint, spans = [], [], [], []
+    drawing_s, to_force, to_paint = [], [], []
     # In order, since a page that was reloaded counts its commands from the start again.
     for line in log:
         if not isinstance(line, SeatCommand | InForceMessage | SeatPainted) or line.team != team:
@@ -170,12 +169,8 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
             made.pop(line.number, None)
             if (timing := line.timing) is not None:
                 # The arrival, less the time that had passed since by the sender's clock.
-                end = line.server_ms - (timing.sent_ms - timing.input_ms) - timing.round_trip_ms / 2
-                made[line.number] = end
-                spans.append(tuple(map(recording.since_began_s, (end - timing.drawing_ms, end))))
+                made[line.number] = line.server_ms - (timing.sent_ms - timing.input_ms) - timing.round_trip_ms / 2
                 drawing_s += [timing.drawing_ms / 1000.0] if timing.drawing_ms > 0 else []
-    taken = [line.tick for line in recording.of(CapturedMessage) if line.team != team]
-    lost_s = [tick / TICKS_PER_SECOND / speed for tick in taken]
     seat = [line for line in recording.of(SeatMessage) if line.team == team]
     links = [line for line in seat if line.event in ("connected", "disconnected")]
     last_ms = max((getattr(line, "server_ms", 0.0) for line in log), default=0.0)
@@ -185,7 +180,6 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
         "commands_per_minute": 60.0 * commands / seconds if seconds else 0.0,
         "first_command_s": first_s,
         "drawing_s_per_command": float(np.mean(drawing_s)) if drawing_s else None,
-        "lost_while_drawing": sum(any(began <= lost <= ended for began, ended in spans) for lost in lost_s),
         "input_to_in_force_ms": float(np.median(to_force)) if to_force else None,
         "input_to_painted_ms": float(np.median(to_paint)) if to_paint else None,
         "disconnections": sum(line.event == "disconnected" for line in seat),

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import hashlib
 import re
 import secrets
 from collections.abc import Iterator
@@ -143,8 +142,6 @@ class Study(Config):
     forms : tuple of Asked
     consent, welcome : str
         Files of what is read, in Markdown; a participant has to agree to the first.
-    consent_version : str
-        What the ethics board calls that text, such as "2026-03".
     seed : int
         Of the games' starts.
     codes : tuple of str
@@ -164,7 +161,6 @@ class Study(Config):
     break_s: Annotated[float, Range(0.0, 86_400.0)] = 0.0
     forms: tuple[Asked, ...] = ()
     consent: str = ""
-    consent_version: str = ""
     welcome: str = ""
     seed: Annotated[int, Range(0, 2**63)] = 0
     codes: tuple[str, ...] = ()
@@ -173,7 +169,6 @@ class Study(Config):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_words(self.title, "title")
-        check_words(self.consent_version, "consent_version", may_be_empty=True)
         titles = [condition.title for condition in self.conditions]
         check(0 < len(titles) <= _MOST_CONDITIONS, "conditions", titles, f"1 to {_MOST_CONDITIONS} [[conditions]]")
         check(len(set(titles)) == len(titles), "conditions", titles, "conditions of different titles")
@@ -193,12 +188,6 @@ class Study(Config):
         fits = len({code.upper() for code in self.codes}) == len(self.codes) == self.participants
         check(fits or self.codes == (), "codes", self.codes, count)
 
-    @property
-    def has_guessable_codes(self) -> bool:
-        """True if the study's own codes are short or count up, so that one is enough to guess others."""
-        stems = {re.sub(r"[0-9]{1,4}(?![0-9])", "", code.upper()) for code in self.codes}
-        return len(stems) < len(self.codes) or any(len(code) < _SIGNS_OF_CODE - 2 for code in self.codes)
-
     def name_of(self, number: int) -> str:
         """Return the name of a participant, counted from 0, in files and tables: P01, P02, ...; it opens nothing."""
         return f"P{number + 1:0{max(2, len(str(self.participants)))}d}"
@@ -208,11 +197,6 @@ class Study(Config):
         """Names of the files of texts."""
         names = (self.consent, self.welcome, *(condition.text for condition in self.conditions))
         return tuple(dict.fromkeys(filter(None, names)))
-
-    def consented(self) -> dict[str, str]:
-        """Return the record of the text of consent: its version, and the SHA-256 of its file."""
-        digest = hashlib.sha256((self.folder / self.consent).read_bytes()).hexdigest()
-        return {"consent_version": self.consent_version, "consent_sha256": digest}
 
     @property
     def is_of_pairs(self) -> bool:

@@ -1,33 +1,31 @@
-"""A study as what is published of it: tables, a data set of a standard, a codebook, and a report.
+"""A study as what is published of it: a Psych-DS data set (schema 1.5) of tables, with a report.
 
-====================  ==========================================================================
-`report.md`           wins, lengths and scores by condition, compared; with a picture
-`tables/`             games, commands, captures, forms and participants, as CSV and Parquet
-`codebook.md`         what every column is, with its unit; `codebook.json` for programs
-`psychds/`            the tables as a Psych-DS data set
-====================  ==========================================================================
+============================  ==========================================================================
+`report.md`                   wins, lengths and scores by condition, compared; with a picture
+`data/`                       games, commands, captures, forms and participants, as CSV
+`dataset_description.json`    a schema.org Dataset, which describes every column
+============================  ==========================================================================
 """
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from swarm_pz.errors import OutputError, require_extra
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.files import check_folder, explain
-from swarm_pz.play.recordings.tables import write_table
+from swarm_pz.play.recordings.tables import columns_of, write_table
 from swarm_pz.play.studies.reading import StudyData, read_study
-from swarm_pz.play.studies.report import codebook_text, write_report
-from swarm_pz.play.studies.rows import NOTES, TABLES, codebook
-from swarm_pz.play.studies.standards import write_json, write_psychds
+from swarm_pz.play.studies.report import markdown, write_report
+from swarm_pz.play.studies.rows import NOTES, TABLES
 
-VERSION = 1
-"""Of the tables: it changes when a column means something else, or is gone."""
-_MARK = "codebook.json"
-"""By which an export is known."""
+_MARKS = {"dataset_description.json", "report.md"}
+"""Files by which an export is known."""
 
 
 def export(
@@ -44,37 +42,60 @@ def export(
     else, or cannot be written. `command` is what was called, for the report. See `read_study` for `progress` and other
     errors.
     """
-    for module in ("pyarrow", "matplotlib", "jinja2"):
+    for module in ("matplotlib", "jinja2"):
         require_extra(module, "lab")
     if out.resolve().is_relative_to(folder.resolve()):
         raise OutputError(f"the export of {folder} must lie outside of it, got {out}: what ran stays as it is")
     _check_out(out, overwrite)
     data = read_study(folder, progress)
     with _draft_of(out) as draft:
-        (draft / "tables").mkdir()
+        (draft / "data").mkdir()
         for name, kind in TABLES.items():
-            for suffix in ("csv", "parquet"):
-                write_table(data.table(name), kind, draft / "tables" / f"{name}.{suffix}")
-        known = {
-            "version": VERSION,
-            "study": data.study.title,
-            "versions": versions(),
-            "command": command,
-            "notes": NOTES,
-            "tables": codebook(),
-        }
-        write_json(known, draft / _MARK)
-        (draft / "codebook.md").write_text(codebook_text(data.study.title), encoding="utf-8")
-        write_psychds(data, draft / "psychds")
+            write_table(data.table(name), kind, draft / "data" / f"description-{name}_data.csv")
+        _describe(data, draft)
         write_report(data, draft, command)
     return data
+
+
+def _describe(data: StudyData, folder: Path) -> None:
+    """Write `dataset_description.json` and `README.md`."""
+    title = data.study.title
+    about = (
+        f"Games of two swarms of drones, played by {len(data.remaining)} participants under the conditions "
+        f"{', '.join(one.title for one in data.study.conditions)}: what each of them commanded, took and answered. "
+        "Written by swarm-pz from the recordings."
+    )
+    description = {
+        "@context": "https://schema.org/",
+        "@type": "Dataset",
+        "name": title,
+        "description": about,
+        "keywords": ["swarm-pz", "human-swarm interaction", "drones"],
+        "variableMeasured": _variables(),
+    }
+    text = json.dumps(description, indent=2, ensure_ascii=False) + "\n"
+    (folder / "dataset_description.json").write_text(text, encoding="utf-8")
+    made_by = ", ".join(f"{name} {version}" for name, version in versions().items())
+    parts = [f"# {markdown(title)}", markdown(about), *NOTES.values(), f"Versions: {made_by}."]
+    (folder / "README.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+def _variables() -> list[dict[str, Any]]:
+    """Return all columns, each once: what it is in each of its tables, and its unit."""
+    found: dict[str, dict[str, Any]] = {}
+    for name, kind in TABLES.items():
+        for column, told in columns_of(kind).items():
+            known = found.setdefault(column, {"@type": "PropertyValue", "name": column, "description": ""})
+            known["description"] += f"{'; ' if known['description'] else ''}in {name}: {told['about']}"
+            known |= {"unitText": told["unit"]} if told["unit"] else {}
+    return list(found.values())
 
 
 def _check_out(out: Path, overwrite: bool) -> None:
     check_folder(out.parent)
     if out.is_dir():
         there = sorted(path.name for path in out.iterdir())
-        if there and _MARK not in there:
+        if there and not _MARKS.issubset(there):
             raise OutputError(f"{out} holds {there[0]!r} and is no export: give a free folder (--out)")
         if there and not overwrite:
             raise OutputError(f"{out} holds an export: replace it (--overwrite), or give a free folder (--out)")

@@ -122,7 +122,7 @@ class StudyFolder:
         """
         number = self._numbers.get(check_code(code).upper())
         if number is None:
-            raise ConfigError(f"nobody in this study has the code {code}: look whether it is typed right")
+            raise ConfigError(f"nobody in this study has the code {code}: compare it with {self.path / CODES}")
         return number
 
     def file_of(self, number: int) -> Path:

@@ -46,8 +46,6 @@ class _Line(msgspec.Struct):
     ended_by: str | None = None
     recording: str = ""
     delays: dict[str, dict[str, float | None]] = {}
-    consent_version: str = ""
-    consent_sha256: str = ""
 
 
 _decoder = msgspec.json.Decoder(dict[str, Any])
@@ -236,8 +234,6 @@ class Progress:
         if step.form is not None:
             told["answers"] = step.form.read(told.get("answers", {}))
             told["scores"] = step.form.scores(told["answers"])
-        if step.kind == "consent":
-            told |= self.study.consented()
         line = {"step": step.id, "at": time.time(), **told}
         self._write(line)
         self.done = self.done | {step.id: line}

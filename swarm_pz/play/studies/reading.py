@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import re
 from collections.abc import Callable, Sequence
@@ -13,18 +12,16 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
-from swarm_pz.errors import ConfigError, RecordingError
+from swarm_pz.errors import RecordingError
 from swarm_pz.play.commands import CommandReader
-from swarm_pz.play.protocol import CapturedMessage, InForceMessage, SeatCommand, SeatPainted
+from swarm_pz.play.protocol import CapturedMessage, InForceMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step, read_lines, steps_of
-from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, InterruptedRow, ParticipantRow, Row
+from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
 
-_STEP = re.compile(r"block(\d+)\.(practice|game)(\d+)")
-_ASIDE = re.compile(rf"(P\d+)\.({_STEP.pattern})\.(\d+)\.jsonl")
 _TOLD = ("system", "opponent", "side", "seed", "outcome", "seconds", "at", "recording")
 """Columns of a game that its participant's line tells."""
 
@@ -36,7 +33,6 @@ class StudyData:
     study: Study
     participants: list[ParticipantRow] = field(default_factory=list)
     games: list[GameRow] = field(default_factory=list)
-    interrupted: list[InterruptedRow] = field(default_factory=list)
     commands: list[CommandRow] = field(default_factory=list)
     captures: list[CaptureRow] = field(default_factory=list)
     forms: list[FormRow] = field(default_factory=list)
@@ -93,45 +89,27 @@ class _Person:
 
     def __init__(self, data: StudyData, folder: StudyFolder, number: int, lines: Sequence[dict[str, Any]]) -> None:
         self.data, self.folder, self.number, self.who = data, folder, number, data.study.name_of(number)
-        self.names = [str(line["step"]) for line in lines]
-        self.done = dict(zip(self.names, lines, strict=True))
+        self.done = {str(line["step"]): line for line in lines}
         self.is_alone = folder.is_alone(number)
         self.steps = steps_of(data.study, number, self.done, is_alone=self.is_alone)
 
     def read(self) -> None:
-        known = [step.id for step in self.steps]
-        strange = [name for name in self.done if name not in known]
-        for name in strange:
+        known = {step.id for step in self.steps}
+        for name in self.done.keys() - known:
             self._fault(name, "is no step of the study", "")
-        due = known[: len(self.names)]
-        wrong = next((name for name, other in itertools.zip_longest(self.names, due) if name != other), None)
-        if not strange and wrong is not None:
-            self._fault(wrong, "does not stand in its turn, or twice; the last one counts", "")
         steps = [step for step in self.steps if step.id in self.done]
-        games = [self._game(step) for step in steps if step.is_game]
         for step in steps:
+            if step.is_game:
+                self._game(step)
             self._form(step)
-        self._interrupted()
-        consent = self.done.get("consent", {})
-        times = [float(line["at"]) for line in self.done.values() if "at" in line]
-        counted = [game for game in games if not game.practice]
-        withdrawn = self.number in self.folder.withdrawn
         self.data.participants.append(
             ParticipantRow(
                 participant=self.who,
                 number=self.number,
                 order=" > ".join(condition.title for condition in self.data.study.order_of(self.number)),
-                withdrawn=withdrawn,
+                withdrawn=self.number in self.folder.withdrawn,
                 finished=len(steps) == len(self.steps),
-                consent_version=consent.get("consent_version"),
-                consent_at=consent.get("at"),
-                consent_sha256=consent.get("consent_sha256"),
-                steps=None if withdrawn else len(self.done),
-                games=None if withdrawn else len(counted),
-                practice_games=None if withdrawn else len(games) - len(counted),
-                wins=None if withdrawn else sum(game.won for game in counted),
-                began_at=min(times, default=None),
-                ended_at=max(times, default=None),
+                consent_at=self.done.get("consent", {}).get("at"),
             )
         )
 
@@ -152,7 +130,7 @@ class _Person:
             "condition": step.played.title,
         }
 
-    def _game(self, step: Step) -> GameRow:
+    def _game(self, step: Step) -> None:
         condition = step.played
         line = {name: getattr(condition, name) for name in ("system", "opponent", "side")}
         line |= {"seed": None, "outcome": "", "seconds": 0.0, "at": None, "recording": ""} | self.done[step.id]
@@ -161,11 +139,8 @@ class _Person:
         recording = self._recording(step, line["recording"])
         if recording is not None:
             seat = _seat_of(recording, line["side"])
-            ended = seat.outcome if seat is not None else "nothing of that side"
-            if line["outcome"] not in ("", ended):
-                self._fault(step.id, f"the outcome was {line['outcome']!r}, its recording says {ended!r}")
             sizes = recording.config.game.team_sizes
-            told |= _told_by(seat, GameRow) | {"drones": sizes[own], "opponent_drones": sizes[1 - own]}
+            told |= _told_by(seat) | {"drones": sizes[own], "opponent_drones": sizes[1 - own]}
             self._commands(step, recording, own)
             self._captures(step, recording, own)
         elif self.is_alone and condition.is_of_two:
@@ -178,34 +153,6 @@ class _Person:
             **self._place(step), won=line["outcome"] == "win", decided=line["outcome"] in ("win", "loss"), **told
         )
         self.data.games.append(row)
-        return row
-
-    def _interrupted(self) -> None:
-        """Read the participant's games that were broken off; of a corrupt recording what its name says."""
-        rows, order = [], self.data.study.order_of(self.number)
-        for path in (self.folder.path / "interrupted").glob("*.jsonl"):
-            match = _ASIDE.fullmatch(path.name)
-            if match is None or not 0 < int(match[3]) <= len(order):
-                continue
-            owner, name, block, kind, game, attempt = match.groups()
-            step = Step(name, "practice" if kind == "practice" else "game", order[int(block) - 1], game=int(game) - 1)
-            if owner != self.data.study.name_of(self.folder.players(self.number, step)[0]):
-                continue
-            recording, side = None, self.folder.side_of(self.number, step)
-            try:
-                recording = Recording.read(path)
-            except RecordingError as error:
-                self._fault(name, error, ", broken off:")
-            row = InterruptedRow(
-                **self._place(step),
-                attempt=int(attempt),
-                opponent=self.folder.opponent_of(step),
-                side=side,
-                recording=f"interrupted/{path.name}",
-                **_told_by(_seat_of(recording, side), InterruptedRow),
-            )
-            rows.append(row)
-        self.data.interrupted.extend(sorted(rows, key=lambda row: (row.block, not row.practice, row.game, row.attempt)))
 
     def _recording(self, step: Step, name: str) -> Recording | None:
         try:
@@ -222,8 +169,8 @@ class _Person:
             return None
 
     def _commands(self, step: Step, recording: Recording, own: int) -> None:
-        reader, fates = CommandReader(recording.config.game), _fates(recording)
-        for line, command, fate in zip(recording.of(SeatCommand), recording.commands, fates, strict=True):
+        reader, ticks = CommandReader(recording.config.game), _ticks_in_force(recording)
+        for line, command, tick in zip(recording.of(SeatCommand), recording.commands, ticks, strict=True):
             picture = reader.picture(command)
             row = CommandRow(
                 participant=self.who,
@@ -235,10 +182,7 @@ class _Person:
                 kind=command.kind,
                 tick=line.tick,
                 seconds=line.tick / TICKS_PER_SECOND,
-                received_ms=1000.0 * recording.since_began_s(line.server_ms),
-                in_force_tick=int(fate["tick"]) if "tick" in fate else None,
-                to_in_force_ms=fate["in_force_ms"] - line.server_ms if "in_force_ms" in fate else None,
-                to_painted_ms=fate["painted_ms"] - line.server_ms if "painted_ms" in fate else None,
+                in_force_tick=tick,
                 drawing_ms=line.timing.drawing_ms if line.timing is not None else None,
                 strokes=len(line.strokes) if line.strokes is not None else None,
                 centre_x=_centre(picture.sum(axis=0)),
@@ -273,12 +217,6 @@ class _Person:
         if form is None:
             return
         answers, scores = line.get("answers", {}), line.get("scores", {})
-        try:
-            due = form.scores(form.read(answers))
-            if due != scores:
-                self._fault(step.id, f"the answers come to {due}, but {scores} stands there")
-        except ConfigError as error:
-            self._fault(step.id, error)
         block = re.match(r"block(\d+)\.", step.id)
         told = [(item.id, item.kind, item.text, answers.get(item.id)) for item in form.items]
         for name, kind, words, answer in [*told, *((name, "score", "", value) for name, value in scores.items())]:
@@ -304,25 +242,23 @@ def _seat_of(recording: Recording | None, side: str) -> SeatRow | None:
     return next((row for row in rows if row.side == side), None)
 
 
-def _told_by(seat: SeatRow | None, kind: type[GameRow | InterruptedRow]) -> dict[str, Any]:
+def _told_by(seat: SeatRow | None) -> dict[str, Any]:
     """Return those columns of a game that its recording tells."""
-    names = [one.name for one in fields(kind) if one.default is not MISSING]
+    names = [one.name for one in fields(GameRow) if one.default is not MISSING]
     return {name: getattr(seat, name) for name in names if hasattr(seat, name)}
 
 
-def _fates(recording: Recording) -> list[dict[str, float]]:
-    """Return the fate of each command, in order. A client that comes back numbers its commands anew."""
-    fates: list[dict[str, float]] = []
-    latest: dict[tuple[int, str, int], dict[str, float]] = {}
+def _ticks_in_force(recording: Recording) -> list[int | None]:
+    """Return the tick from which each command was in force. A client that comes back numbers its commands anew."""
+    ticks: list[int | None] = []
+    latest: dict[tuple[int, str, int], int] = {}
     for line in recording.log:
         if isinstance(line, SeatCommand):
-            fates.append({})
-            latest[line.team, line.sender, line.number] = fates[-1]
-        elif isinstance(line, InForceMessage):
-            latest.get((line.team, line.sender, line.number), {}).update(tick=line.tick, in_force_ms=line.server_ms)
-        elif isinstance(line, SeatPainted):
-            latest.get((line.team, "", line.number), {}).update(painted_ms=line.painted_ms)
-    return fates
+            latest[line.team, line.sender, line.number] = len(ticks)
+            ticks.append(None)
+        elif isinstance(line, InForceMessage) and (key := (line.team, line.sender, line.number)) in latest:
+            ticks[latest[key]] = line.tick
+    return ticks
 
 
 def _centre(sums: np.ndarray[Any, Any]) -> float | None:

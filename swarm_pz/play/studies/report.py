@@ -16,7 +16,7 @@ from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.survival import survival_curve
 from swarm_pz.play.studies.analysis import Comparison, ConditionRow, compare, compare_values, conditions
 from swarm_pz.play.studies.reading import StudyData
-from swarm_pz.play.studies.rows import NOTES, GameRow, codebook
+from swarm_pz.play.studies.rows import GameRow
 
 PICTURE = "comparison.png"
 _FAULTS = ("server", "forfeit")
@@ -38,7 +38,7 @@ def signed(value: float, scale: float) -> str:
 
 
 @functools.cache
-def _templates() -> Any:
+def _template() -> Any:
     jinja2 = require_extra("jinja2", "lab")
     # Of Markdown: not HTML, but the filter `markdown` escapes what somebody wrote.
     found = jinja2.Environment(
@@ -49,17 +49,7 @@ def _templates() -> Any:
         keep_trailing_newline=True,
     )
     found.filters |= {"markdown": markdown, "signed": signed}
-    return found
-
-
-def render(template: str, **values: Any) -> str:
-    """Return a text that one of this folder's templates makes of values."""
-    return str(_templates().get_template(f"{template}.jinja").render(**values))
-
-
-def codebook_text(title: str) -> str:
-    """Return the codebook in Markdown."""
-    return render("codebook.md", title=title, notes=NOTES.values(), tables=codebook())
+    return found.get_template("report.md.jinja")
 
 
 def counted_games(data: StudyData) -> list[GameRow]:
@@ -104,8 +94,7 @@ def write_report(data: StudyData, folder: Path, command: str = "") -> list[Compa
     if games:
         _draw(games, rows, folder / PICTURE)
     reasons = Counter(game.left_out for game in data.games if game.left_out and not game.practice)
-    text = render(
-        "report.md",
+    text = _template().render(
         data=data,
         command=command,
         games=games,

@@ -7,10 +7,9 @@ default are those of a game that its recording tells: what they are is said in `
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from swarm_pz.play.recordings.seats import column
-from swarm_pz.play.recordings.tables import columns_of
+from swarm_pz.play.recordings.tables import NOTES as NOTES_OF_TABLES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,15 +21,7 @@ class ParticipantRow:
     order: str = column("titles of the conditions in the order in which they were met, with > between them")
     withdrawn: bool = column("whether the participant withdrew: then nothing else is known of them")
     finished: bool = column("whether all steps of the study are done")
-    consent_version: str | None = column("version of the consent that was agreed to, as the study names it")
     consent_at: float | None = column("when it was agreed to, on the server's clock", "s since 1970-01-01 UTC")
-    consent_sha256: str | None = column("SHA-256 of the file of its text")
-    steps: int | None = column("steps that are done: texts, forms, games and breaks", "count")
-    games: int | None = column("games that count, as far as they were played", "count")
-    practice_games: int | None = column("games of practice", "count")
-    wins: int | None = column("games that count and were won", "count")
-    began_at: float | None = column("when the first step was done, on the server's clock", "s since 1970-01-01 UTC")
-    ended_at: float | None = column("when the last step was done, on the server's clock", "s since 1970-01-01 UTC")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +60,6 @@ class GameRow:
     commands_per_minute: float | None = None
     first_command_s: float | None = None
     drawing_s_per_command: float | None = None
-    lost_while_drawing: int | None = None
     input_to_in_force_ms: float | None = None
     input_to_painted_ms: float | None = None
     disconnections: int | None = None
@@ -86,27 +76,6 @@ class GameRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class InterruptedRow:
-    """A game that was broken off: it counts nowhere, and was played again from its start."""
-
-    participant: str = column("name of the participant")
-    step: str = column("name of the step, such as block1.game2; the game that counts has the same")
-    attempt: int = column("which of the step's games that were broken off, from 1")
-    block: int = column("number of the block in the participant's order, from 1")
-    game: int = column("number of the game in its block, from 1")
-    practice: bool = column("whether it was practice")
-    condition: str = column("title of the condition")
-    opponent: str = column('policy that was played against; "person" for another participant')
-    side: str = column("side of the participant: red or blue")
-    started: str | None = None
-    seconds: float | None = None
-    ended_by: str | None = None
-    commands: int | None = None
-    disconnections: int | None = None
-    recording: str = column("file of the recording, in the study's folder")
-
-
-@dataclass(frozen=True, kw_only=True)
 class CommandRow:
     """A command of either side, in a game of a participant."""
 
@@ -119,10 +88,7 @@ class CommandRow:
     kind: str = column('"density", or the kind of commands that the control system takes')
     tick: int = column("tick at which it arrived", "1/30 s of game")
     seconds: float | None = column("when it arrived", "s of game")
-    received_ms: float = column("when it arrived, on the clock of the recording; negative in the countdown", "ms")
     in_force_tick: int | None = column("tick from which it was followed; empty if another one took its place", "1/30 s")
-    to_in_force_ms: float | None = column("from its arrival to when it was in force", "ms")
-    to_painted_ms: float | None = column("from its arrival to the first picture that it changed, at its sender's", "ms")
     drawing_ms: float | None = column("how long its drawing took", "ms")
     strokes: int | None = column("strokes of its drawing", "count")
     centre_x: float | None = column("centre of what it asks for, from 0 (left) to 1", "side of the board")
@@ -163,28 +129,14 @@ class FormRow:
     at: float | None = column("when the form was handed in, on the server's clock", "s since 1970-01-01 UTC")
 
 
-Row = ParticipantRow | GameRow | InterruptedRow | CommandRow | CaptureRow | FormRow
+Row = ParticipantRow | GameRow | CommandRow | CaptureRow | FormRow
 TABLES: dict[str, type[Row]] = {
     "games": GameRow,
-    "interrupted": InterruptedRow,
     "commands": CommandRow,
     "captures": CaptureRow,
     "forms": FormRow,
     "participants": ParticipantRow,
 }
 """Kinds of rows, by the name of their table."""
-NOTES = {
-    "empty": "An empty cell of a CSV file, or null in Parquet: it is not known, or there is none.",
-    "text": "In CSV, text that begins with = + - @ TAB or CR has an apostrophe before it, so that no spreadsheet "
-    "takes it for a formula; numbers have at most 6 decimals.",
-    "time": "A tick is 1/30 s of game. ms is the server's clock since the game began; that of game and of the clock "
-    "differ where a game runs faster or slower (speed).",
-}
+NOTES = NOTES_OF_TABLES | {"time": "A tick is 1/30 s of game."}
 """Notes for all tables."""
-
-
-def codebook() -> dict[str, Any]:
-    """Return a description of every table and column, as plain values."""
-    return {
-        name: {"row": (kind.__doc__ or "").rstrip("."), "columns": columns_of(kind)} for name, kind in TABLES.items()
-    }

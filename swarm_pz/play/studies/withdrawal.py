@@ -1,4 +1,4 @@
-"""A participant withdraws: what they did is deleted, and what the study lacks then is named.
+"""A participant withdraws: what they did is deleted.
 
 All that they did stands in their own file and in recordings. Their file goes first, in one step: in its place stands
 that they have withdrawn. So if the program is stopped on the way, nothing of them is published, and the next call does
@@ -8,30 +8,19 @@ the rest. A recording of two shows both, and is deleted; how the game ended stan
 from __future__ import annotations
 
 import contextlib
-import difflib
 import json
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.files import draft_of, explain
 from swarm_pz.play.recordings.recorder import sync_folder
-from swarm_pz.play.studies.folder import CODES, StudyFolder, write_down
+from swarm_pz.play.studies.folder import StudyFolder, write_down
 from swarm_pz.play.studies.progress import first_line
 
 
-@dataclass(frozen=True, kw_only=True)
-class Withdrawal:
-    """A withdrawal: the participant, the number of deleted recordings, and a sentence for each imbalance it leaves."""
-
-    name: str
-    recordings: int
-    lacks: list[str]
-
-
-def withdraw(path: Path, code: str) -> Withdrawal:
-    """Delete all that a participant of a study did, which no server may run meanwhile.
+def withdraw(path: Path, code: str) -> tuple[str, int]:
+    """Delete all that a participant of a study did, and return their name and the number of deleted recordings.
 
     ConfigError if no study ran there, nobody has the code, or nothing of theirs is left; OutputError if a server
     runs the study, or a file cannot be deleted.
@@ -45,7 +34,7 @@ def withdraw(path: Path, code: str) -> Withdrawal:
             "and start the server again; everybody goes on where they were"
         ) from error
     with contextlib.closing(opened):
-        number = _number_of(opened, code)
+        number = opened.number_of(code)
         name = opened.study.name_of(number)
         if number in opened.withdrawn and not _recordings(opened, number):
             raise ConfigError(f"{name}, who had the code {code}, has withdrawn already: nothing of theirs is left")
@@ -66,16 +55,7 @@ def withdraw(path: Path, code: str) -> Withdrawal:
             raise OutputError(
                 f"not all of {name} is deleted: {explain(error)}; call this again when that is mended"
             ) from error
-        return Withdrawal(name=name, recordings=len(left), lacks=_lacks(opened, number))
-
-
-def _number_of(opened: StudyFolder, code: str) -> int:
-    try:
-        return opened.number_of(code)
-    except ConfigError as error:
-        close = difflib.get_close_matches(code.upper(), [one.upper() for one in opened.codes], 1)
-        hint = f"did you mean {close[0]}? " if close else ""
-        raise ConfigError(f"{error}; {hint}All codes are in {opened.path / CODES}") from error
+        return name, len(left)
 
 
 def _recordings(opened: StudyFolder, number: int) -> list[Path]:
@@ -95,25 +75,3 @@ def _settle_partner(opened: StudyFolder, number: int) -> None:
     if opened.study.is_of_pairs and partner not in opened.withdrawn and opened.has_come(partner):
         with contextlib.suppress(RecordingError):  # a corrupt file is kept as it is
             opened.settle(partner)
-
-
-def _lacks(opened: StudyFolder, number: int) -> list[str]:
-    """Return which order of conditions lacks whom, and what a partner cannot play any more."""
-    study, partner = opened.study, number ^ 1
-    order = study.order_of(number)
-    planned = [one for one in range(study.participants) if study.order_of(one) == order]
-    gone = [study.name_of(one) for one in planned if one in opened.withdrawn]
-    titles, there = " > ".join(one.title for one in order), len(planned) - len(gone)
-    told = [f"the order {titles} has {there} of {len(planned)} participants; it lacks {', '.join(gone)}"]
-    if study.is_of_pairs and partner not in opened.withdrawn:
-        done: set[str] = set()
-        with contextlib.suppress(RecordingError):
-            done = {*opened.progress(partner).done} if opened.has_come(partner) else done
-        for block, condition in enumerate(order, 1):
-            if condition.is_of_two:
-                played = sum(f"block{block}.game{game + 1}" in done for game in range(study.games))
-                told.append(
-                    f"their partner {study.name_of(partner)} has {played} of {study.games} games under "
-                    f"{condition.title}, and goes on without the rest of that block"
-                )
-    return told

@@ -15,7 +15,6 @@ participants = 4
 games = 2
 seed = 7
 consent = "consent.md"
-consent_version = "2026-03"
 rules = { time_limit = 6.0, drones_per_team = 3, capture = { threshold = 0.5 } }
 
 [practice]

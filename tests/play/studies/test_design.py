@@ -95,21 +95,6 @@ def test_a_code_is_no_path(code):
         check_code(code)
 
 
-@pytest.mark.parametrize(
-    ("codes", "is_guessable"),
-    [
-        (("participant-01", "participant-02"), True),
-        (("01-of-the-study", "02-of-the-study"), True),
-        (("X7", "KQ7F2MPD4X"), True),
-        (("48213977", "90315526"), False),
-        ((), False),
-    ],
-)
-def test_codes_that_are_short_or_count_up_are_guessable(codes, is_guessable, tmp_path):
-    """Else a lab is not warned that participants can take each other's sessions over."""
-    assert written(tmp_path).replace(participants=2, codes=codes).has_guessable_codes == is_guessable
-
-
 def test_codes_that_are_drawn_differ_and_are_long_whatever_the_studys_seed(tmp_path):
     """Codes that follow from the study's file are known to who has read it."""
     first, second = draw_codes(1000), draw_codes(1000)
