@@ -188,9 +188,12 @@ row("rllib", "PPO of examples/rllib_selfplay.py")(lambda: example("rllib_selfpla
 
 
 def example(name: str) -> None:
-    """Run an example in its short form."""
-    options = ["--steps", "2048", "--games", "2", "--out", "out"]
-    subprocess.run([sys.executable, str(ROOT / "examples" / f"{name}.py"), *options], check=True)  # noqa: S603
+    """Run an example in its short form; if it fails, raise `RuntimeError` with the last line of its stderr."""
+    command = [sys.executable, str(ROOT / "examples" / f"{name}.py"), "--steps", "2048", "--games", "2"]
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True)  # noqa: S603
+    if done.returncode:
+        last = done.stderr.strip().rpartition("\n")[2]
+        raise RuntimeError(f"exit status {done.returncode}: {last}")
 
 
 def run_here(one: Row) -> None:

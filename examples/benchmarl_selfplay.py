@@ -32,7 +32,7 @@ class Capture(PettingZooClass):  # BenchMARL's own knows games that come with Pe
     def get_env_fun(self, num_envs, continuous_actions, seed, device):
         seeds, groups = itertools.count(seed or 0), {"red": ["red_0"], "blue": ["blue_0"]}
 
-        def make():  # SuperSuit writes images as vectors of fractions
+        def make():  # SuperSuit converts images to vectors of fractions
             env = supersuit.dtype_v0(supersuit.flatten_v0(parallel_env(GAME, action="modes")), "float32")
             env = supersuit.normalize_obs_v0(env)
             return PettingZooWrapper(env, group_map=groups, seed=next(seeds), device=device)

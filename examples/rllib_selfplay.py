@@ -24,7 +24,7 @@ parser.add_argument("--games", type=int, default=200, help="games against each o
 asked = parser.parse_args()
 
 
-def make(_):  # SuperSuit writes images as vectors of fractions
+def make(_):  # SuperSuit converts images to vectors of fractions
     env = supersuit.dtype_v0(supersuit.flatten_v0(parallel_env(GAME, action="modes")), "float32")
     return ParallelPettingZooEnv(supersuit.normalize_obs_v0(env))
 

@@ -9,7 +9,6 @@ import argparse
 import supersuit
 import torch
 from tensordict.nn import NormalParamExtractor, TensorDictModule
-from torch import nn
 from torchrl.collectors import Collector
 from torchrl.envs import MarlGroupMapType, PettingZooWrapper, SerialEnv
 from torchrl.modules import MLP, ProbabilisticActor, TanhNormal
@@ -29,13 +28,13 @@ torch.manual_seed(0)
 torch.set_num_threads(1)  # the networks are small
 
 
-def make():  # SuperSuit writes images as vectors of fractions
+def make():  # SuperSuit converts images to vectors of fractions
     env = supersuit.dtype_v0(supersuit.flatten_v0(parallel_env(GAME, action="modes")), "float32")
     return PettingZooWrapper(supersuit.normalize_obs_v0(env), group_map=MarlGroupMapType.ALL_IN_ONE_GROUP)
 
 
 envs = SerialEnv(8, make)
-actor = nn.Sequential(MLP(900, 10, num_cells=[128, 128]), NormalParamExtractor(scale_mapping="biased_softplus_0.5"))
+actor = torch.nn.Sequential(MLP(900, 10, num_cells=[128, 128]), NormalParamExtractor("biased_softplus_0.5"))
 module = TensorDictModule(actor, in_keys=[SEEN], out_keys=[LOC, SCALE])
 drawn = {"distribution_class": TanhNormal, "distribution_kwargs": {"low": -2.0, "high": 2.0}, "return_log_prob": True}
 keys = {"in_keys": [LOC, SCALE], "out_keys": [NAMES["action"]]}
@@ -45,17 +44,15 @@ loss = ClipPPOLoss(policy, critic, clip_epsilon=0.2, entropy_coeff=0.0, normaliz
 loss.set_keys(value=VALUE, sample_log_prob=("agents", "action_log_prob"), **NAMES)
 loss.make_value_estimator(ValueEstimators.GAE, gamma=0.98, lmbda=0.95)
 optimizer = torch.optim.Adam(loss.parameters(), 5e-4)
-frames = max(asked.steps // 2 // FRAMES, 1) * FRAMES  # a frame is a step of a game, of both sides
-# A collector samples actions and carries games on between batches; `rollout` would do neither.
-for batch in Collector(envs, policy, frames_per_batch=FRAMES, total_frames=frames):
-    with torch.no_grad():
-        loss.value_estimator(batch, params=loss.critic_network_params, target_params=loss.target_critic_network_params)
-    flat = batch.reshape(-1)
+# A collector samples actions and continues games in the next batch. A frame is a step of a game, of both sides.
+for batch in Collector(envs, policy, frames_per_batch=FRAMES, total_frames=max(asked.steps // 2, FRAMES)):
+    loss.value_estimator(batch, params=loss.critic_network_params, target_params=loss.target_critic_network_params)
+    flat = batch.reshape(-1).detach()
     for part in (part for _ in range(4) for part in torch.randperm(len(flat)).split(256)):
         losses = loss(flat[part])
         optimizer.zero_grad()
         (losses["loss_objective"] + losses["loss_critic"]).backward()
-        nn.utils.clip_grad_norm_(loss.parameters(), 0.5)
+        torch.nn.utils.clip_grad_norm_(loss.parameters(), 0.5)
         optimizer.step()
 
 
@@ -64,9 +61,8 @@ class Model:  # with spaces and `predict` it plays matches as it is
     observation_space, action_space = side.observation_space("red_0"), side.action_space("red_0")
 
     def predict(self, observation, *, deterministic=True):
-        with torch.no_grad():
-            mean, _ = actor(torch.as_tensor(observation).flatten(1) / 255)
-        return 2 * mean.tanh().numpy(), None
+        mean, _ = actor(torch.as_tensor(observation).flatten(1) / 255)
+        return 2 * mean.detach().tanh().numpy(), None
 
 
 for opponent in ("noise", "uniform"):
