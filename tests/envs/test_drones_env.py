@@ -8,7 +8,7 @@ from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, ren
 from pettingzoo.utils import parallel_to_aec
 
 from swarm_pz import GameConfig, ObservationConfig, drones_env
-from swarm_pz.config import CaptureConfig, DynamicsConfig
+from swarm_pz.config import CaptureConfig
 from swarm_pz.envs.drones_batch import DronesBatch
 from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
 
@@ -114,19 +114,6 @@ def test_one_who_comes_over_coasts_until_its_agent_has_seen_something():
     batch.reset([np.random.SeedSequence(0)], np.array([0]))
     batch.step(np.ones((1, 4, 2)))
     assert batch.batch.simulator.games.commands[0, 0, :8].reshape(4, 2).tolist() == [[1, 1], [1, 1], [0, 0], [0, 0]]
-
-
-def test_failed_drones_sit_out():
-    dynamics = DynamicsConfig(failure_rate=5.0, repair_rate=5.0)
-    environment = drones_env(drones_per_team=4, side="red", dynamics=dynamics, capture=PEACE)
-    environment.reset(seed=0)
-    flew = set()
-    for _ in range(10):
-        observations, _, _, _, infos = environment.step(choose(environment, np.random.default_rng(0)))
-        for agent in ("red_0_drone_0", "red_0_drone_1"):
-            assert observations[agent][0] == (1 if infos[agent]["flies"] else -1)
-            flew.add(infos[agent]["flies"])
-    assert flew == {0, 1}
 
 
 class Noted:

@@ -14,7 +14,7 @@ import pytest
 import swarm_pz
 from swarm_pz import kernels
 from swarm_pz.errors import SwarmError
-from swarm_pz.kernels.cache import SOURCES, sources, stamp_of
+from swarm_pz.kernels.cache import SOURCES
 from swarm_pz.kernels.compiler import _Files
 from swarm_pz.simulator import Simulator
 
@@ -95,23 +95,6 @@ def test_processes_that_compile_at_once_for_other_arguments_keep_their_code_apar
     files = _Files(str(tmp_path), "push", "stamp")
     assert files.load("float64") == "code for float64"
     assert files.load("float32") is None, "what is not in the index is compiled again"
-
-
-def test_the_stamp_changes_with_every_source_its_name_and_its_place(tmp_path):
-    names = ("config/constants.py", "kernels/__init__.py", "kernels/game.py", "kernels/inner/gain.py")
-    files, stamps = [tmp_path / name for name in names], set()
-    for path in files:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(f"NAME = {path.name!r}\n")
-    assert sources(tmp_path) == sorted(files)
-    for path in files:
-        stamps.add(stamp_of(tmp_path))
-        path.write_text(path.read_text() + "# more\n")
-    for place in ("kernels/match.py", "kernels/inner/game.py"):
-        stamps.add(stamp_of(tmp_path))
-        files[2] = files[2].rename(tmp_path / place)
-    stamps.add(stamp_of(tmp_path))
-    assert len(stamps) == len(files) + 3
 
 
 def test_kernels_take_nothing_of_ours_that_the_stamp_does_not_cover():

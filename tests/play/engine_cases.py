@@ -1,15 +1,8 @@
-"""Games of the simulator, tick by tick, to which the page's engine is held; `static/engine.test.js` compares.
+"""Games of the simulator, tick by tick, to which the page's engine is held; `static/engine.test.js` compares."""
 
-`python -m tests.play.engine_cases` compares 50 games of a minute, observations at every tick.
-"""
-
-import argparse
 import json
 import os
-import re
-import shutil
 import subprocess
-import tempfile
 from collections import defaultdict
 from pathlib import Path
 
@@ -35,7 +28,7 @@ from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.simulator.commands import make_target
 
 STATIC = Path(__file__).parent / "static"
-SECONDS, LIMIT = 60, 120.0
+LIMIT = 120.0
 LARGEST = 40
 SEEN = (ObservationConfig(), ObservationConfig(grid=10, channels=CHANNELS + MOTION_CHANNELS))
 PLAYERS = (*(script.__name__ for script in SCRIPTS), "hunter", "champion", "veteran", "finisher")
@@ -97,7 +90,7 @@ def random_density(generator):
     return made[generator.choice(list(made), p=[0.2, 0.2, 0.25, 0.3, 0.05])].astype(np.float32)
 
 
-def game_case(seed, *, seconds=SECONDS, every=1):
+def game_case(seed, *, seconds, every):
     """Return a game as bytes of safetensors: its state at every tick, and what is seen of it at every so many."""
     generator = np.random.default_rng(seed)
     sizes = tuple(int(size) for size in generator.integers(1, LARGEST + 1, size=2))
@@ -187,20 +180,3 @@ def compare_in_node(node, folder):
         timeout=600,
         check=False,
     )
-
-
-def main():
-    """Compare games in Node, one after the other, and print what was found in each."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--games", type=int, default=50)
-    parser.add_argument("--every", type=int, default=1, help="ticks between observations that are compared")
-    asked = parser.parse_args()
-    for seed in range(asked.games):
-        with tempfile.TemporaryDirectory() as folder:
-            write_cases(Path(folder), [seed], every=asked.every)
-            said = compare_in_node(shutil.which("node"), folder).stdout
-            print(*re.findall(r"^# ({.*})$", said, re.MULTILINE), sep="\n", flush=True)
-
-
-if __name__ == "__main__":
-    main()

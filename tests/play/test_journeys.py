@@ -50,7 +50,7 @@ def text_of(page, name):
 # --- commands -------------------------------------------------------------------------------------
 
 
-def test_what_is_drawn_is_flown_and_undone(open_page, table):
+def test_what_is_drawn_is_flown(open_page, table):
     page = open_page(width=1000, height=700)
     room, hand = begin(page), Hand(page)
     hand.draw((0.85, 0.85), (0.92, 0.92))  # and sent, since the hand is lifted
@@ -58,14 +58,6 @@ def test_what_is_drawn_is_flown_and_undone(open_page, table):
     assert command.strokes[0].brush == "attract" and command.timing.drawing_ms > 0
     eventually(page, lambda: page.evaluate(INK) == 0)  # the swarm follows it
     eventually(page, lambda: latest(table, room, SeatPainted))
-    hand.draw((0.2, 0.2), (0.4, 0.2))
-    commands(page, table, room, 2)
-    page.click("#undo")
-    expect(text_of(page, "told")).to_have_text("Undone: the drawing before was sent")
-    commands(page, table, room, 3)
-    page.click("#undo")
-    expect(text_of(page, "undo")).to_be_disabled()
-    assert heights(commands(page, table, room, 4)) == [[0.8], [0.2], [0.8], []]
 
 
 def test_each_kind_of_command_is_given_by_touch(open_page, table):

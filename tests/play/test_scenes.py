@@ -46,19 +46,8 @@ def scene(page):
     return lambda script: page.evaluate(f"async () => {{ {SCENE} {script} }}")
 
 
-def test_each_side_is_painted_in_its_colour_and_its_place(scene):
-    red, blue, nothing = scene(
-        """
-        arena.take(frame(3, [0, 1]));
-        arena.paint();
-        return [[0.25, 0.11], [0.75, 0.91], [0.25, 0.91]].map((place) => at(arena.drones, ...place));
-        """
-    )
-    assert red[:3] == [0xD6, 0x28, 0x39] and blue[:3] == [0x1D, 0x62, 0xD6] and nothing[3] == 0
-
-
-def test_ground_that_captures_is_filled_to_its_edge_in_its_teams_colour_and_faintly_where_it_nearly_does(scene):
-    inside, nearly, below, beside, other, bottom = scene(
+def test_drones_and_the_ground_that_captures_have_their_teams_colour(scene):
+    drones, inside, nearly, below, beside, other, bottom = scene(
         """
         const fields = [field([10, 20, 192], [30, 20, 191], [34, 20, 127], [5, 0, 255]), field([10, 40, 255])];
         arena.take(frame(3, [0, 1], { fields }));
@@ -69,9 +58,12 @@ def test_ground_that_captures_is_filled_to_its_edge_in_its_teams_colour_and_fain
             const mean = (channel) => [...Array(100).keys()].reduce((sum, i) => sum + data[4 * i + channel] / 100, 0);
             return [marked.length, mean(0), mean(2)];
         };
-        return [reds(10, 20), reds(30, 20), reds(34, 20), reds(12, 20), reds(10, 40), reds(5, 0)];
+        const drones = [[0.25, 0.11], [0.75, 0.91], [0.25, 0.91]].map((place) => at(arena.drones, ...place));
+        return [drones, reds(10, 20), reds(30, 20), reds(34, 20), reds(12, 20), reds(10, 40), reds(5, 0)];
         """
     )
+    red, blue, nothing = drones
+    assert red[:3] == [0xD6, 0x28, 0x39] and blue[:3] == [0x1D, 0x62, 0xD6] and nothing[3] == 0
     assert inside[0] == other[0] == bottom[0] == 100, "the whole cell, and row 0 is at the bottom"
     assert below[0] == beside[0] == 0, "nothing leaks out"
     assert 255 - nearly[2] < (255 - inside[2]) / 2

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -253,21 +251,6 @@ def test_a_system_that_cannot_keep_up_is_named(waits, works, swapped, ends_at, m
     with pytest.raises(FlightError, match=r"magnet, which flies red, took 0\.1\d s"):
         simulator.advance(90)
     assert simulator.games.ticks[0] in ends_at, "its first solve may compile"
-
-
-def test_threads_that_fly_games_of_their_own_count_their_solves_together():
-    simulator, usual = games(swapped=(False,) * 4), sys.getswitchinterval()
-
-    def fly(row):
-        for _ in range(200):
-            simulator.control.fly(simulator.games, np.array([row]), 0)
-
-    sys.setswitchinterval(1e-6)
-    try:
-        with ThreadPoolExecutor(4) as threads:
-            list(threads.map(fly, range(4)))
-    finally:
-        sys.setswitchinterval(usual)
 
 
 @pytest.mark.parametrize("system", ["ergodic", "coverage", "potential_field"])

@@ -46,25 +46,6 @@ def unchanged(simulator: Simulator):
         np.testing.assert_array_equal(array, copied, err_msg=name)
 
 
-UNLUCKY = GameConfig(
-    controller=ControllerConfig(communication_radius=0.4),
-    dynamics=DynamicsConfig(failure_rate=0.2, repair_rate=1.0),
-)
-
-
-@pytest.mark.parametrize("config", [GameConfig(), UNLUCKY], ids=["paper", "luck"])
-def test_a_row_of_a_batch_is_the_game_alone_and_threads_change_nothing(config):
-    seeds = list(range(4))
-    batch = Simulator(config, num_games=4, threads=2)
-    batch.reset(seeds)
-    play(batch, 10, seeds)
-    for row in (0, 3):
-        alone = Simulator(config)
-        alone.reset([row])
-        play(alone, 10, [row])
-        assert_same_game(batch, row, alone, 0)
-
-
 @pytest.mark.parametrize("preset", ["paper", "released"])
 def test_a_snapshot_continues_bit_for_bit_in_any_row(preset):
     simulator = Simulator(GameConfig.preset(preset), num_games=3)

@@ -26,17 +26,6 @@ def parse(command, config=CONFIG):
     return Formation().parse(command, config)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_shape_has_a_slot_for_each_drone_and_faces_along_x(shape):
-    for drones in (0, 1, 2, 3, 7, 10, 16, 37):
-        slots = unit_slots(shape, drones)
-        assert slots.shape == (drones, 2) and (np.abs(slots) <= 1 + 1e-12).all()
-        gaps = np.linalg.norm(slots[:, None] - slots, axis=-1)[~np.eye(drones, dtype=bool)]
-        assert (gaps > 0.05).all()
-        mirrored = np.linalg.norm(slots[:, None] - slots * (1, -1), axis=-1)
-        assert not drones or mirrored.min(axis=1).max() < 1e-12
-
-
 def circle(radius, count):
     return [
         (radius * math.cos(2 * math.pi * i / count), radius * math.sin(2 * math.pi * i / count)) for i in range(count)

@@ -9,7 +9,6 @@ from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.simulator import Simulator
 
 RELEASED = GameConfig.preset("released")
-COLD = RELEASED.replace(controller=RELEASED.controller.replace(warm_start=False))
 PEACE = CaptureConfig(enabled=False, field="reconstruction")
 
 
@@ -45,14 +44,6 @@ def test_plans_survive_captures_and_new_targets_until_the_next_solve():
         if simulator.decided[0]:
             break
     assert captured > 0
-
-
-def test_plans_take_room_only_where_solves_start_warm_and_a_game_begins_without():
-    assert Simulator(COLD).games.plans.shape == (1, 20, 0, 2)
-    simulator = begun()
-    assert simulator.games.plans.shape == (1, 20, 10, 2) and simulator.games.plans.any()
-    simulator.reset([0])
-    assert not simulator.games.plans.any()
 
 
 @pytest.mark.parametrize("drones", [3, 40])  # more than the kernels' tables have room for at once

@@ -98,25 +98,6 @@ test("a seat that is wanted before the table has answered is returned to", async
   assert.equal(said("hello").token, SAVED.token);
 });
 
-test("a seat that is gone leads to the recording of its game, or to its room to look on", async () => {
-  await load("#room=ABCD", { saved: SAVED });
-  await refuse("hello", { recording: "a.jsonl", reason: "recorded as a.jsonl" });
-  assert.deepEqual([location.hash, said("open_replay").recording], ["#replay=a.jsonl", "a.jsonl"]);
-  assert.equal(at("says").textContent, "recorded as a.jsonl");
-  reload();
-  await load("#room=ABCD", { saved: SAVED });
-  await refuse("hello");
-  assert.deepEqual(said("join"), { type: "join", room: "ABCD", seat: "watch" });
-});
-
-test("a game against a policy is opened, and begun once, by one click or an address", async () => {
-  await load("#play=exec:A%3D1%20./bot");
-  assert.deepEqual([said("create").opponent, said("create").seat], ["exec:A=1 ./bot", "red"]);
-  await hear(SEAT, room({ phase: "waiting" }));
-  assert.equal(Socket.last.line.count("ready"), 1);
-  assert.deepEqual([view(), location.hash], ["table", "#room=ABCD"]);
-});
-
 // --- leaving ----------------------------------------------------------------------------------------
 
 test("who leaves a running game gives up its seat, and of a game that ends meanwhile nothing is asked", async () => {
@@ -152,21 +133,6 @@ test("a room is as the form says", async () => {
 });
 
 // --- studies and experiments ------------------------------------------------------------------------
-
-test("a game of a study leads back to it, with what went wrong", async () => {
-  const study = { pathname: "/study/P01/game", saved: SAVED }, told = () => JSON.parse(sessionStorage.getItem("swarm-pz.told"));
-  await load("#room=ABCD", study);
-  await hear(SEAT, room(), room({ phase: "over" }));
-  time.pass(6000);
-  assert.equal(location.replaced, "/study/P01");
-  for (const [code, words] of [["unknown", ""], ["taken", "not so"]]) {
-    reload();
-    location.replaced = null;
-    await load("#room=ABCD", study);
-    await refuse("hello", { code });
-    assert.deepEqual([location.replaced, told()], ["/study/P01", words]);
-  }
-});
 
 test("the page in a frame hears its experiment alone, begins once, and tells how the game went", async () => {
   const told = [], begun = [], link = new Line(), answers = [{ ok: false }, { ok: true, json: async () => [{ side: "red" }, { side: "blue" }] }];

@@ -50,15 +50,6 @@ const firsts = (commands) => commands.map(({ strokes }) => strokes.map(({ points
 
 // --- drawings ---------------------------------------------------------------------------------------
 
-test("a drawing is sent when the hand is lifted, and a second time says nothing new", async () => {
-  const { commands } = await sit();
-  draw([0.2, 0.2], [0.4, 0.2]);
-  at("send").click();
-  const [{ number, strokes, timing }, ...more] = commands();
-  assert.deepEqual([number, strokes, more], [1, [{ brush: "attract", width: 0.1, points: [[0.2, 0.2], [0.4, 0.2]] }], []]);
-  assert.deepEqual(Object.keys(timing), ["input_ms", "sent_ms", "offset_ms", "round_trip_ms", "drawing_ms"]);
-});
-
 test("two fingers draw one drawing, sent when both are lifted, and points that say nothing new are left out", async () => {
   const { commands } = await sit();
   point("pointerdown", [0.1, 0.1], 1);
