@@ -79,10 +79,10 @@ class RuleReference:
     that each team has captured, and `recaptures` those that it got back within one second of losing them.
     """
 
-    def __init__(self, teams: NDArray[np.integer], trail_ticks: int | None = 150, threshold: float = 0.75) -> None:
+    def __init__(self, teams: NDArray[np.integer], threshold: float = 0.75) -> None:
         self.teams: Integers = np.array(teams, dtype=np.int64)
         self.threshold = threshold
-        self.trails: list[deque[tuple[int, int] | None]] = [deque(maxlen=trail_ticks) for _ in self.teams]
+        self.trails: list[deque[tuple[int, int] | None]] = [deque(maxlen=150) for _ in self.teams]
         self.captures = [0, 0]
         self.recaptures = [0, 0]
         self.ticks = 0
@@ -98,20 +98,16 @@ class RuleReference:
                 np.add.at(counts[team], tuple(np.transpose(cells)), 1)
         return counts
 
-    def tick(
-        self, positions: NDArray[np.float32], failed: Booleans | None = None, captures: Booleans | None = None
-    ) -> list[int]:
+    def tick(self, positions: NDArray[np.float32], failed: Booleans | None = None) -> list[int]:
         """Extend the trails by positions (N, 2) after a move, apply all captures at once, and return them.
 
-        `failed` drones (N,) write no trail; `captures` (2, 50, 50) are the cells where each team captures, by default
-        those of its occupancy.
+        `failed` drones (N,) write no trail.
         """
         self.ticks += 1
         cells = [cell_of(position) for position in positions]
         for drone, cell in enumerate(cells):
             self.trails[drone].append(None if failed is not None and failed[drone] else cell)
-        if captures is None:
-            captures = np.stack([captures_where(occupancy, self.threshold) for occupancy in self.occupancy])
+        captures = [captures_where(occupancy, self.threshold) for occupancy in self.occupancy]
         captured = [drone for drone, cell in enumerate(cells) if captures[1 - self.teams[drone]][cell]]
         for drone in captured:
             self._change_team(drone)
@@ -390,3 +386,43 @@ class ControllerReference:
             rho = rho + self.period * (g + a.T @ rho)
             controls[h - 1] = -(b.T @ rho) / self.r
         return controls
+
+
+# --- capture fields of the preset released ----------------------------------------
+
+
+def reconstruct(coefficients: NDArray[np.floating]) -> Floats:
+    """Return sum_k c_k cos(pi k1 x) cos(pi k2 y) at the centres of the grid's cells, (50, 50)."""
+    given = np.asarray(coefficients, dtype=np.float64)
+    centres = (np.arange(GRID) + 0.5) / GRID
+    waves = [np.cos(np.pi * k * centres) for k in range(max(given.shape))]
+    total = np.zeros((GRID, GRID))
+    for k1 in range(given.shape[0]):
+        for k2 in range(given.shape[1]):
+            total += given[k1, k2] * np.outer(waves[k2], waves[k1])
+    return total
+
+
+def ring_means(values: Floats) -> Floats:
+    """Mean of (50, 50) values over the ring cells around every cell that lie inside the square."""
+    framed = np.full((GRID + 4, GRID + 4), np.nan)
+    framed[2 : 2 + GRID, 2 : 2 + GRID] = values
+    neighbours = [framed[2 + dy : 2 + dy + GRID, 2 + dx : 2 + dx + GRID] for dy, dx in RING]
+    return np.asarray(np.nanmean(neighbours, axis=0))
+
+
+def reconstruction_field(coefficients: NDArray[np.floating]) -> Floats:
+    """Return the capture field (50, 50) of a team with these mean coefficients (K, K).
+
+    Ring means of the reconstruction, rescaled to [0, 1]; all 0 where they are constant but for rounding.
+    """
+    means = ring_means(reconstruct(coefficients))
+    low, high = means.min(), means.max()
+    if high - low <= 1e-12 * max(abs(low), abs(high)):
+        return np.zeros_like(means)
+    return np.asarray((means - low) / (high - low))
+
+
+def reconstruction_captures(field: Floats, threshold: float = 0.75) -> Booleans:
+    """Cells of a (50, 50) reconstruction field where it captures: at the threshold or above."""
+    return np.asarray(field >= threshold)

@@ -13,7 +13,7 @@ A change here is a change of behaviour: write it into CHANGELOG.md, then store t
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ import pytest
 from swarm_pz.config import GRID_CELLS, TICKS_PER_SECOND, GameConfig
 from swarm_pz.simulator import Simulator
 
-GOLDEN = Path(__file__).parent / "golden" / "games.npz"
+GOLDEN, PUBLISHED = (Path(__file__).parent / "golden" / f"{name}.npz" for name in ("games", "released"))
 POSITION, VELOCITY = 1e-6, 1e-5
 """Largest difference after one tick: 16 times that between any two of seven kinds of processor."""
 
@@ -100,14 +100,73 @@ def test_golden_games_have_captures_and_rounding_decides_none_of_them(number):
     assert captures(states) > 0
 
 
-def distance_from_edges(states: list[State]) -> float:
+def distance_from_edges(states: Sequence[State | Published]) -> float:
     """Return the least distance of a drone to an edge between two cells, without those of the square."""
     cells = np.stack([state.positions for state in states]).astype(np.float64) * GRID_CELLS
     edges = np.clip(np.rint(cells), 1, GRID_CELLS - 1)
     return float(np.abs(cells - edges).min() / GRID_CELLS)
 
 
-def captures(states: list[State]) -> int:
+# --- by the preset released -------------------------------------------------------------------------------------------
+
+RELEASED = (Golden(10, (8, 8), 4), Golden(9, (2, 9), 4))
+PLAN, FIELD = 1e-4, 1e-4
+"""Largest difference of a plan's control and of a value of a capture field after one tick."""
+
+
+class Published(NamedTuple):
+    """A game by the preset `released` after a tick."""
+
+    positions: np.ndarray
+    """(N, 2) float32"""
+    velocities: np.ndarray
+    """(N, 2) float32"""
+    teams: np.ndarray
+    """(N,) int8"""
+    plans: np.ndarray
+    """(N, H, 2) float32, the controls that drones keep for the next solve."""
+    field: np.ndarray
+    """(2, 10, 10) float32, values of both teams' capture fields at every fifth cell."""
+    weights: np.ndarray
+    """(N,) float32, the weights of the controller's memories."""
+
+
+def published(game: Golden) -> Iterator[tuple[Simulator, Published]]:
+    """Play a game tick by tick; every other command is the one before again, which counts as sent."""
+    simulator = Simulator(GameConfig.preset("released").replace(drones_per_team=game.sizes))
+    simulator.reset([game.seed])
+    generator, command = np.random.default_rng(game.seed), np.ones((1, 10, 10))
+    for tick in range(game.seconds * TICKS_PER_SECOND + 1):
+        games = simulator.games
+        held = games.positions[0], games.velocities[0], games.teams[0], games.plans[0]
+        field = simulator.capture_field[0, :, 2::5, 2::5]
+        yield simulator, Published(*(values.copy() for values in (*held, field, games.memory_weight[0])))
+        if tick % 20 == 0:
+            command = generator.random((1, 10, 10)) ** 6 if tick % 40 == 0 else 0.5 * command
+            simulator.command(tick // 60 % 2, command)
+        simulator.advance(1)
+
+
+def stored_published(number: int) -> list[Published]:
+    with np.load(PUBLISHED) as arrays:
+        columns = [arrays[f"{name}_{number}"] for name in Published._fields]
+    return [Published(*row) for row in zip(*columns, strict=True)]
+
+
+@pytest.mark.parametrize("number", range(len(RELEASED)))
+def test_golden_games_by_the_preset_released(number):
+    bounds = Published(POSITION, VELOCITY, 0.0, PLAN, FIELD, 0.0)
+    for (simulator, now), then in zip(published(RELEASED[number]), stored_published(number), strict=True):
+        for name, one, other, bound in zip(now._fields, now, then, bounds, strict=True):
+            where = f"{name} at tick {simulator.games.ticks[0]}"
+            np.testing.assert_allclose(one, other, rtol=0, atol=bound, err_msg=where)
+        for held, value in zip(
+            ("positions", "velocities", "plans"), (then.positions, then.velocities, then.plans), strict=True
+        ):
+            getattr(simulator.games, held)[0] = value
+
+
+def captures(states: Sequence[State | Published]) -> int:
     return int(np.abs(np.diff([state.teams for state in states], axis=0)).sum())
 
 
@@ -121,6 +180,29 @@ def main() -> None:
         by_name = zip(State._fields, zip(*states, strict=True), strict=True)
         columns |= {f"{name}_{number}": np.stack(column) for name, column in by_name}
     np.savez_compressed(GOLDEN, **columns)
+    store_published()
+
+
+def store_published() -> None:
+    """Store the games by the preset `released`, if rounding decides nothing in them."""
+    columns = {}
+    for number, game in enumerate(RELEASED):
+        states, nearest = [], 1.0
+        for simulator, state in published(game):
+            states.append(state)
+            cells = np.minimum((state.positions * GRID_CELLS).astype(int), GRID_CELLS - 1)
+            values = simulator.capture_field[0][1 - state.teams, cells[:, 1], cells[:, 0]]
+            nearest = min(nearest, float(np.abs(values - 0.75).min()))
+        edge = distance_from_edges(states)
+        print(
+            f"{game}: {captures(states)} captures, never within {edge:.1e} of an edge, {nearest:.1e} of the threshold"
+        )
+        assert captures(states) and edge > 2 * POSITION and nearest > 2 * FIELD, "take another seed"
+        columns |= {
+            f"{name}_{number}": np.stack(column)
+            for name, column in zip(Published._fields, zip(*states, strict=True), strict=True)
+        }
+    np.savez_compressed(PUBLISHED, **columns)
 
 
 if __name__ == "__main__":

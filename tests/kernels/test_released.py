@@ -1,17 +1,15 @@
-"""The options of the authors' published variant beside slow references: whole games of it, then each alone."""
+"""The options of the preset `released`, each alone; `tests/test_golden.py` plays whole games by it."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from benchmarks.mirror_released import Mirrored, play
 from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig, ObservationConfig
-from swarm_pz.simulator import CheckedCommands, Simulator
+from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import at_work, shared_coefficients
 from swarm_pz.spaces.observation import observe
-from tests.reference import RuleReference, cell_of
-from tests.reference_released import ReleasedReference, reconstruction_captures, reconstruction_field
+from tests.reference import RuleReference, cell_of, reconstruction_captures, reconstruction_field
 
 RELEASED = GameConfig.preset("released")
 PEACE = CaptureConfig(enabled=False)
@@ -22,37 +20,6 @@ NEAR = 1e-4
 def changed(targets: np.ndarray, previous: np.ndarray) -> np.ndarray:
     """Return a mask (2,) of the teams whose target (2, A, A) is another one."""
     return (np.abs(targets - previous) > 1e-9).any(axis=(1, 2))
-
-
-def test_solves_and_captures_of_whole_games_are_the_references():
-    # At full length: python -m benchmarks.mirror_released
-    found, seed = Mirrored(), 1
-    while found.solves < 40:
-        play(seed, 4, found, largest_team=12)
-        seed += 1
-    assert found.mismatches == 0
-    assert max(found.acceleration, found.flown, found.kept, found.field) < 1e-4
-    assert found.captures > 3
-    assert 0 < found.resent < found.commands
-
-
-def test_a_step_holds_what_is_in_force_and_sends_anything_else():
-    simulator = Simulator(RELEASED.replace(capture=CaptureConfig(enabled=False, field="reconstruction")))
-    simulator.reset([0])
-    reference = ReleasedReference(simulator.teams[0])
-    uniform, some, other = np.ones((10, 10)), *np.random.default_rng(0).random((2, 10, 10))
-    steps = [0.7 * uniform, some, 0.3 * some, other, uniform, 0.9 * uniform, some]
-    for second, asked in enumerate(steps):
-        if second == 6:  # sent and asked for at once: it is a sending
-            simulator.command(0, asked[None])
-            reference.command(0, asked)
-        simulator.advance(3, commands=CheckedCommands(np.stack([asked, uniform])[None]))
-        reference.step(0, asked)
-        reference.step(1, uniform)
-        reference.solve(simulator.positions[0], simulator.velocities[0])
-        np.testing.assert_array_equal(simulator.games.memory_weight[0], reference.memory_weight)
-        np.testing.assert_allclose(simulator.games.coefficients[0], reference.phi, atol=1e-5)
-    assert simulator.games.memory_weight[0, [0, 10]].tolist() == [1.0, 7.0]
 
 
 FIELD = CaptureConfig(field="reconstruction", threshold=0.9)

@@ -9,7 +9,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import basis, potential, reconstruct, shared_coefficients
 from tests import reference
-from tests.reference_released import reconstruction_field
+from tests.reference import reconstruction_field
 
 CENTRES = (np.arange(50) + 0.5) / 50
 PEACE = CaptureConfig(enabled=False)

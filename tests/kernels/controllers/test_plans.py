@@ -1,4 +1,4 @@
-"""Warm starts: what of a drone's plan is kept, and until when. `tests/kernels/test_released.py` tries what is in it."""
+"""Warm starts: what of a drone's plan is kept, and until when. `tests/test_golden.py` compares what is in it."""
 
 from __future__ import annotations
 
