@@ -179,8 +179,12 @@ class BatchEnv:
             raise CommandError(f"teams must be 0 (red) or 1 (blue), one or one a game, got {teams!r}")
         sides = np.empty(len(chosen), np.int64)
         sides[:] = given
-        left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
-        return observe(self.simulator, observation, sides, chosen, left)
+        return self.see(observation, sides, chosen)
+
+    def see(self, observation: ObservationConfig, sides: NDArray[np.int64], rows: NDArray[np.int64]) -> Observations:
+        """Return what `observe` does, for sides (n,) and rows (n,) that need no check."""
+        left = 1.0 - np.minimum(self.simulator.games.ticks[rows] / self._limit_ticks, 1.0)
+        return observe(self.simulator, observation, sides, rows, left)
 
     def ask(
         self,
@@ -209,7 +213,7 @@ class BatchEnv:
                 answer = plan(self.simulator, teams, rows)
         else:
             seeing = cast("Policy", policy)
-            observations = self.observe(seeing.observation, teams, rows)
+            observations = self.see(seeing.observation, teams, rows)
             with answers:
                 answer = seeing.act(observations, rows)
         try:

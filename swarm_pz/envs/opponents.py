@@ -125,7 +125,7 @@ class DuelBatch:
     def observe(self, rows: NDArray[np.int64] | None = None) -> Observations:
         """Return the learners' observations of some games."""
         chosen = self._games if rows is None else rows
-        return self.batch.observe(self.format.observation, self.sides[chosen], chosen)
+        return self.batch.see(self.format.observation, self.sides[chosen], chosen)
 
     def step(
         self, actions: ArrayLike | CheckedCommands, after_control_period: Callable[[], None] | None = None

@@ -153,7 +153,7 @@ class CaptureEnv(OneGameEnv):
     def _observations(self) -> dict[str, Observations]:
         red, blue = (form.observation for form in self.formats.values())
         if red == blue:  # at once, which is quicker
-            seen = self.batch.observe(red, _TEAMS, _GAMES)
+            seen = self.batch.see(red, _TEAMS, _GAMES)
             return {agent: of_game(seen, team) for team, agent in enumerate(AGENTS)}
         return {
             agent: of_game(self.batch.observe(form.observation, team), 0)

@@ -43,6 +43,22 @@ class Shown(NamedTuple):
         return cls(*(getattr(games, name) for name in cls._fields))
 
 
+class ViewParameters(NamedTuple):
+    """Numbers of an observation's images, ready for the kernel."""
+
+    threshold: float
+    """Of the capture."""
+    coarse_cells: Uint16s
+    """(G * G,) which cell of the observation's grid holds each cell of the full one; unsigned, because a signed index
+    costs a test for a count from the end."""
+    brightness: Uint8s
+    """(length,) of a trail, by its age in ticks."""
+    interpolation: Float64s
+    """(grid, A) from a command's cells to the grid's."""
+    channels: Int64s
+    """(channels,) numbers of `swarm_pz.config.CHANNELS`, then of `MOTION_CHANNELS`."""
+
+
 @kernel
 def paint_positions(positions: Float32s, members: Int64s, coarse_cells: Uint16s, plane: Uint8s) -> None:
     """Add 64 for each member to its cell of a black plane (grid * grid), up to 255."""
@@ -154,6 +170,19 @@ def paint_target(target: Float64s, interpolation: Float64s, plane: Uint8s) -> No
             line[column] = min(np.int32(255.0 * densities[column] / most + 0.5), np.int32(255))
 
 
+@kernel
+def place_of_twin(channels: Int64s, number: int) -> int:
+    """Return the place of the channel that shows the other team as this one does, -1 if there is none."""
+    channel = channels[number]
+    if OWN_TARGET <= channel < OWN_NOW:
+        return -1
+    twin = channel ^ 1 if channel < OWN_TARGET else OWN_NOW + ((channel - OWN_NOW) ^ 1)
+    for place in range(len(channels)):
+        if channels[place] == twin:
+            return place
+    return -1
+
+
 @entry_point
 def paint_grids(
     games: Shown,
@@ -161,14 +190,12 @@ def paint_grids(
     places: Int64s,
     sides: Int64s,
     time_left: Float64s,
-    threshold: float,
-    coarse_cells: Uint16s,
-    brightness: Uint8s,
-    interpolation: Float64s,
-    channels: Int64s,
+    view: ViewParameters,
     observations: Uint8s,
 ) -> None:
     """Paint the observations of the games `rows[place]` for every given place.
+
+    Of both sides of a game, one after the other, the second takes over from the first what shows the same.
 
     Parameters
     ----------
@@ -181,41 +208,41 @@ def paint_grids(
         Team from whose side each place is seen.
     time_left : float64 array (n,)
         Fraction of the time that is left.
-    threshold : float
-        Of the capture.
-    coarse_cells : uint16 array (G * G,)
-        Which cell of the observation's grid holds each cell of the full one; unsigned, because a
-        signed index costs a test for a count from the end.
-    brightness : uint8 array (length,)
-        Of a trail, by its age in ticks.
-    interpolation : float64 array (grid, A)
-        From a command's cells to the grid's.
-    channels : int64 array (channels,)
-        What to paint, as numbers of `swarm_pz.config.CHANNELS`, then of `MOTION_CHANNELS`.
+    view : ViewParameters
     observations : uint8 array (n, channels, grid, grid)
         Overwritten.
     """
     members = np.empty((2, games.teams.shape[1] + 1), np.int64)
+    threshold, coarse_cells, channels = view.threshold, view.coarse_cells, view.channels
+    before = -1
     for place in places:
         e, own = rows[place], sides[place]
+        has_twins = before >= 0 and rows[before] == e and sides[before] != own
         tick, trails = games.ticks[e], games.trails[e]
         sizes = list_members(games.teams[e], members)
         observations[place] = np.uint8(0)
         for number in range(len(channels)):
             channel, plane = channels[number], observations[place, number]
+            twin = place_of_twin(channels, number) if has_twins else -1
+            if twin >= 0:
+                painted = observations[before, twin]
+                for row in range(plane.shape[0]):
+                    for column in range(plane.shape[1]):
+                        plane[row, column] = painted[row, column]
+                continue
             is_own = channel % 2 == 0 if channel < OWN_NOW else (channel - OWN_NOW) % 2 == 0  # they come in pairs
             team = own if is_own else 1 - own
             drones = members[team, : sizes[team]]
             if channel < OWN_TRAIL_AGE:
                 paint_positions(games.positions[e], drones, coarse_cells, plane.ravel())
             elif channel < OWN_CAPTURE_FIELD:
-                paint_trail_age(trails, drones, tick, coarse_cells, brightness, plane.ravel())
+                paint_trail_age(trails, drones, tick, coarse_cells, view.brightness, plane.ravel())
             elif channel < OWN_TARGET and games.reconstruction.shape[2]:
                 paint_density_field(games.reconstruction[e, team], threshold, plane)
             elif channel < OWN_TARGET:
                 paint_capture_field(games.fields[e, team], threshold, plane)
             elif channel == OWN_TARGET:
-                paint_target(games.targets[e, own], interpolation, plane)
+                paint_target(games.targets[e, own], view.interpolation, plane)
             elif channel == OWN_SHARE:
                 plane[:] = np.uint8(255.0 * sizes[own] / (sizes[0] + sizes[1]) + 0.5)
             elif channel >= OWN_NOW:
@@ -223,18 +250,21 @@ def paint_grids(
                 paint_shared(games.positions[e], games.velocities[e], drones, seconds, plane)
             else:
                 plane[:] = np.uint8(255.0 * time_left[place] + 0.5)
+        before = place
 
 
-@entry_point
+@exact
 def list_entities(
     positions: Float32s,
     velocities: Float32s,
     teams: Int8s,
     rows: Int64s,
     sides: Int64s,
+    fastest: np.float32,
     places: Float32s,
     speeds: Float32s,
     masks: Int8s,
+    shares: Float32s,
 ) -> None:
     """List each side's drones first to last.
 
@@ -244,10 +274,14 @@ def list_entities(
     teams : int8 array (E, N)
     rows, sides : int64 array (n,)
         The games, and the team from whose side each is seen.
+    fastest : float32
+        Velocities are cut to it along each axis.
     places, speeds : float32 array (2, n, N, 2)
         Zeros: overwritten with the positions and velocities of its own drones, and of the opposing ones.
     masks : int8 array (2, n, N)
         Zeros: overwritten with 1 for each drone that is listed.
+    shares : float32 array (n, 1)
+        Overwritten with its own share of all drones.
     """
     for place in range(len(rows)):
         e, count = rows[place], np.zeros(2, np.int64)
@@ -256,9 +290,10 @@ def list_entities(
             number = count[side]
             for axis in range(2):
                 places[side, place, number, axis] = positions[e, drone, axis]
-                speeds[side, place, number, axis] = velocities[e, drone, axis]
+                speeds[side, place, number, axis] = min(max(velocities[e, drone, axis], -fastest), fastest)
             masks[side, place, number] = 1
             count[side] += 1
+        shares[place, 0] = count[0] / teams.shape[1]
 
 
 @exact

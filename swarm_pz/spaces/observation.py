@@ -38,7 +38,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, GameConfig, ObservationConfig
-from swarm_pz.kernels.observation import Shown, list_entities, paint_grids
+from swarm_pz.kernels.observation import Shown, ViewParameters, list_entities, paint_grids
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
 
@@ -95,28 +95,15 @@ def observe(
     if observation.kind == "entities":
         return _entities(simulator, teams, rows, time_left)
     observations = np.empty((len(rows), len(observation.channels), observation.grid, observation.grid), np.uint8)
-    config = simulator.config
-    coarse_cells, brightness = _coarse_cells(observation.grid), brightness_of_ages(config.trail_ticks)
-    interpolation = coarse_interpolation(observation.grid, config.command_cells)
-    channels, games = _numbers(observation.channels), Shown.of(simulator.games)
+    games = Shown.of(simulator.games)
+    trail, cells = games.trails.shape[1], games.targets.shape[2]
+    view = _view_parameters(observation, trail, cells, simulator.config.capture.threshold)
 
     def paint(places: NDArray[np.int64]) -> None:
-        paint_grids(
-            games,
-            rows,
-            places,
-            teams,
-            time_left,
-            config.capture.threshold,
-            coarse_cells,
-            brightness,
-            interpolation,
-            channels,
-            observations,
-        )
+        paint_grids(games, rows, places, teams, time_left, view, observations)
 
     everywhere = np.arange(len(rows))
-    if len(rows) * len(channels) < _WORTH_THREADS:
+    if len(rows) * len(observation.channels) < _WORTH_THREADS:
         paint(everywhere)
     else:
         simulator.for_rows(everywhere, paint)
@@ -131,26 +118,23 @@ def of_game(observations: Observations, place: int) -> Observations:
 
 
 @cache
-def _numbers(channels: tuple[str, ...]) -> NDArray[np.int64]:
-    """Return each channel's place among all."""
-    return np.array([(CHANNELS + MOTION_CHANNELS).index(channel) for channel in channels])
+def _view_parameters(observation: ObservationConfig, trail: int, cells: int, threshold: float) -> ViewParameters:
+    line = np.arange(GRID_CELLS) // (GRID_CELLS // observation.grid)
+    return ViewParameters(
+        threshold=threshold,
+        coarse_cells=(line[:, None] * observation.grid + line).ravel().astype(np.uint16),
+        brightness=brightness_of_ages(trail),
+        interpolation=coarse_interpolation(observation.grid, cells),
+        channels=np.array([(CHANNELS + MOTION_CHANNELS).index(channel) for channel in observation.channels]),
+    )
 
 
-@cache
-def _coarse_cells(grid: int) -> NDArray[np.uint16]:
-    """Return the cell of a coarser grid that holds each cell of the full one; all counted row by row."""
-    line = np.arange(GRID_CELLS) // (GRID_CELLS // grid)
-    return (line[:, None] * grid + line).ravel().astype(np.uint16)
-
-
-@cache
 def brightness_of_ages(trail_ticks: int) -> NDArray[np.uint8]:
     """Brightness of a trail by its age in ticks: 255 for now, falling to 0."""
     ages = np.arange(trail_ticks)
     return ((255 * (trail_ticks - ages) + trail_ticks // 2) // trail_ticks).astype(np.uint8)
 
 
-@cache
 def coarse_interpolation(grid: int, cells: int) -> NDArray[np.float64]:
     """Interpolate a command on the full grid and average blocks of it, along one axis."""
     full = interpolation_matrix(GRID_CELLS, cells)
@@ -161,14 +145,9 @@ def _rows_of_drones(simulator: Simulator, teams: NDArray[np.int64], rows: NDArra
     """Return a row for every drone."""
     games = simulator.games
     side = np.where(games.teams[rows] == teams[:, None], np.float32(1.0), np.float32(-1.0))
-    velocities = _cut(games.velocities[rows], simulator.config)
+    fastest = np.float32(top_speed(simulator.config))  # rounding, and scenarios, can exceed it
+    velocities = np.clip(games.velocities[rows], -fastest, fastest)
     return np.concatenate([games.positions[rows], velocities, side[..., None]], axis=2)
-
-
-def _cut(velocities: NDArray[np.float32], config: GameConfig) -> NDArray[np.float32]:
-    """Cut velocities to the space: rounding, and scenarios, can exceed it."""
-    fastest = np.float32(top_speed(config))
-    return np.clip(velocities, -fastest, fastest, out=velocities)
 
 
 def _entities(
@@ -177,12 +156,13 @@ def _entities(
     """List each side's drones first to last, padded with zeros; a mask says which are there."""
     games, shape = simulator.games, (2, len(rows), simulator.config.num_drones)
     places, speeds = np.zeros((*shape, 2), np.float32), np.zeros((*shape, 2), np.float32)
-    masks = np.zeros(shape, np.int8)
-    list_entities(games.positions, games.velocities, games.teams, rows, teams, places, speeds, masks)
+    masks, shares = np.zeros(shape, np.int8), np.empty((len(rows), 1), np.float32)
+    fastest = np.float32(top_speed(simulator.config))
+    list_entities(games.positions, games.velocities, games.teams, rows, teams, fastest, places, speeds, masks, shares)
     entries: dict[str, NDArray[Any]] = {}
     for side, name in enumerate(("own", "opposing")):
-        entries[f"{name}_positions"], entries[f"{name}_velocities"] = places[side], _cut(speeds[side], simulator.config)
+        entries[f"{name}_positions"], entries[f"{name}_velocities"] = places[side], speeds[side]
         entries[f"{name}_mask"] = masks[side]
-    entries["own_share"] = (masks[0].sum(axis=1, keepdims=True) / shape[2]).astype(np.float32)
+    entries["own_share"] = shares
     entries["time_left"] = time_left[:, None].astype(np.float32)
     return entries
