@@ -8,7 +8,7 @@ from the place of the drone or the cell.
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, get_args
 
 import torch
 from torch import Tensor, nn
@@ -46,6 +46,8 @@ class DronesActor(nn.Module):
         super().__init__()
         if not 1 <= width <= LARGEST or not 1 <= math.prod(shape) <= 8 * LARGEST:
             raise ConfigError(f"width must be from 1 to {LARGEST}, and an action of few numbers, got {width}, {shape}")
+        if head not in get_args(Head):
+            raise ConfigError(f"head must be one of {', '.join(get_args(Head))}, got {head!r}")
         if (head == "drones" and len(shape) != 2) or (head == "image" and (len(shape) != 3 or shape[1] != shape[2])):
             raise ConfigError(f"an action decided for {head!r} cannot be of the shape {shape}")
         self.shape, self.kind, self.width = shape, head, width

@@ -16,9 +16,6 @@ from swarm_pz.policies.learned import LearnedPolicy
 
 matplotlib.use("Agg")
 
-CONSTANT = ("centre", "corners", "halo", "uniform")
-"""Scripts that never change their command."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
@@ -35,21 +32,14 @@ def compare(
 ) -> tuple[MatchResult, list[Comparison]]:
     """Play the trained tactic and its baselines against uniform coverage, on the same seeds.
 
-    Baselines are its untrained network, `noise` and the best constant script; `hold` in place of these two, where its
-    control system takes no densities.
+    Baselines are its untrained network and `noise`, or `hold` where its control system takes no densities.
     """
 
     def play(policy: Any) -> MatchResult:
         return play_match(policy, "uniform", games=games, seed=seed, config=config, threads=threads)
 
-    match, baselines = play(trained), [play(untrained)]
-    if config.team_systems[0].takes == "density":
-        constant = max(map(play, CONSTANT), key=lambda played: float(played.summary()["mean_share"]))
-        baselines += [play("noise"), constant]
-    else:
-        baselines += [play("hold")]
-    comparisons = []
-    for baseline in baselines:
+    match, comparisons = play(trained), []
+    for baseline in (play(untrained), play("noise" if config.team_systems[0].takes == "density" else "hold")):
         difference, low, high = paired_difference(match, baseline)
         comparisons.append(Comparison(match=baseline, difference=difference, low=low, high=high))
     return match, comparisons

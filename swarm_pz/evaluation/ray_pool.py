@@ -21,7 +21,6 @@ from swarm_pz.errors import WorkerError, require_extra
 from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.processes import LostTaskError
 from swarm_pz.evaluation.provenance import required_versions
-from swarm_pz.kernels.cache import processor
 
 _RETRIES = 2
 """Repetitions of a task after its worker died."""
@@ -54,12 +53,11 @@ class RayPool(ThreadPoolExecutor):
             self._is_ours = not self._ray.is_initialized()
             if self._is_ours:
                 _connect(self._ray, address)
-        self._say, self._expected, self._processor = say, required_versions(), processor()
+        self._say, self._expected = say, required_versions()
         self._run = self._ray.remote(_make_runner()).options(num_cpus=1, max_retries=_RETRIES)
         self._bundles: dict[PolicyBundle, Any] = {}
         self._running: set[Any] = set()
         self._refused: dict[str, str] = {}
-        self._noted: set[str] = set()
         self._lock = threading.Lock()
         self._is_over = False
         machines = self._machines()
@@ -125,20 +123,9 @@ class RayPool(ThreadPoolExecutor):
                 raise LostTaskError(f"its workers died: {error}") from error
             finally:
                 self._running.discard(ref)
-            if isinstance(found, str):
-                self._note(host, found)
+            if found is None:
                 return result
             self._refuse(node, host, found)
-
-    def _note(self, host: str, kind: str) -> None:
-        with self._lock:
-            if kind == self._processor or host in self._noted:
-                return
-            self._noted.add(host)
-        self._say(
-            f"{host} has a processor of another kind ({kind}, here {self._processor}): its games may go other ways "
-            "than here; NUMBA_CPU_NAME=generic on all machines avoids that"
-        )
 
     def _refuse(self, node: str, host: str, found: dict[str, str]) -> None:
         """Leave a machine out from now on; raise a WorkerError if none is left."""
@@ -158,11 +145,11 @@ class RayPool(ThreadPoolExecutor):
             raise WorkerError("; ".join(self._refused.values()))
 
 
-def _make_runner() -> Callable[..., tuple[str, str, str | dict[str, str], Any]]:
+def _make_runner() -> Callable[..., tuple[str, str, dict[str, str] | None, Any]]:
     def run(
         expected: dict[str, str], work: bytes, places: list[int], *bundles: Any
-    ) -> tuple[str, str, str | dict[str, str], Any]:
-        """Return node, host, processor (other versions, where they differ) and result of a task; travels as code."""
+    ) -> tuple[str, str, dict[str, str] | None, Any]:
+        """Return node, host, the versions where they differ, and the result of a task; travels as code."""
         import importlib
         import os
         import pickle
@@ -172,7 +159,6 @@ def _make_runner() -> Callable[..., tuple[str, str, str | dict[str, str], Any]]:
         try:
             from swarm_pz.evaluation.bundles import PolicyBundle
             from swarm_pz.evaluation.provenance import required_versions
-            from swarm_pz.kernels.cache import processor
         except ImportError:  # it is not there, or another one
             return node, host, {}, None
         found = required_versions()
@@ -182,7 +168,7 @@ def _make_runner() -> Callable[..., tuple[str, str, str | dict[str, str], Any]]:
         function, arguments, keywords = pickle.loads(work)  # noqa: S301 - from the driver, as all that Ray runs
         for place, bundle in zip(places, bundles, strict=True):
             arguments[place] = PolicyBundle(*bundle)
-        return node, host, processor(), function(*arguments, **keywords)
+        return node, host, None, function(*arguments, **keywords)
 
     return run
 

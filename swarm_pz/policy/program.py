@@ -21,7 +21,7 @@ import threading
 import time
 import weakref
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -230,46 +230,29 @@ def _read(name: str, line: str, place: Path) -> tuple[list[str], dict[str, str]]
 
 
 def _digest(line: str, place: Path, *, owns_place: bool) -> str:
-    """Return a digest of a program's words, of the files among them, and of the folders of these.
+    """Return a digest of a program's words, of the files among them, and of the folders of these below its place.
 
-    A folder that belongs to the program counts as a whole. Of the working folder, files with the same suffix count, and
-    of a folder that is too large or has an interpreter named by its path, the named file alone. Hidden files, what
-    Python compiles and the card of a season's entry do not count.
+    A folder that belongs to the program counts as a whole. Hidden files, what Python compiles and the card of a
+    season's entry do not count.
     """
-    content, files = hashlib.sha256(), set[Path]()
     words = shlex.split(line)
-    named = [place / word for word in words if os.path.isfile(place / word)]  # noqa: PTH113  (which takes any length)
-    for path in named:
-        is_interpreter = len(named) > 1 and str(path) == words[0]
-        beside = path.parent.glob(f"*{path.suffix}") if path.parent == place and path.suffix else ()
-        if path.parent != place and not is_interpreter:
-            beside = path.parent.rglob("*")
-        files |= {path, *(_listed(beside, path.parent) or ())}
-    if owns_place:
-        found = _listed(place.rglob("*"), place)
-        if found is None:
-            raise PolicyError(f"{place} must hold at most {_MOST_FILES:,} files of {_MOST_BYTES / 2**20:g} MiB in all")
-        files |= found
-    for word in words:
-        content.update(hashlib.sha256(b"" if place / word in named else word.encode()).digest())
+    files = {place / word for word in words if os.path.isfile(place / word)}  # noqa: PTH113  (which takes any length)
+    content = hashlib.sha256(repr([word for word in words if place / word not in files]).encode())
+    folders = {place} if owns_place else {path.parent for path in files if place in path.parent.parents}
+    for folder in folders:
+        counting = (path for path in folder.rglob("*") if _counts(path.relative_to(folder).parts) and path.is_file())
+        found = list(itertools.islice(counting, _MOST_FILES + 1))
+        if len(found) > _MOST_FILES or sum(path.stat().st_size for path in found) > _MOST_BYTES:
+            raise PolicyError(f"{folder} must hold at most {_MOST_FILES:,} files of {_MOST_BYTES / 2**20:g} MiB in all")
+        files |= set(found)
     for path in sorted(files):
         with path.open("rb") as file:
             content.update(hashlib.sha256(path.name.encode()).digest() + hashlib.file_digest(file, "sha256").digest())
     return content.hexdigest()[:32]
 
 
-def _listed(paths: Iterable[Path], folder: Path) -> set[Path] | None:
-    """Return those of a folder's files that a digest covers; None if they are too many or too large."""
-    found, size = set(), 0
-    for count, path in enumerate(paths):
-        parts = path.relative_to(folder).parts
-        if any(part.startswith(".") or part in ("__pycache__", "entry.toml") for part in parts) or not path.is_file():
-            continue
-        found.add(path)
-        size += path.stat().st_size
-        if count > _MOST_FILES or size > _MOST_BYTES:
-            return None
-    return found
+def _counts(parts: tuple[str, ...]) -> bool:
+    return not any(part.startswith(".") or part in ("__pycache__", "entry.toml") for part in parts)
 
 
 def _greeting(config: GameConfig) -> dict[str, Any]:

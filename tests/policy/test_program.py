@@ -234,7 +234,7 @@ def test_a_digest_covers_what_lies_beside_a_program(tmp_path, monkeypatch):
     (folder / "parts").mkdir(parents=True)
     for file in ("main.py", "parts/helper.py", "weights.bin"):
         (folder / file).touch()
-    for file in ("bot.py", "near.py", "figures.json"):
+    for file in ("bot.py", "near.py"):
         (tmp_path / file).touch()
 
     def digests():
@@ -248,8 +248,8 @@ def test_a_digest_covers_what_lies_beside_a_program(tmp_path, monkeypatch):
         ("bots/mine/weights.bin", [True, True, False]),
         ("bots/mine/__pycache__/main.pyc", [False] * 3),
         ("bots/mine/entry.toml", [False] * 3),
-        ("near.py", [False, False, True]),
-        ("figures.json", [False] * 3),
+        ("bot.py", [False, False, True]),
+        ("near.py", [False] * 3),
     ):
         (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).write_text(file)
