@@ -15,17 +15,14 @@ from itertools import islice
 import numpy as np
 
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES
-from swarm_pz.errors import CommandError, RecordingError
-from swarm_pz.play.commands import Command, as_followed
+from swarm_pz.errors import RecordingError
+from swarm_pz.play.commands import Command
 from swarm_pz.play.frames import FASTEST, Frame
 from swarm_pz.play.game import LiveGame
 from swarm_pz.play.protocol import CapturedMessage, SeatCommand, SeatMessage
 from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording, reason_of_end
-from swarm_pz.play.strokes import Stroke, attraction_of, density_of
 
 _MOST_FAULTS = 10
-_DENSITY_STEP = 1e-6
-"""Tolerance of a drawing's density, since another processor may have made it."""
 _POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
 """Resolution of a frame."""
 _ACCELERATION_STEP = 1e-3
@@ -63,7 +60,7 @@ def verify(recording: Recording, limit_s: float) -> Verification:
     """Play a recorded game again; raise RecordingError if that takes more than `limit_s` seconds."""
     again = _Again(recording)
     difference = again.play(time.monotonic() + limit_s)
-    faults = [*again.faults, *_commands(recording)]
+    faults = list(again.faults)
     if difference is None:  # else the simulation led elsewhere, and to another end
         faults += _end(recording, again.game)
     return Verification(
@@ -151,27 +148,6 @@ class _Again:
         is_here = positions <= near and velocities <= alike
         is_same = is_here and (frame.teams == simulator.teams[0]).all()
         return bool(is_same) and frame.altitudes is None and frame.fields is None
-
-
-def _commands(recording: Recording) -> Iterator[str]:
-    """Yield the commands that no table writes so."""
-    for line, command in zip(recording.of(SeatCommand), recording.commands, strict=True):
-        where, values = f"command {line.number} of {line.seat} at tick {line.tick}", command.values
-        is_density = command.kind == "density"
-        if is_density and (values != as_followed(values)).any():
-            yield f"{where}: the density is not as tables write it, with 1 for its largest value"
-        if line.strokes is None:
-            continue
-        try:
-            strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in line.strokes]
-            draw = density_of if is_density else attraction_of
-            asked = draw(strokes, recording.config.game.command_cells, recording.config.mapping)
-        except CommandError as error:
-            yield f"{where}: {error}"
-            continue
-        drawn = values * asked.max() if is_density else values
-        if drawn.shape != asked.shape or np.abs(drawn - asked).max() > _DENSITY_STEP:
-            yield f"{where}: the density is not that of its strokes"
 
 
 def _end(recording: Recording, game: LiveGame) -> Iterator[str]:

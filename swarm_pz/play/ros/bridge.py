@@ -7,7 +7,6 @@ a megabyte, or clients that never read, disturb nobody's game.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import socket
 import time
 from collections.abc import Callable, Coroutine
@@ -29,14 +28,6 @@ from swarm_pz.play.server.room_settings import settings_of
 
 _ALONE_S = 60.0
 """Seconds after which seats are given up whose clients have all gone."""
-
-
-class _TakenError(ProtocolError):
-    """A side belongs to another client."""
-
-    def __init__(self, side: Side, owner: Client) -> None:
-        super().__init__(f"{side} is played by a client at {owner.address}")
-        self.owner = owner
 
 
 class Bridge(Rosbridge):
@@ -63,10 +54,9 @@ class Bridge(Rosbridge):
         self._shown = Shown(self)
         self._seats: dict[Side, Seat] = {}
         self._owners: dict[Side, Client] = {}
+        """The client that last spoke for each side."""
         self._present: set[Client] = set()
         """Clients that have said something of the game, and are there."""
-        self._doubted: dict[Client, tuple[Client, Callable[[], None]]] = {}
-        """For each client that may be gone: the client that wants its side, and what to do for that one if it is."""
         self._ending: asyncio.TimerHandle | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -91,13 +81,6 @@ class Bridge(Rosbridge):
         if self._ending is not None:
             self._ending.cancel()
             self._ending = None
-        try:
-            self._obey_message(client, topic, message)
-        except _TakenError as error:
-            self._doubt(error.owner, client, lambda: self.heard(client, topic, message))
-            raise
-
-    def _obey_message(self, client: Client, topic: str, message: Message) -> None:
         own = [side for side, owner in self._owners.items() if owner is client]
         if topic == commands.TABLET:
             self._command(client, message.get("team"), commands.density(message, self._is_weak))
@@ -122,18 +105,11 @@ class Bridge(Rosbridge):
 
     # --- sides and who plays them -----------------------------------------------------------------
 
-    def _own(self, client: Client, side: Side) -> None:
-        """Give a side to a client, unless another has it that is still there."""
-        owner = self._owners.get(side)
-        if owner is not None and owner is not client and owner in self._present:
-            raise _TakenError(side, owner)
-        self._owners[side] = client
-
     def _sit(self, client: Client, side: Side) -> None:
         seat, other = self._seat(side), self._seat("blue" if side == "red" else "red")
         if seat is None and other is not None and self._opponent is not None:
             raise ProtocolError(f"{side} is played by the policy {self._opponent}")
-        self._own(client, side)
+        self._owners[side] = client
         if seat is not None:
             seat.ready()
             return
@@ -148,33 +124,12 @@ class Bridge(Rosbridge):
         seat = self._seat(side)
         if seat is None:
             raise ProtocolError(f"nobody has taken {side}: publish on {side}_connection_service first")
-        self._own(client, side)
+        self._owners[side] = client
         seat.command(maker)
 
     def _seat(self, side: Side) -> Seat | None:
         seat = self._seats.get(side)
         return None if seat is None or seat.ended else seat
-
-    def _doubt(self, owner: Client, other: Client, then: Callable[[], None]) -> None:
-        """Ask a client whether it is there; a tablet that comes back may be here before its end was noticed.
-
-        The first client that wanted the side gets it, with the latest that it said.
-        """
-        if owner not in self._doubted:
-            self._begin(self._ask(owner))
-        elif self._doubted[owner][0] is not other and self._doubted[owner][0] in self._present:
-            return
-        self._doubted[owner] = other, then
-
-    async def _ask(self, owner: Client) -> None:
-        is_there = await owner.is_there()
-        other, then = self._doubted.pop(owner)
-        if not is_there:
-            self._present.discard(owner)
-            owner.end("another client wants its side, and it did not answer")
-            if other in self._present:
-                with contextlib.suppress(ProtocolError):
-                    then()
 
     def _leave(self) -> None:
         self._ending = None
@@ -201,10 +156,7 @@ class Bridge(Rosbridge):
         self._shown.show_target(target, other if other is not self._owners.get(seat.side) else None)
 
     def told(self, seat: Seat, text: str, is_fault: bool) -> None:
-        """Tell the client of a seat, and all readers of the log, what became of it."""
+        """Tell all readers of the log what became of a seat."""
         line = f"{seat.side}: {text}"
         self._say(f"rosbridge: {line}")
         self.publish(LOG, log(line, time.time(), is_fault))
-        owner = self._owners.get(seat.side)
-        if owner is not None and self._seats.get(seat.side) is seat:
-            owner.tell("error" if is_fault else "info", line)

@@ -8,23 +8,15 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import time
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 _MOST_WAITING = 2**22
 """Bytes of messages that may not be missed; if more wait for one client, its connection ends."""
-_PINGS, _ANSWER_S = 3, 0.5
-"""A client that is there answers one of so many pings within so many seconds; tablets deploy every two or more."""
-LEVELS = ("none", "error", "warning", "info")
-"""Of status messages; a client is sent those up to its own."""
-_MOST_REFUSED, _PATIENCE_S = 100, 10.0
-"""After so many refusals within so many seconds the connection ends."""
 MESSAGES_PER_SECOND, BYTES_PER_SECOND = 200, 2**22
 """Read from one client; the rest waits in its connection."""
 _BURST_S = 1.0
@@ -49,15 +41,12 @@ class Client:
         self.advertised: dict[str, str] = {}
         """Types by topic."""
         self.subscriptions: dict[str, Subscription] = {}
-        self.level = "none"
-        """Up to which it is sent status messages; none unless it asks, since some clients cannot take them."""
         self.ending: asyncio.Task[None] | None = None
         self._connection = connection
         self._latest: dict[str, str | bytes] = {}
         self._events: deque[str | bytes] = deque()
         self._waiting = 0
         """Bytes of the events that wait."""
-        self._refused: deque[float] = deque(maxlen=_MOST_REFUSED)
         self._read_until_s = -1e9
         self._wake = asyncio.Event()
 
@@ -81,29 +70,6 @@ class Client:
             if self._waiting > _MOST_WAITING:
                 self.end(f"too slow: {self._waiting} bytes wait to be received")
         self._wake.set()
-
-    def tell(self, level: str, text: str, **more: Any) -> None:
-        """Send a status message, if the client has asked for that level."""
-        if LEVELS.index(level) <= LEVELS.index(self.level):
-            self.put(json.dumps({"op": "status", "level": level, "msg": text} | more))
-
-    def refuse(self, text: str, **more: Any) -> None:
-        """Say why a message was refused; after too many the connection ends."""
-        self.tell("error", text, **more)
-        now = time.monotonic()
-        self._refused.append(now)
-        if len(self._refused) == _MOST_REFUSED and now - self._refused[0] < _PATIENCE_S:
-            self.end(f"{_MOST_REFUSED} messages were refused within {_PATIENCE_S:g} seconds")
-
-    async def is_there(self) -> bool:
-        """Ask whether somebody is at the other end."""
-        # Several times: after a while in which this process did nothing, the answer is there, but not read yet.
-        for _ in range(_PINGS):
-            with contextlib.suppress(TimeoutError, ConnectionClosed):
-                async with asyncio.timeout(_ANSWER_S):
-                    await (await self._connection.ping())
-                    return True
-        return False
 
     async def write(self) -> None:
         """Send what waits, until the connection ends."""

@@ -19,7 +19,7 @@ from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 from swarm_pz.errors import CommandError, ProtocolError, require_extra
-from swarm_pz.play.ros.connection import LEVELS, Client, Subscription
+from swarm_pz.play.ros.connection import Client, Subscription
 from swarm_pz.play.ros.definitions import DEFINITIONS, definition, full_name, plain_name, serialise
 from swarm_pz.play.ros.messages import LOG, Message
 from swarm_pz.play.ros.messages import log as log_line
@@ -160,16 +160,19 @@ class Rosbridge:
                 raise ProtocolError(f"op must be one of {', '.join(self._operations)}, got {_shown(told['op'])}")
             self._operations[told["op"]](self, client, told)
         except ProtocolError as error:
-            client.refuse(str(error), **({"id": told["id"]} if "id" in told else {}))
-            self.publish(LOG, log_line(str(error), time.time(), True), to=client)  # many take no status messages
+            self._refuse(client, str(error))
         except Exception:  # whatever it is, it is refused to this client alone
             log.exception("a message was not obeyed")
-            client.refuse("the server could not do that")
+            self._refuse(client, "the server could not do that")
+
+    def _refuse(self, client: Client, reason: str) -> None:
+        """Say why a message was refused, in the log of its sender alone: many clients take no status messages."""
+        self.publish(LOG, log_line(reason, time.time(), True), to=client)
 
     def _read(self, frame: str | bytes) -> Message:
         is_cbor = isinstance(frame, bytes) and not frame.startswith(b"{")
         try:
-            told = self._of_cbor(frame) if is_cbor else json.loads(frame, parse_constant=_refuse)
+            told = self._of_cbor(frame) if is_cbor else json.loads(frame, parse_constant=_refuse_constant)
         except Exception as error:  # whatever a decoder makes of it, it is refused to this client alone
             raise ProtocolError(f"a message must be a JSON object, got {_shown(frame)}: {error}") from error
         if not isinstance(told, dict) or not isinstance(told.get("op"), str):
@@ -268,14 +271,8 @@ class Rosbridge:
                 return {"time": ros1 | ros2}
         raise ProtocolError(f"there is no service {service}; a seat is taken by publishing on /red_connection_service")
 
-    def _set_level(self, client: Client, told: Message) -> None:
-        level = _text(told, "level")
-        if level not in LEVELS:
-            raise ProtocolError(f"level must be one of {', '.join(LEVELS)}, got {_shown(level)}")
-        client.level = level
-
     def _pass(self, client: Client, told: Message) -> None:
-        """Take what asks for nothing here: an answer, a status, a service of the client's own."""
+        """Take what asks for nothing here: an answer, a status or its level, a service of the client's own."""
 
     _operations: Mapping[str, Callable[[Rosbridge, Client, Message], None]] = {
         "advertise": _advertise,
@@ -284,8 +281,7 @@ class Rosbridge:
         "subscribe": _subscribe,
         "unsubscribe": _unsubscribe,
         "call_service": _call,
-        "set_level": _set_level,
-        **dict.fromkeys(("service_response", "advertise_service", "unadvertise_service", "status"), _pass),
+        **dict.fromkeys(("service_response", "advertise_service", "unadvertise_service", "status", "set_level"), _pass),
     }
 
 
@@ -305,7 +301,7 @@ def _text(told: Message, key: str) -> str:
     return value
 
 
-def _refuse(constant: str) -> float:
+def _refuse_constant(constant: str) -> float:
     raise ValueError(f"{constant} is no number of JSON")
 
 
