@@ -1,4 +1,4 @@
-"""What the site does beyond MkDocs: formulas as MathML, pages for linked files and tables, the board, and the game."""
+"""Additions to MkDocs: formulas as MathML, pages for linked files and tables, the board, and the game."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _LANGUAGES = {
     ".cpp": "cpp", ".rs": "rust", "": "bash",
 }  # fmt: skip
 _ENTRIES = "docs/board/entries"
-"""What the board is in a clone; on the site it is a page."""
+"""The board in a clone; on the site it is a page."""
 _shown: dict[str, str] = {}
-"""What of the repository is shown as pages: path from its root -> path of the page."""
+"""Files of the repository that are shown as pages: path from its root -> path of the page."""
 _SCHEMA = "protocol.schema.json"
 
 

@@ -94,7 +94,7 @@ def log_prob(actions: jax.Array, means: jax.Array, std: jax.Array) -> jax.Array:
 
 
 def optimizer_of(config: TrainConfig) -> optax.GradientTransformation:
-    """Return what turns gradients into changes."""
+    """Return the optimizer."""
     changes = config.epochs * config.total_steps // min(config.batch_size, rows_of(config))
     rate = optax.linear_schedule(config.learning_rate, config.learning_rate / 20, changes)
     return optax.chain(optax.clip_by_global_norm(LARGEST_GRADIENT), optax.adam(rate, eps=1e-5))
@@ -135,7 +135,7 @@ def advantages(config: TrainConfig, steps: Step, last: jax.Array) -> jax.Array:
 
 
 def loss_of(network, steps: Step, gains: jax.Array, std: jax.Array, clip: float):
-    """Return the clipped objective with the critic's error, and what is told of them."""
+    """Return the clipped objective with the critic's error, and figures of both."""
     means, values = answer(network, steps.seen)
     log_ratio = log_prob(steps.actions, means, std) - steps.log_probs
     ratio, error = jnp.exp(log_ratio), jnp.square(values - steps.values - gains).mean()

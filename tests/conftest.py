@@ -26,18 +26,18 @@ BITS = (
 """Tests whose outcome can depend on how the kernels round; those marked `bits` run a second time as on another."""
 
 PAGES = ("tests/play/test_journeys.py", "tests/play/test_journey_study.py", "tests/play/test_scenes.py")
-"""What waits for browsers and clocks."""
+"""Tests that wait for browsers and clocks."""
 SERVERS = tuple(
     f"tests/play/{name}.py"
     for name in (
         "ros/test_bridge", "ros/test_rosbridge",
         "server/test_app", "server/test_lobby",
-        "server/test_policy_workers", "server/test_room", "server/test_serve", "server/test_sockets",
+        "server/test_policy_workers", "server/test_room", "server/test_serve",
         "server/test_studies", "server/test_varied_rooms", "test_client", "test_soak",
         "test_study_run",
     )
 )  # fmt: skip
-"""What waits for servers, processes and clocks: one process runs all these tests, one after another."""
+"""Tests that wait for servers, processes and clocks: one process runs them all, one after another."""
 
 
 def pytest_xdist_make_scheduler(config, log):
@@ -68,7 +68,7 @@ def pytest_runtest_setup(item):
 
 
 def depends_on_rounding(path):
-    """Return whether a file is one of `BITS`."""
+    """Test that a file is one of `BITS`."""
     return HERE in path.parents and any(path.relative_to(HERE).match(pattern) for pattern in BITS)
 
 
@@ -91,7 +91,7 @@ def _folder_of_its_own(tmp_path, monkeypatch):
 
 
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
-"""The first that is here: one without windows takes half as much of the processor."""
+"""The first that is installed is used: one without windows takes half as much of the processor."""
 CHROMIUM = next(filter(None, map(shutil.which, BROWSERS)), None)
 FLAGS = (
     "--no-sandbox",
@@ -104,7 +104,7 @@ FLAGS = (
 
 @pytest.fixture(scope="module")
 def chromium():
-    """Give a browser; not for longer, since its event loop would be in the way of others."""
+    """Give a browser for one module: a longer one's event loop would disturb other tests."""
     if CHROMIUM is None:
         pytest.fail("there is no Chromium here: scripts/browser installs it, or leave these out with -m 'not browser'")
     with sync_playwright() as playwright:

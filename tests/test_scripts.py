@@ -26,7 +26,7 @@ def setup(tmp_path):
         script = [ROOT / "scripts/setup", extras]
         done = subprocess.run(script, check=True, env=environment, capture_output=True, text=True)  # noqa: S603
         installed = re.findall(r"--(?:editable [.]\[|requirement )([^\]\n]*)", (tmp_path / "said").read_text())
-        assert ("minutes in all" in done.stdout) is bool(installed)  # who waits is told how long
+        assert ("minutes in all" in done.stdout) is bool(installed)
         return installed
 
     return run

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
+from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.rendering import board, drones
 from swarm_pz.rendering.board import TEAM_COLOURS, blank
 from swarm_pz.simulator import Simulator
@@ -80,18 +80,6 @@ def test_the_higher_a_drone_the_farther_and_the_larger_its_shadow_and_none_lies_
 
 
 # --- trails -----------------------------------------------------------------------------------------------
-
-
-def test_a_trail_that_began_anew_in_its_ring_is_drawn_from_its_oldest_place():
-    simulator, places = start(drones_per_team=1, capture=CaptureConfig(enabled=False)), []
-    simulator.command(RED, np.eye(10)[None])
-    for _ in range(400):
-        simulator.advance(1)
-        places.append(simulator.positions[0].copy())
-    paths = drones._paths(simulator, 0)
-    window = 150 - len(paths) + 2
-    means = [np.mean(places[first : first + window], axis=0) for first in range(250, 400 - window + 1)]
-    np.testing.assert_allclose(paths[:-1], means, atol=0.5 / 50)
 
 
 def test_a_trail_is_where_its_drone_was_fades_and_is_in_the_colour_of_its_team():

@@ -94,7 +94,7 @@ def cases(name: str) -> Iterator[tuple[ControlSystem, Flight, GameConfig]]:
 
 
 def difference(found: NDArray[np.floating], expected: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Return how far accelerations (N, 2) differ, as shares (N,) of the largest expected one."""
+    """Return the differences of accelerations (N, 2), as shares (N,) of the largest expected one."""
     return np.asarray(np.abs(found - expected).max(axis=1) / np.nanmax(np.abs(expected)))
 
 

@@ -31,26 +31,19 @@ def test_the_last_of_fewer_attractors_fills_the_rest():
     np.testing.assert_array_equal(learned, [[HERE, THERE, THERE, THERE]] * 3)
 
 
-def strongest_mode(density):
-    """Return the centre of mass of the 3x3 block with the largest share, the first of equals, and its weight."""
-    mass, centres = density / density.sum(), (np.arange(len(density)) + 0.5) / len(density)
-
-    def block(row, column):
-        kept = np.zeros_like(mass)
-        kept[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] = 1.0
-        return kept * mass
-
-    best = max((block(*place) for place in np.ndindex(mass.shape)), key=np.sum)
-    share = best.sum()
-    return best.sum(axis=0) @ centres / share, best.sum(axis=1) @ centres / share, 50.0 + 50.0 * share
-
-
-def test_a_density_is_served_where_it_is_strongest():
-    generator = np.random.default_rng(0)
-    densities = [generator.random((10, 10)) ** power for power in (1, 3, 20) for _ in range(4)]
-    densities += [np.eye(100)[0].reshape(10, 10), np.fliplr(np.diag([0, 1.0, *[0] * 6, 1, 0]))]
-    for density in densities:
-        np.testing.assert_allclose(FLOCKING.parse(density, CONFIG), [strongest_mode(density)] * 4, rtol=1e-6)
+@pytest.mark.parametrize(
+    ("cells", "attractor"),
+    [
+        ({(0, 0): 1.0}, (0.05, 0.05, 100.0)),
+        ({(1, 8): 1.0, (8, 1): 1.0}, (0.85, 0.15, 75.0)),  # the first of equals
+        ({(4, 4): 0.2, (4, 5): 0.6, (9, 0): 0.7}, (0.525, 0.45, 50.0 + 40.0 / 1.5)),  # the strongest block of 3 x 3
+    ],
+)
+def test_a_density_is_converted_to_an_attractor_where_it_is_strongest(cells, attractor):
+    density = np.zeros((10, 10))
+    for place, value in cells.items():
+        density[place] = value
+    np.testing.assert_allclose(FLOCKING.parse(density, CONFIG), [attractor] * 4, rtol=1e-6)
     for even in (np.zeros((10, 10)), np.ones((10, 10))):
         np.testing.assert_array_equal(FLOCKING.parse(even, CONFIG), FLOCKING.default(CONFIG))
 
