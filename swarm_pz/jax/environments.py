@@ -1,43 +1,22 @@
-"""The game with the faces of two libraries, neither of which it needs: JaxMARL's for both sides, Gymnax's for one."""
+"""The game with the interfaces of two libraries, neither of which it needs: JaxMARL's for sides, Gymnax's for one."""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, NamedTuple
+from typing import Any, Literal
 
 import jax
 from jax import numpy as jnp
 
-from swarm_pz.config import AGENTS, CHANNELS, GameConfig, ObservationConfig
-from swarm_pz.config.base import check
+from swarm_pz.config import AGENTS, GameConfig, ObservationConfig
+from swarm_pz.config.base import check_choice
 from swarm_pz.jax.game import reset, see, step_once
 from swarm_pz.jax.params import Array, Params, make_params
 from swarm_pz.jax.players import Player
+from swarm_pz.jax.spaces import ActionKind, Box, library_classes, make_actions, make_observations
 from swarm_pz.jax.state import State
 
-_CELLS = GameConfig().command_cells
 _RED, _BLUE = AGENTS
-
-
-class Box(NamedTuple):
-    """Arrays of a shape, with values from low to high: a space of JaxMARL and of Gymnax."""
-
-    low: float
-    high: float
-    shape: tuple[int, ...]
-    dtype: Any
-
-    def sample(self, key: Array) -> Array:
-        """Draw an array."""
-        drawn = jax.random.uniform(key, self.shape, minval=self.low, maxval=self.high + (self.dtype == jnp.uint8))
-        return drawn.astype(self.dtype)
-
-    def contains(self, values: Array) -> Array:
-        """Tell whether an array belongs to it."""
-        return jnp.all((values >= self.low) & (values <= self.high))
-
-
-ACTIONS = Box(0.0, 1.0, (_CELLS, _CELLS), jnp.float32)
 
 
 def default_params() -> Params:
@@ -45,63 +24,105 @@ def default_params() -> Params:
     return make_params(GameConfig(observation=ObservationConfig(grid=10)))
 
 
-def observation_box(params: Params) -> Box:
-    """Return the space of a side's images.
-
-    Raises
-    ------
-    ConfigError
-        If it sees lists of drones: spaces of these libraries have one shape.
-    """
-    check(params.grid > 0, "observation.kind", "entities", "'grids' here, an image of one shape")
-    return Box(0.0, 255.0, (len(CHANNELS), params.grid, params.grid), jnp.uint8)
-
-
-class TwoSides:
-    """Both sides learn: what JaxMARL calls a `MultiAgentEnv`, with the agents `red_0` and `blue_0`.
+class TwoSides(*library_classes("multi_agent_env", "MultiAgentEnv", ("jaxmarl",))):  # type: ignore[misc]
+    """A `MultiAgentEnv` of JaxMARL, with the agents `red_0` and `blue_0`, or `red_0` alone against an opponent.
 
     Parameters
     ----------
     params : Params, optional
         Ten drones against ten, seen on a grid of 10, if not given.
+    action : {"command", "modes", "discrete"}
+        Densities (10, 10), weights (5,) of cosines, or the number of one of 57 named densities.
+    observation : {"images", "vector"}
+        uint8 images, or the same as float32 vectors in [0, 1]. With vectors, observations have also `world_state`: for
+        each agent its vector and the other side's, for a critic that sees both.
+    opponent : Player, optional
+        It plays blue; see `swarm_pz.jax.players.load`.
+    final_observation : bool
+        Whether `infos` of `step` have `final_observation`, what each agent saw last, for values after a truncation.
+        Most trainers of JaxMARL reshape `infos` to one number an agent, and fail with it.
     """
 
     name = "swarm_pz"
 
-    def __init__(self, params: Params | None = None) -> None:
+    def __init__(
+        self,
+        params: Params | None = None,
+        *,
+        action: ActionKind = "command",
+        observation: Literal["images", "vector"] = "images",
+        opponent: Player | None = None,
+        final_observation: bool = False,
+    ) -> None:
+        check_choice(observation, "observation", ("images", "vector"))
         self.params = default_params() if params is None else params
-        self.agents, self.num_agents = list(AGENTS), len(AGENTS)
-        self.agent_classes = {"side": self.agents}
-        self.observation_spaces = dict.fromkeys(AGENTS, observation_box(self.params))
-        self.action_spaces = dict.fromkeys(AGENTS, ACTIONS)
+        self._opponent, self._is_vector, self._has_final = opponent, observation == "vector", final_observation
+        self.agents = list(AGENTS if opponent is None else AGENTS[:1])
+        self.num_agents = len(self.agents)
+        space, self._read = make_actions(action)
+        self.action_spaces = dict.fromkeys(self.agents, space)
+        self.observation_spaces = dict.fromkeys(self.agents, make_observations(self.params, is_vector=self._is_vector))
+
+    @property
+    def agent_classes(self) -> dict[str, list[str]]:
+        """Agents by their kind, of which there is one."""
+        return {"side": self.agents}
 
     def observation_space(self, agent: str) -> Box:
-        """Return the space of what an agent sees."""
+        """Return the space of an agent's observations."""
         return self.observation_spaces[agent]
 
-    def action_space(self, agent: str) -> Box:
-        """Return the space of an agent's densities."""
+    def action_space(self, agent: str) -> Any:
+        """Return the space of an agent's actions."""
         return self.action_spaces[agent]
+
+    def world_state_size(self) -> int:
+        """Return the length of an agent's row of `world_state`."""
+        return len(AGENTS) * self.observation_spaces[_RED].shape[0]
+
+    def get_avail_actions(self, state: State) -> dict[str, Array]:
+        """Return masks (57,) of the discrete actions, all of which are always available."""
+        del state
+        return {agent: jnp.ones(space.n, bool) for agent, space in self.action_spaces.items()}
 
     def reset(self, key: Array) -> tuple[dict[str, Any], State]:
         """Begin a game."""
-        return reset(key, self.params)
+        seen, state = reset(key, self.params)
+        return self._show(seen), state
 
     def step(self, key: Array, state: State, actions: dict[str, Array], reset_state: State | None = None) -> Any:
-        """As `swarm_pz.jax.step`; `reset_state` follows a game that ends, if given."""
-        seen, after, rewards, dones, infos = step_once(state, actions, self.params)
-        first, begun = self.reset(key) if reset_state is None else (self.get_obs(reset_state), reset_state)
-        seen, after = _select(dones["__all__"], (first, begun), (seen, after))
+        """As `step_env`; after an end, the observations and the state are of `reset_state`, or of a new game."""
+        to_opponent, to_next = jax.random.split(key)
+        seen, after, rewards, dones, infos = self.step_env(to_opponent, state, actions)
+        if self._has_final:
+            infos["final_observation"] = jnp.stack([seen[agent] for agent in self.agents])
+        begun = self.reset(to_next) if reset_state is None else (self.get_obs(reset_state), reset_state)
+        done = dones["__all__"]
+        seen, after = jax.tree.map(lambda new, old: jnp.where(done, new, old), begun, (seen, after))
         return seen, after, rewards, dones, infos
 
     def step_env(self, key: Array, state: State, actions: dict[str, Array]) -> Any:
-        """As `swarm_pz.jax.step_once`."""
-        del key
-        return step_once(state, actions, self.params)
+        """As `swarm_pz.jax.step_once`, for the agents that there are."""
+        densities = {agent: self._read(action) for agent, action in actions.items()}
+        if self._opponent is not None:
+            shown = see(state, dataclasses.replace(self.params, grid=self._opponent.grid))[_BLUE]
+            densities[_BLUE] = self._opponent.act(key, shown)
+        seen, after, rewards, dones, infos = step_once(state, densities, self.params)
+        rewards = {agent: rewards[agent] for agent in self.agents}
+        dones = {agent: dones[agent] for agent in (*self.agents, "__all__")}
+        infos = {name: values[: self.num_agents] for name, values in infos.items()}
+        return self._show(seen), after, rewards, dones, infos
 
     def get_obs(self, state: State) -> dict[str, Any]:
-        """Return the observations of both sides."""
-        return see(state, self.params)
+        """Return the observations of all agents."""
+        return self._show(see(state, self.params))
+
+    def _show(self, seen: dict[str, Any]) -> dict[str, Any]:
+        if not self._is_vector:
+            return {agent: seen[agent] for agent in self.agents}
+        red, blue = (seen[agent].reshape(-1) / jnp.float32(255) for agent in AGENTS)
+        world = jnp.stack([jnp.concatenate([red, blue]), jnp.concatenate([blue, red])])
+        return dict(zip(self.agents, (red, blue), strict=False)) | {"world_state": world[: self.num_agents]}
 
 
 class OneSide:
@@ -120,13 +141,13 @@ class OneSide:
         self.default_params = default_params()
 
     def observation_space(self, params: Params | None = None) -> Box:
-        """Return the space of what the learner sees."""
-        return observation_box(params or self.default_params)
+        """Return the space of the learner's images."""
+        return make_observations(params or self.default_params, is_vector=False)
 
     def action_space(self, params: Params | None = None) -> Box:
         """Return the space of its densities."""
         del params
-        return ACTIONS
+        return make_actions("command").space
 
     def reset(self, key: Array, params: Params | None = None) -> tuple[Any, State]:
         """Begin a game."""
@@ -143,17 +164,8 @@ class OneSide:
         observation, state, reward, terminated, truncated, info
             After an end the first two are of the next game, and `info["final_observation"]` of the one that ended.
         """
-        numbers = params or self.default_params
-        to_opponent, to_next = jax.random.split(key)
-        shown = see(state, dataclasses.replace(numbers, grid=self.opponent.grid))[_BLUE]
-        actions = {_RED: action, _BLUE: self.opponent.act(to_opponent, shown)}
-        seen, after, rewards, dones, infos = step_once(state, actions, numbers)
-        info = {name: values[0] for name, values in infos.items()} | {"final_observation": seen[_RED]}
-        first, begun = self.reset(to_next, numbers)
-        ended, truncated = dones[_RED], info["truncated"]
-        observation, state = _select(ended, (first, begun), (seen[_RED], after))
-        return observation, state, rewards[_RED], ended & ~truncated, truncated, info
-
-
-def _select(chooses: Array, one: Any, other: Any) -> Any:
-    return jax.tree.map(lambda first, second: jnp.where(chooses, first, second), one, other)
+        env = TwoSides(params or self.default_params, opponent=self.opponent, final_observation=True)
+        seen, state, rewards, dones, infos = env.step(key, state, {_RED: action})
+        info = {name: values[0] for name, values in infos.items()}
+        truncated = info["truncated"]
+        return seen[_RED], state, rewards[_RED], dones[_RED] & ~truncated, truncated, info

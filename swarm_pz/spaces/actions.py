@@ -21,7 +21,7 @@ LOG_DENSITY_RANGE = 4.0
 
 _COARSEST = 2
 """Half-waves of the square, along both axes together, that a cosine of `action="modes"` has at most."""
-_LARGEST = 2.0
+LARGEST_MODE = 2.0
 """Largest number of `action="modes"`. Divided by it, a number is the weight of its cosine in the density's logarithm.
 So noise of 1, which Gaussian policies begin with, changes densities gently."""
 
@@ -106,20 +106,24 @@ def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: boo
     return np.asarray(np.exp(LOG_DENSITY_RANGE * (values - values.max(axis=(1, 2), keepdims=True))))
 
 
+def mode_waves(cells: int) -> NDArray[np.float64]:
+    """Return the cosines (n, A, A) of `action="modes"`."""
+    count = min(_COARSEST + 1, cells)
+    along = np.cos(np.pi * np.outer(np.arange(count), (np.arange(cells) + 0.5) / cells))
+    pairs = [(y, x) for y in range(count) for x in range(count) if 0 < y + x <= _COARSEST]
+    return np.array([np.outer(along[y], along[x]) for y, x in pairs])  # a constant changes no density
+
+
 class _Modes(Actions):
     """Densities whose logarithm is a sum of the coarsest cosines, the controller's own basis."""
 
     def __init__(self, config: GameConfig) -> None:
-        cells = config.command_cells
-        count = min(_COARSEST + 1, cells)
-        along = np.cos(np.pi * np.outer(np.arange(count), (np.arange(cells) + 0.5) / cells))
-        pairs = [(y, x) for y in range(count) for x in range(count) if 0 < y + x <= _COARSEST]
-        self._waves = np.array([np.outer(along[y], along[x]) for y, x in pairs])  # a constant changes no density
-        self._shape = (len(pairs),)
-        self.space = spaces.Box(-_LARGEST, _LARGEST, self._shape, np.float32)
+        self._waves = mode_waves(config.command_cells)
+        self._shape = (len(self._waves),)
+        self.space = spaces.Box(-LARGEST_MODE, LARGEST_MODE, self._shape, np.float32)
 
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
-        weights = check_values(actions, (count, *self._shape), -_LARGEST, _LARGEST, name) / _LARGEST
+        weights = check_values(actions, (count, *self._shape), -LARGEST_MODE, LARGEST_MODE, name) / LARGEST_MODE
         logs = (weights[:, :, None, None] * self._waves).sum(axis=1)
         return np.asarray(np.exp(logs - logs.max(axis=(1, 2), keepdims=True)))
 

@@ -1,4 +1,8 @@
-"""The faces of JaxMARL and Gymnax: shapes, spaces, the player's part, and what follows an end."""
+"""The interfaces of JaxMARL and Gymnax: shapes, spaces, actions, the player's part, and what follows an end."""
+
+import runpy
+import sys
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -6,31 +10,97 @@ import pytest
 from jax import numpy as jnp
 
 from swarm_pz.config import AGENTS, CHANNELS, GameConfig, ObservationConfig
-from swarm_pz.jax import make_params
+from swarm_pz.errors import ConfigError
+from swarm_pz.jax import make_params, spaces
 from swarm_pz.jax.environments import OneSide, TwoSides
-from swarm_pz.jax.players import Player
+from swarm_pz.jax.players import SCRIPTS, Player
+from swarm_pz.jax.spaces import make_actions
+from swarm_pz.spaces.actions import make_actions as simulator_actions
 
 GAME = GameConfig(drones_per_team=2, time_limit=0.2, command_period=0.1, observation=ObservationConfig(grid=10))
 PARAMS = make_params(GAME)
 KEY, EVEN = jax.random.key(0), jnp.ones((10, 10))
 
 
-def test_jaxmarls_face_gives_what_its_spaces_say():
-    env = TwoSides(PARAMS)
-    assert env.agents == list(AGENTS) and env.num_agents == 2
-    actions = {agent: env.action_space(agent).sample(KEY) for agent in env.agents}
+@pytest.mark.parametrize(
+    ("options", "agents", "shape"),
+    [
+        ({}, AGENTS, (9, 10, 10)),
+        ({"action": "modes", "final_observation": True}, AGENTS, (9, 10, 10)),
+        ({"action": "discrete", "observation": "vector"}, AGENTS, (900,)),
+        ({"action": "discrete", "observation": "vector", "opponent": SCRIPTS["halo"]}, AGENTS[:1], (900,)),
+    ],
+)
+def test_steps_have_the_shapes_of_the_spaces(options, agents, shape):
+    env = TwoSides(PARAMS, **options)
+    count = len(agents)
+    assert env.agents == list(agents) and env.num_agents == count
+    actions = {agent: env.action_space(agent).sample(KEY) for agent in agents}
+    assert all(env.action_space(agent).contains(action) for agent, action in actions.items())
     seen, state = jax.eval_shape(env.reset, KEY)
     for given in (jax.eval_shape(env.step, KEY, state, actions), jax.eval_shape(env.step_env, KEY, state, actions)):
         again, after, rewards, dones, infos = given
         assert again == seen == jax.eval_shape(env.get_obs, state) and after == state
-        assert set(rewards) == set(AGENTS) and set(dones) == {*AGENTS, "__all__"}
-        assert all(info.shape == (2,) for info in jax.tree.leaves(infos)), "trainers reshape them by agents"
-    for agent in AGENTS:
-        space = env.observation_space(agent)
-        assert (seen[agent].shape, seen[agent].dtype) == (space.shape, space.dtype)
+        assert set(rewards) == set(agents) and set(dones) == {*agents, "__all__"}
+        last = infos.pop("final_observation", None)
+        assert last is None or last.shape == (count, *shape)
+        assert all(info.shape == (count,) for info in jax.tree.leaves(infos)), "trainers reshape them by agents"
     space = env.observation_space("red_0")
-    drawn = space.sample(KEY)
-    assert space.contains(drawn) and drawn.max() == 255 and not env.action_space("red_0").contains(drawn)
+    assert all((seen[agent].shape, seen[agent].dtype) == (space.shape, space.dtype) for agent in agents)
+    if "observation" in options:
+        assert seen["world_state"].shape == (count, env.world_state_size())
+        assert {agent: mask.tolist() for agent, mask in env.get_avail_actions(state).items()} == dict.fromkeys(
+            agents, [True] * 57
+        )
+
+
+def test_spaces_tell_what_belongs_to_them():
+    env = TwoSides(PARAMS)
+    drawn = env.observation_space("red_0").sample(KEY)
+    assert env.observation_space("red_0").contains(drawn) and drawn.max() == 255
+    assert not env.action_space("red_0").contains(drawn)
+    assert not TwoSides(PARAMS, action="discrete").action_space("red_0").contains(57)
+
+
+@pytest.mark.parametrize("kind", ["modes", "discrete"])
+def test_actions_become_the_densities_of_the_other_wrappers(kind):
+    known = simulator_actions(GAME, GAME.team_systems[0], kind, None)
+    actions, read = np.arange(57), make_actions(kind).read
+    if kind == "modes":
+        actions = np.random.default_rng(0).uniform(-2.0, 2.0, (20, 5)).astype(np.float32)
+        assert jnp.allclose(read(2 * actions[0]), read(np.clip(2 * actions[0], -2.0, 2.0)))
+    expected = known.read(actions, len(actions), "action")
+    assert np.abs(np.stack([read(action) for action in actions]) - expected).max() < 1e-5
+    if kind == "discrete":
+        assert (read(jnp.array([9])) == read(9)).all(), "trainers of JaxMARL hand over arrays (1,)"
+
+
+def test_vectors_are_the_images_and_the_world_begins_with_ones_own():
+    images, vectors = (TwoSides(PARAMS, observation=kind).reset(KEY)[0] for kind in ("images", "vector"))
+    red, blue = (images[agent].reshape(-1) / np.float32(255) for agent in AGENTS)
+    assert jnp.array_equal(vectors["red_0"], red) and jnp.array_equal(vectors["blue_0"], blue) and (red != blue).any()
+    assert jnp.array_equal(vectors["world_state"], [[*red, *blue], [*blue, *red]])
+
+
+def test_the_spaces_are_of_the_libraries_that_are_installed(monkeypatch):
+    kinds = {}
+    for library in ("jaxmarl", "gymnax"):
+        kinds[library] = SimpleNamespace(Box=type("Box", (), {}), Discrete=type("Discrete", (), {}))
+        monkeypatch.setitem(sys.modules, library, SimpleNamespace())
+        monkeypatch.setitem(sys.modules, f"{library}.environments", SimpleNamespace())
+        monkeypatch.setitem(sys.modules, f"{library}.environments.spaces", kinds[library])
+    found = runpy.run_path(spaces.__file__)
+    box = found["make_observations"](PARAMS, is_vector=True)
+    number = found["make_actions"]("discrete").space
+    assert all(isinstance(box, kind.Box) and isinstance(number, kind.Discrete) for kind in kinds.values())
+    assert (box.shape, box.low, box.high, box.dtype, number.n) == ((900,), 0.0, 1.0, jnp.float32, 57)
+
+
+@pytest.mark.parametrize("options", [{"action": "densities"}, {"observation": "vectors"}])
+def test_unknown_words_are_refused_with_those_that_there_are(options):
+    ((name, value),) = options.items()
+    with pytest.raises(ConfigError, match=f"^{name} must be '.*, got '{value}'"):
+        TwoSides(PARAMS, **options)
 
 
 @pytest.fixture(scope="module")
