@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GRID_CELLS, TICKS_PER_SECOND, GameConfig
+from swarm_pz.kernels.capture import capture_fields
 from swarm_pz.simulator import Simulator
 
 GOLDEN, PUBLISHED = (Path(__file__).parent / "golden" / f"{name}.npz" for name in ("games", "released"))
@@ -56,8 +57,9 @@ class State(NamedTuple):
 
 
 def state_of(simulator: Simulator) -> State:
-    fields = zlib.crc32(simulator.games.fields.astype("<i8").tobytes())
-    return State(simulator.positions[0].copy(), simulator.velocities[0].copy(), simulator.teams[0].copy(), fields)
+    fields = np.pad(capture_fields(simulator.games.occupancy[0]), ((0, 0), (2, 2), (2, 2))).astype("<i8")
+    positions, velocities, teams = simulator.positions[0].copy(), simulator.velocities[0].copy(), simulator.teams[0]
+    return State(positions, velocities, teams.copy(), zlib.crc32(fields.tobytes()))
 
 
 def ticks(game: Golden, simulator: Simulator) -> Iterator[int]:

@@ -119,7 +119,6 @@ def hand_over(simulator: Simulator, drones: NDArray[np.bool_]) -> None:
     np.moveaxis(games.memory, -1, 1)[drones] = 0.0
     games.memory_weight[drones] = 0.0
     games.trails[:] = -1
-    games.fields[:] = 0
     games.occupancy[:] = 0
     simulator.restore(games)
 

@@ -6,11 +6,11 @@ import numpy as np
 from jax import lax
 from jax import numpy as jnp
 
-from swarm_pz.config import GRID_CELLS, GameConfig
-from swarm_pz.jax.params import MOST_DRONES, Array
-from swarm_pz.kernels.capture import BORDER, ring_weights
+from swarm_pz.config import GRID_CELLS
+from swarm_pz.jax.params import Array
+from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, RING_COUNTS
 
-_WEIGHTS = ring_weights(MOST_DRONES * GameConfig().trail_ticks)[BORDER:-BORDER, BORDER:-BORDER]
+_WEIGHTS = (FIELD_UNIT // RING_COUNTS).astype(np.int32)
 _FIXED = 29
 """Bits after the point of a coordinate from which its cell is computed: all that a float32 of 1/64 or more has."""
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint64s
-from swarm_pz.kernels.capture import Boards, add_up, find_captured
+from swarm_pz.kernels.capture import Boards, find_captured
 from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
 from swarm_pz.kernels.controllers.plans import plans_of
@@ -48,10 +48,8 @@ class Games(NamedTuple):
     """(E, N) 0 red, 1 blue."""
     trails: Int16s
     """(E, T, N) grid cells, -1 where there is no past yet."""
-    fields: Integers
-    """(E, 2, G + 4, G + 4) each team's capture field, framed and in units of `capture.FIELD_UNIT`."""
     occupancy: Integers
-    """(E, 2, G + 4, G + 4) what `fields` is added up from, with many drones; else (E, 2, 0, 0)."""
+    """(E, 2, G + 4, G + 4) ticks that each team's trails count in each cell, framed as in `capture`."""
     memory: Float32s
     """(E, K, K, N) the controller's decayed sums of F_k over the past."""
     memory_weight: Float32s
@@ -103,7 +101,7 @@ class RuleParameters(NamedTuple):
     capture_enabled: bool
     capture_threshold: float
     ring_weights: Integers
-    """(G + 4, G + 4) see `swarm_pz.kernels.capture`."""
+    """(G, G) see `swarm_pz.kernels.capture.Boards`."""
 
 
 class RuleVariants(NamedTuple):
@@ -164,7 +162,7 @@ def forget(
     what: tuple[bool, bool],
     boards: Boards,
 ) -> None:
-    """Empty a drone's trail and the controller's memory of it, as far as asked; `add_up` has to follow."""
+    """Empty a drone's trail and the controller's memory of it, as far as asked."""
     if what[0]:
         forget_trail(trails, drone, team, boards)
     if what[1]:
@@ -185,7 +183,6 @@ def take_up_commands(games: Games, e: int, variants: RuleVariants, boards: Board
             for i in range(games.teams.shape[1]):
                 if games.teams[e, i] == team:
                     forget(games.trails[e], games.memory[e], games.memory_weight[e], i, team, what, boards)
-            add_up(boards)
 
 
 @kernel
@@ -275,14 +272,14 @@ def find_captured_with_variants(
         cells[i] = cell_of(positions[i, 0], positions[i, 1])
     if variants.reconstructs:
         return find_captured_by_density(cells, teams, games.reconstruction[e], threshold, captured)
-    return find_captured(cells, teams, boards.fields, threshold, peaks, captured)
+    return find_captured(cells, teams, boards, threshold, peaks, captured)
 
 
 @kernel
 def change_team(
     games: Games, e: int, drone: int, rules: RuleParameters, boards: Boards, variants: RuleVariants | None
 ) -> None:
-    """Let a captured drone join the other team, with its trail unless that is forgotten; `add_up` has to follow."""
+    """Let a captured drone join the other team, with its trail unless that is forgotten."""
     loser = games.teams[e, drone]
     winner = 1 - loser
     forgets = (False, True)
@@ -312,7 +309,7 @@ def advance_game(
     swarm = swarm_of(games, e, controller.warm_start)
     positions, velocities, accelerations = swarm.positions, swarm.velocities, swarm.accelerations
     teams, trails = swarm.teams, games.trails[e]
-    boards = Boards(games.fields[e], games.occupancy[e], rules.ring_weights)
+    boards = Boards(games.occupancy[e], rules.ring_weights)
     num_drones = teams.shape[0]
     captured, peaks = np.empty(num_drones, np.bool_), np.zeros(2, np.int64)
 
@@ -338,7 +335,7 @@ def advance_game(
             continue
         threshold = rules.capture_threshold
         if variants is None:
-            found = find_captured(trails[slot], teams, boards.fields, threshold, peaks, captured)
+            found = find_captured(trails[slot], teams, boards, threshold, peaks, captured)
         else:
             found = find_captured_with_variants(games, e, threshold, variants, boards, peaks, captured)
         if not found:
@@ -346,7 +343,6 @@ def advance_game(
         for i in range(num_drones):
             if captured[i]:
                 change_team(games, e, i, rules, boards, variants)
-        add_up(boards)
 
 
 @entry_point

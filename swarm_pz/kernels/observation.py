@@ -9,7 +9,7 @@ import numpy as np
 from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, SOON, TICKS_PER_SECOND
 from swarm_pz.kernels import entry_point, exact, kernel
 from swarm_pz.kernels.arrays import Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint8s, Uint16s
-from swarm_pz.kernels.capture import BORDER, capture_limit, field_maximum
+from swarm_pz.kernels.capture import capture_limit, fill_field
 from swarm_pz.kernels.controllers.ergodic import list_members
 from swarm_pz.kernels.fourier import largest
 from swarm_pz.kernels.game import Games
@@ -33,7 +33,7 @@ class Shown(NamedTuple):
     velocities: Float32s
     teams: Int8s
     trails: Int16s
-    fields: Integers
+    occupancy: Integers
     reconstruction: Float32s
     targets: Float64s
 
@@ -101,21 +101,22 @@ def paint_trail_age(
 
 
 @kernel
-def paint_capture_field(field: Integers, threshold: float, plane: Uint8s) -> None:
-    """Paint 255 * value / maximum, kept on the side of 192 that says whether the cell captures."""
+def paint_capture_field(board: Integers, ring_weights: Integers, threshold: float, plane: Uint8s) -> None:
+    """Paint 255 * value / maximum of a team's field, kept on the side of 192 that says whether the cell captures."""
+    field = np.empty((GRID_CELLS, GRID_CELLS), ring_weights.dtype)
+    maximum = field.ravel()[fill_field(board, ring_weights, field)]
     grid = plane.shape[0]
     block = GRID_CELLS // grid
-    maximum = field_maximum(field)
     if maximum == 0:
         return
     limit = capture_limit(maximum, threshold)
     highest = np.empty(GRID_CELLS, field.dtype)  # of each column of the full grid, within a row of the plane
     for coarse_row in range(grid):
-        first = coarse_row * block + BORDER
+        first = coarse_row * block
         for column in range(GRID_CELLS):
-            highest[column] = field[first, BORDER + column]
+            highest[column] = field[first, column]
         for row in range(block - 1):
-            others = field[first + 1 + row, BORDER:-BORDER]
+            others = field[first + 1 + row]
             for column in range(GRID_CELLS):
                 highest[column] = max(highest[column], others[column])
         if block > 1:
@@ -191,6 +192,7 @@ def paint_grids(
     sides: Int64s,
     time_left: Float64s,
     view: ViewParameters,
+    ring_weights: Integers,
     observations: Uint8s,
 ) -> None:
     """Paint the observations of the games `rows[place]` for every given place.
@@ -209,6 +211,8 @@ def paint_grids(
     time_left : float64 array (n,)
         Fraction of the time that is left.
     view : ViewParameters
+    ring_weights : int32 or int64 array (G, G)
+        As of `swarm_pz.kernels.capture.Boards`.
     observations : uint8 array (n, channels, grid, grid)
         Overwritten.
     """
@@ -240,7 +244,7 @@ def paint_grids(
             elif channel < OWN_TARGET and games.reconstruction.shape[2]:
                 paint_density_field(games.reconstruction[e, team], threshold, plane)
             elif channel < OWN_TARGET:
-                paint_capture_field(games.fields[e, team], threshold, plane)
+                paint_capture_field(games.occupancy[e, team], ring_weights, threshold, plane)
             elif channel == OWN_TARGET:
                 paint_target(games.targets[e, own], view.interpolation, plane)
             elif channel == OWN_SHARE:

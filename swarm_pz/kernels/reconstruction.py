@@ -14,7 +14,7 @@ import numpy as np
 from swarm_pz.config import GRID_CELLS, MAX_MODES
 from swarm_pz.kernels import kernel
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s
-from swarm_pz.kernels.capture import BORDER, FRAMED_CELLS, RING_COUNTS
+from swarm_pz.kernels.capture import BORDER, FRAMED_CELLS, RING_COUNTS, ring_sum
 
 _CENTRE_COSINES = np.array(
     [[math.cos(math.pi * k * (cell + 0.5) / GRID_CELLS) for cell in range(GRID_CELLS)] for k in range(MAX_MODES)]
@@ -47,12 +47,7 @@ def rebuild_field(coefficients: Float32s, field: Float32s) -> None:
     averages = np.empty((GRID_CELLS, GRID_CELLS), np.float64)
     for row in range(GRID_CELLS):
         for column in range(GRID_CELLS):
-            total = 0.0
-            for step in range(5):
-                total += framed[row, column + step] + framed[row + 4, column + step]
-            for step in range(1, 4):
-                total += framed[row + step, column] + framed[row + step, column + 4]
-            averages[row, column] = total / RING_COUNTS[row, column]
+            averages[row, column] = ring_sum(framed, np.uint64(row), np.uint64(column)) / RING_COUNTS[row, column]
     lowest, highest = averages.min(), averages.max()
     spread = highest - lowest
     if spread < 1e-12:  # rounding alone

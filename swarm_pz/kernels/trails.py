@@ -11,7 +11,7 @@ import numpy as np
 from swarm_pz.config import GRID_CELLS
 from swarm_pz.kernels import kernel
 from swarm_pz.kernels.arrays import Bools, Float32s, Int8s, Int16s
-from swarm_pz.kernels.capture import Boards, add_to_field, add_to_occupancy, add_up
+from swarm_pz.kernels.capture import Boards, count
 
 
 @kernel
@@ -34,22 +34,12 @@ def cell_of(x: float, y: float) -> int:
 @kernel
 def extend_trails(positions: Float32s, teams: Int8s, slot: int, trails: Int16s, boards: Boards) -> None:
     """Write every drone's present cell to its trail, in place of the oldest: in the slot of the tick."""
-    if boards.occupancy.size:
-        for i in range(positions.shape[0]):
-            oldest, newest = trails[slot, i], cell_of(positions[i, 0], positions[i, 1])
-            trails[slot, i] = newest
-            add_to_occupancy(boards.occupancy[teams[i]], newest, 1)
-            if oldest >= 0:
-                add_to_occupancy(boards.occupancy[teams[i]], oldest, -1)
-        add_up(boards)
-        return
     for i in range(positions.shape[0]):
         oldest, newest = trails[slot, i], cell_of(positions[i, 0], positions[i, 1])
         trails[slot, i] = newest
-        if newest != oldest:
-            add_to_field(boards.fields[teams[i]], boards.ring_weights, newest, 1)
-            if oldest >= 0:
-                add_to_field(boards.fields[teams[i]], boards.ring_weights, oldest, -1)
+        count(boards, teams[i], newest, 1)
+        if oldest >= 0:
+            count(boards, teams[i], oldest, -1)
 
 
 @kernel
@@ -59,37 +49,20 @@ def take_back_newest(failed: Bools, teams: Int8s, slot: int, trails: Int16s, boa
         if failed[i]:
             count(boards, teams[i], trails[slot, i], -1)
             trails[slot, i] = -1
-    add_up(boards)
-
-
-@kernel
-def count(boards: Boards, team: int, cell: int, ticks: int) -> None:
-    """Add ticks spent in one cell to what a team's field is made of; `add_up` has to follow."""
-    if boards.occupancy.size:
-        add_to_occupancy(boards.occupancy[team], cell, ticks)
-    else:
-        add_to_field(boards.fields[team], boards.ring_weights, cell, ticks)
 
 
 @kernel
 def hand_over_trail(trails: Int16s, drone: int, loser: int, winner: int, boards: Boards) -> None:
-    """Move the ticks of one drone's trail from the loser to the winner; `add_up` has to follow."""
-    length = trails.shape[0]
-    first = 0
-    while first < length:
-        cell, last = trails[first, drone], first
-        while last + 1 < length and trails[last + 1, drone] == cell:
-            last += 1
-        if cell >= 0:
-            ticks = last - first + 1
-            count(boards, loser, cell, -ticks)
-            count(boards, winner, cell, ticks)
-        first = last + 1
+    """Move the ticks of one drone's trail from the loser to the winner."""
+    for place in range(trails.shape[0]):
+        if trails[place, drone] >= 0:
+            count(boards, loser, trails[place, drone], -1)
+            count(boards, winner, trails[place, drone], 1)
 
 
 @kernel
 def forget_trail(trails: Int16s, drone: int, team: int, boards: Boards) -> None:
-    """Empty the trail of one drone of a team; `add_up` has to follow."""
+    """Empty the trail of one drone of a team."""
     for place in range(trails.shape[0]):
         if trails[place, drone] >= 0:
             count(boards, team, trails[place, drone], -1)

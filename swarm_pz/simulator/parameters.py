@@ -10,18 +10,23 @@ import numpy as np
 from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.sections import Occasion
 from swarm_pz.errors import ConfigError
-from swarm_pz.kernels.capture import ring_weights
+from swarm_pz.kernels.capture import Boards, empty_boards
 from swarm_pz.kernels.controllers.communication import communication_parameters
 from swarm_pz.kernels.game import RuleParameters, RuleVariants
 
 _ENDLESS = 2**40
 
 
+def boards_of(config: GameConfig) -> Boards:
+    """Return the empty boards that a game begins with."""
+    # What is compiled must not depend on a game's length, so trails as long as it count as the longest.
+    trail_ticks = config.trail_ticks if config.memory.trail is not None else _ENDLESS
+    return empty_boards(config.num_drones * trail_ticks)
+
+
 def rule_parameters(config: GameConfig) -> RuleParameters:
     """Return the numbers of a tick."""
     tick = 1 / TICKS_PER_SECOND
-    # What is compiled must not depend on a game's length, so trails as long as it count as the longest.
-    trail_ticks = config.trail_ticks if config.memory.trail is not None else _ENDLESS
     return RuleParameters(
         tick=np.float32(tick),
         drift=np.float32(tick * config.dynamics.speed_factor),
@@ -30,7 +35,7 @@ def rule_parameters(config: GameConfig) -> RuleParameters:
         ticks_per_second=TICKS_PER_SECOND,
         capture_enabled=config.capture.enabled,
         capture_threshold=config.capture.threshold,
-        ring_weights=ring_weights(config.num_drones * trail_ticks),
+        ring_weights=boards_of(config).ring_weights,
     )
 
 

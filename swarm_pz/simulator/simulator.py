@@ -14,14 +14,14 @@ from swarm_pz.config import BLUE, GRID_CELLS, RED, TEAM_NAMES, TICKS_PER_SECOND,
 from swarm_pz.config.base import check_count
 from swarm_pz.config.values import describe
 from swarm_pz.errors import CommandError
-from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
+from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, capture_fields
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import GIVEN, Games, advance_games, are_decided, take_up
 from swarm_pz.simulator.commands import CheckedCommands, coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.openmp import limit_spinning
-from swarm_pz.simulator.parameters import check_finite, rule_parameters, rule_variants
+from swarm_pz.simulator.parameters import boards_of, check_finite, rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import (
     FASTEST,
     Seed,
@@ -67,12 +67,12 @@ class Simulator:
         self.num_games = check_count(num_games, "num_games", 1, _MOST_GAMES)
         self.threads = min(check_count(threads, "threads", 1, _MOST_GAMES), os.cpu_count() or 1, self.num_games)
         self._pool = self._make_pool()
-        self._rules, self._variants = rule_parameters(self.config), rule_variants(self.config)
+        self.rules, self._variants = rule_parameters(self.config), rule_variants(self.config)
         self.control = Control(self.config)
         """The control systems of the teams."""
         self._target_mass, self._tells_sending = float(self.config.controller.target_mass), self.config.tells_sending
         self.controller = ergodic_parameters(self.config)
-        check_finite(self._rules)
+        check_finite(self.rules)
         check_finite(self.controller)
         self._all_rows = np.arange(num_games)
         self._solved = np.full((num_games, 2), _NEVER, np.int64)
@@ -95,8 +95,7 @@ class Simulator:
     def _empty_games(self) -> Games:
         e, n, cells = self.num_games, self.config.num_drones, self.config.command_cells
         modes, horizon = self.config.controller.modes, self.config.controller.horizon
-        side = FRAMED_CELLS if n >= MANY_DRONES else 0
-        variants = self._variants
+        variants, board = self._variants, boards_of(self.config).occupancy
         forgets = variants is not None and any(variants.command_forgets + variants.sending_forgets)
         followed = cells if forgets else 0
         grid = GRID_CELLS if self._reconstructs else 0
@@ -108,8 +107,7 @@ class Simulator:
             altitudes=np.zeros((e, n), np.float32),
             teams=np.zeros((e, n), np.int8),
             trails=np.zeros((e, self.config.trail_ticks, n), np.int16),
-            fields=np.zeros((e, 2, FRAMED_CELLS, FRAMED_CELLS), self._rules.ring_weights.dtype),
-            occupancy=np.zeros((e, 2, side, side), self._rules.ring_weights.dtype),
+            occupancy=np.zeros((e, *board.shape), board.dtype),
             memory=np.zeros((e, modes, modes, n), np.float32),
             memory_weight=np.zeros((e, n), np.float32),
             plans=np.zeros((e, n, horizon if self.config.controller.warm_start else 0, 2), np.float32),
@@ -309,7 +307,7 @@ class Simulator:
             if self.control.solves:
                 self._advance_by_periods(part, per_game.copy())
             else:
-                advance_games(self.games, part, per_game, self._rules, self.controller, self._variants)
+                advance_games(self.games, part, per_game, self.rules, self.controller, self._variants)
 
         self.for_rows(rows, work)
 
@@ -319,7 +317,7 @@ class Simulator:
         `advance` does so itself; a call before may run in a thread, while others read the games. Raises as `advance`.
         """
         chosen = self.rows(rows)
-        self._solve(team, chosen[self.games.ticks[chosen] % self._rules.ticks_per_control_period == 0])
+        self._solve(team, chosen[self.games.ticks[chosen] % self.rules.ticks_per_control_period == 0])
 
     def _solve(self, team: int, rows: NDArray[np.int64]) -> None:
         due = rows[(self.games.flown_by[rows, team] >= GIVEN) & (self._solved[rows, team] != self.games.ticks[rows])]
@@ -330,7 +328,7 @@ class Simulator:
 
     def _advance_by_periods(self, part: NDArray[np.int64], left: NDArray[np.int64]) -> None:
         """Advance games by the ticks that are left (E,), from one solve to the next; `left` becomes zero."""
-        games, period = self.games, self._rules.ticks_per_control_period
+        games, period = self.games, self.rules.ticks_per_control_period
         while len(part := part[(left[part] > 0) & ~self._are_decided(part)]):
             phase = games.ticks[part] % period
             due = part[phase == 0]
@@ -338,7 +336,7 @@ class Simulator:
                 self._solve(team, due)
             ticks = np.zeros_like(left)
             ticks[part] = np.minimum(left[part], period - phase)
-            advance_games(games, part, ticks, self._rules, self.controller, self._variants)
+            advance_games(games, part, ticks, self.rules, self.controller, self._variants)
             left[part] -= ticks[part]
 
     def _are_decided(self, rows: NDArray[np.int64] | slice) -> NDArray[np.bool_]:
@@ -462,35 +460,26 @@ class Simulator:
     @property
     def occupancy(self) -> NDArray[np.int64]:
         """(E, 2, G, G) ticks that each team's trails count in each cell."""
-        cells = GRID_CELLS**2
-        trails, teams = self.games.trails.astype(np.int64), self.games.teams[:, None, :]
-        boards = (2 * np.arange(self.num_games)[:, None, None] + teams) * cells + trails
-        counts = np.bincount(boards[trails >= 0], minlength=2 * self.num_games * cells)
-        return counts.reshape(self.num_games, 2, GRID_CELLS, GRID_CELLS)
+        return self.games.occupancy[:, :, BORDER:-BORDER, BORDER:-BORDER].astype(np.int64)
 
     @property
     def capture_field(self) -> NDArray[np.float64]:
         """(E, 2, G, G) each team's occupancy, or rescaled density, averaged over the ring around each cell."""
         if self._reconstructs:
             return self.games.reconstruction.astype(np.float64)
-        return np.asarray(self._fields / FIELD_UNIT)
+        return np.asarray(capture_fields(self.games.occupancy) / FIELD_UNIT)
 
     @property
     def captures_here(self) -> NDArray[np.bool_]:
         """(E, 2, G, G) where each team would capture an opposing drone."""
         if self._reconstructs:
             return np.asarray(self.games.reconstruction >= np.float32(self.config.capture.threshold))
-        fields = self._fields
+        fields = capture_fields(self.games.occupancy)
         return np.asarray(fields > self.config.capture.threshold * fields.max(axis=(2, 3), keepdims=True))
 
     @property
     def _reconstructs(self) -> bool:
         return self.config.capture.field == "reconstruction"
-
-    @property
-    def _fields(self) -> NDArray[np.integer]:
-        inside = slice(BORDER, -BORDER)
-        return self.games.fields[:, :, inside, inside]
 
     @property
     def targets(self) -> NDArray[np.float64]:

@@ -100,7 +100,7 @@ def observe(
     view = _view_parameters(observation, trail, cells, simulator.config.capture.threshold)
 
     def paint(places: NDArray[np.int64]) -> None:
-        paint_grids(games, rows, places, teams, time_left, view, observations)
+        paint_grids(games, rows, places, teams, time_left, view, simulator.rules.ring_weights, observations)
 
     everywhere = np.arange(len(rows))
     if len(rows) * len(observation.channels) < _WORTH_THREADS:

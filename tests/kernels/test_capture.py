@@ -39,8 +39,8 @@ def test_a_drone_is_captured_where_it_is_surrounded(inside, enabled, sizes):
 @pytest.mark.parametrize("count", [1, 10])
 def test_no_density_saves_who_is_surrounded_and_the_step_stops_at_the_deciding_tick(count):
     simulator = scene(RING, [(20, 30)] * count)
-    simulator.games.fields[0, 1, 2, 2] = 10**8  # blue's field is strongest where nobody is: it captures nobody
-    simulator.games.fields[0, 1, 22, 32] = 10**7  # and stronger than red's where blue is
+    simulator.games.occupancy[0, 1, 2, 2] = 2000  # blue's field is strongest where nobody is: it captures nobody
+    simulator.games.occupancy[0, 1, 24, 34] = 200  # and stronger than red's where blue is
     simulator.advance(30)
     assert simulator.sizes.tolist() == [[16 + count, 0]]
     assert simulator.decided.tolist() == [True] and simulator.games.ticks.tolist() == [1]

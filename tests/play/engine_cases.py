@@ -19,7 +19,7 @@ from swarm_pz.config import (
     ObservationConfig,
 )
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.kernels.capture import BORDER
+from swarm_pz.kernels.capture import capture_fields
 from swarm_pz.kernels.observation import CAPTURES_FROM
 from swarm_pz.play.server.views import target_picture
 from swarm_pz.play.strokes import BRUSHES, MAPPINGS, Stroke, density_of
@@ -35,11 +35,6 @@ PLAYERS = (*(script.__name__ for script in SCRIPTS), "hunter", "champion", "vete
 ASKED_EVERY = 5
 """Seconds between two answers of the players."""
 ROW = np.zeros(1, np.int64)
-
-
-def inside(games):
-    """Return the capture fields of the only game, (2, G, G)."""
-    return games.fields[0, :, BORDER:-BORDER, BORDER:-BORDER]
 
 
 def checksums(values):
@@ -64,7 +59,7 @@ def exact_fields(fields, grid):
 
 def seen_of(env, observation, team):
     """Return a team's observation, halves of fields rounded up, and the count of cells that kernels rounded down."""
-    images, fields = env.observe(observation, team)[0], inside(env.simulator.games)
+    images, fields = env.observe(observation, team)[0], capture_fields(env.simulator.games.occupancy[0])
     exact, is_half = exact_fields(fields, observation.grid)
     down = 0
     for side, channel in enumerate(("own_capture_field", "opposing_capture_field")):
@@ -105,7 +100,7 @@ def game_case(seed, *, seconds, every):
     for tick in range(seconds * TICKS_PER_SECOND + 1):
         for name in ("positions", "velocities", "teams"):
             told[name].append(getattr(games, name)[0].copy())
-        told["fields"].append(checksums(inside(games)))
+        told["fields"].append(checksums(capture_fields(games.occupancy[0])))
         if tick % every == 0:
             images, halves = zip(*[seen_of(env, seen, team) for team in (0, 1) for seen in SEEN], strict=True)
             told["seen"].append(np.concatenate([checksums(image) for image in images]))

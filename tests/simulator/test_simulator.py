@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.simulator import CheckedCommands, Simulator
-from swarm_pz.simulator.parameters import rule_parameters
+from swarm_pz.simulator.parameters import boards_of
 from swarm_pz.systems import FlockingCommand
 
 
@@ -306,19 +306,19 @@ def test_a_simulator_has_games_and_threads_and_numbers_that_are_finite_for_the_k
 
 
 @pytest.mark.parametrize(
-    ("config", "dtype"),
+    ("config", "dtypes"),
     [
-        (GameConfig(drones_per_team=600), np.int32),
-        (GameConfig(drones_per_team=700), np.int64),
-        (GameConfig(memory=MemoryConfig(trail=600.0)), np.int64),
-        (GameConfig(memory=MemoryConfig(trail=None), time_limit=1.0), np.int64),
+        (GameConfig(drones_per_team=109), (np.int16, np.int32)),
+        (GameConfig(drones_per_team=110), (np.int32, np.int64)),
+        (GameConfig(memory=MemoryConfig(trail=600.0)), (np.int32, np.int64)),
+        (GameConfig(memory=MemoryConfig(trail=None), time_limit=1.0), (np.int32, np.int64)),
     ],
 )
-def test_fields_have_room_for_all_trails_in_one_cell(config, dtype):
-    weights = rule_parameters(config).ring_weights
-    assert weights.dtype == dtype
-    if config.memory.trail is not None:
-        assert config.num_drones * config.trail_ticks * int(weights.max()) <= np.iinfo(dtype).max
+def test_occupancies_and_fields_have_room_for_all_trails_in_one_cell(config, dtypes):
+    occupancy, weights = boards_of(config)
+    assert (occupancy.dtype, weights.dtype) == dtypes
+    ticks = config.num_drones * config.trail_ticks
+    assert ticks <= np.iinfo(occupancy.dtype).max and ticks * int(weights.max()) <= np.iinfo(weights.dtype).max
 
 
 # --- which games, and until when --------------------------------------------------------------------------------------
