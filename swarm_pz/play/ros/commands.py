@@ -88,10 +88,8 @@ def coarse(values: NDArray[np.float64], cells: int, is_weak: bool = False) -> ND
 
     If it is weak, its contrast is raised until drones follow it.
 
-    Raises
-    ------
-    ProtocolError
-        If it is no square of as many values as cells a side, or a multiple of these, or a value is none.
+    Raises ProtocolError if it is no square of as many values as cells a side, or a multiple of these, or a value is
+    none.
     """
     side = math.isqrt(len(values))
     if not side or side * side != len(values) or side % cells:

@@ -42,21 +42,9 @@ _SIGNS_OF_CODE = 10
 class Condition(Factors):
     """A condition: the rules of a block of games, and what the seat can do and see.
 
-    Its seat's factors are fields of its own; see `Factors`.
-
-    Attributes
-    ----------
-    title : str
-        What tables call it.
-    opponent : str
-        A policy; or "person" for two participants against each other.
-    side : {"red", "blue"}
-    system : str
-        The control system of the participant's seat.
-    rules : mapping
-        Fields of `GameConfig` that differ from those of the study.
-    text : str
-        File of what the participant reads before the block, in Markdown.
+    Its seat's factors are fields of its own; see `Factors`. Tables call it by its `title`. `opponent` is a policy, or
+    "person" for two participants against each other; `side` and `system` are those of the participant's seat; `rules`
+    are fields of `GameConfig` that differ from the study's; `text` is the Markdown file that is read before the block.
     """
 
     title: str
@@ -86,16 +74,7 @@ class Condition(Factors):
 
 @dataclass(frozen=True, kw_only=True)
 class Practice(Config):
-    """Games before a block that do not count.
-
-    Attributes
-    ----------
-    wins : int
-        Played until so many are won; 0: none are played.
-    most : int
-        And at most so many.
-    opponent : str
-    """
+    """Games before a block that do not count: played until `wins` are won (0: none), and at most `most`."""
 
     _section: ClassVar[str] = "practice"
 
@@ -122,33 +101,10 @@ class Asked(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class Study(Config):
-    """A whole study.
+    """A whole study; docs/studies.md describes its fields.
 
-    Attributes
-    ----------
-    title : str
-    conditions : tuple of Condition
-    participants : int
-    games : int
-        In each block: one block a condition.
-    order : "balanced" or tuple of tuple of str
-        A balanced Latin square (Williams 1949), or rows of conditions' titles, one for each participant in turn; after
-        the last row the first one comes again.
-    rules : mapping
-        Fields of `GameConfig` for all conditions.
-    practice : Practice
-    break_s : float
-        Seconds of rest between blocks.
-    forms : tuple of Asked
-    consent, welcome : str
-        Files of what is read, in Markdown; a participant has to agree to the first.
-    seed : int
-        Of the games' starts.
-    codes : tuple of str
-        Of the participants, by number: typing a code opens that participant's session. If none are given, they are
-        drawn when the study begins.
-    folder : Path
-        Where the texts are.
+    `order` is "balanced", or rows of conditions' titles, one for each participant in turn; after the last row the first
+    one comes again. `consent`, `welcome` and the conditions' texts are Markdown files in `folder`.
     """
 
     title: str
@@ -233,13 +189,7 @@ class Study(Config):
 
     @classmethod
     def read(cls, path: Path) -> Study:
-        """Read a study's file.
-
-        Raises
-        ------
-        ConfigError
-            If it is none: what is wrong, by name.
-        """
+        """Read a study's file; raise ConfigError if it is none: what is wrong, by name."""
         try:
             plain = read_toml(path)
         except ConfigError as error:
@@ -251,13 +201,7 @@ class Study(Config):
             return cls.from_dict(plain | read)
 
     def text(self, name: str) -> str:
-        """Return a text that the study names.
-
-        Raises
-        ------
-        ConfigError
-            If there is no such file beside the study's.
-        """
+        """Return a text that the study names; raise ConfigError if there is no such file beside the study's."""
         expected = "a file in the study's folder, by its name there"
         place = PurePath(name if isinstance(name, str) else "/")
         check(not place.is_absolute() and ".." not in place.parts and "\0" not in name, "text", name, expected)
@@ -297,10 +241,7 @@ def _named(what: str) -> Iterator[None]:
 def check_code(code: str) -> str:
     """Return a participant's code.
 
-    Raises
-    ------
-    ConfigError
-        If it is not made of letters, digits, _ and -, or the monitor's address: codes name pages.
+    Raises ConfigError if it is not made of letters, digits, _ and -, or the monitor's address: codes name pages.
     """
     fits = isinstance(code, str) and _CODE.fullmatch(code) is not None and code.lower() != "monitor"
     check(fits, "code", code, "1 to 32 letters, digits, _ or -, the first no sign, and not 'monitor'")

@@ -39,29 +39,11 @@ _GAME = re.compile(r"block\d+\.game\d+")
 
 
 class StudyFolder:
-    """A study that runs, or ran, in a folder.
+    """A study that runs, or ran, in a folder that holds one already; see `begin`.
 
-    Parameters
-    ----------
-    path : Path
-        A folder that holds one already; see `begin`.
-    only_read : bool
-        A server may be at work in it: nothing is written.
-
-    Attributes
-    ----------
-    study : Study
-        As it was when it began.
-    codes : tuple of str
-        Of the participants, by number.
-    withdrawn : set of int
-        Numbers of those of whom nothing is kept any more; see `withdrawal`.
-    path : Path
-
-    Raises
-    ------
-    ConfigError
-        If there is none, or its codes cannot be read.
+    With `only_read`, nothing is written: a server may be at work in it. `codes` are the participants', by number;
+    `withdrawn` are the numbers of those of whom nothing is kept any more. Raises ConfigError if there is no study, or
+    its codes cannot be read.
     """
 
     def __init__(self, path: Path, *, only_read: bool = True) -> None:
@@ -81,12 +63,8 @@ class StudyFolder:
     def begin(cls, file: Path, path: Path) -> StudyFolder:
         """Begin a study in a folder, or go on with it.
 
-        Raises
-        ------
-        ConfigError
-            If the file is no study, or the folder holds another one.
-        OutputError
-            If the folder cannot be written to.
+        Raises ConfigError if the file is no study, or the folder holds another one; OutputError if the folder cannot
+        be written to.
         """
         study, frozen = Study.read(file), path / FROZEN
         files = [(file, FILE), *((study.folder / name, name) for name in study.texts)]
@@ -115,10 +93,7 @@ class StudyFolder:
     def number_of(self, code: str) -> int:
         """Return the number of the participant of a code, upper or lower case.
 
-        Raises
-        ------
-        ConfigError
-            If nobody has it.
+        Raises ConfigError if nobody has it.
         """
         number = self._numbers.get(check_code(code).upper())
         if number is None:
@@ -132,10 +107,7 @@ class StudyFolder:
     def progress(self, number: int) -> Progress:
         """Return a participant's progress, which is made when they first come.
 
-        Raises
-        ------
-        RecordingError
-            If their file is corrupt.
+        Raises RecordingError if their file is corrupt.
         """
         with self._reading:  # threads share what there is
             if number not in self._progress:
@@ -237,10 +209,7 @@ class StudyFolder:
 
         Of one that was over, only its line was missing; one that was not is kept aside, and played again.
 
-        Raises
-        ------
-        RecordingError
-            If the participant's file is corrupt.
+        Raises RecordingError if the participant's file is corrupt.
         """
         progress = self.progress(number)
         while (step := progress.next) is not None and step.is_game:

@@ -35,22 +35,10 @@ def check_words(value: object, name: str, *, may_be_empty: bool = False) -> None
 
 @dataclass(frozen=True, kw_only=True)
 class Item(Config):
-    """A question.
+    """A question; tables call it by its `id`.
 
-    Attributes
-    ----------
-    id : str
-        What tables call it.
-    text : str
-    kind : {"scale", "choice", "number", "text", "pair"}
-        A whole number between `least` and `most`, on a line with `low` and `high` at its ends; one of `choices`;
-        any number in that range; words; or which of two (`choices`) counts more.
-    least, most, step : int
-        Of scales and numbers.
-    low, high : str
-    choices : tuple of str
-    optional : bool
-        Whether it may be left out.
+    A scale is a whole number between `least` and `most`, on a line with `low` and `high` at its ends; a choice one of
+    `choices`; a number any in that range; a text words; a pair which of two (`choices`) counts more.
     """
 
     id: str
@@ -87,10 +75,7 @@ class Item(Config):
     def read(self, answer: Any) -> Any:
         """Return an answer as it is kept; None for one that was left out.
 
-        Raises
-        ------
-        ConfigError
-            If it is none to this question.
+        Raises ConfigError if it is none to this question.
         """
         if answer is None or answer == "":
             check(self.optional, self.id, answer, "an answer: this question may not be left out")
@@ -114,16 +99,7 @@ class Item(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class Form(Config):
-    """A page of questions.
-
-    Attributes
-    ----------
-    name : str
-    title : str
-    items : tuple of Item
-    score : {"", "nasa-tlx", "sus"}
-        How its answers are added up; empty: not at all.
-    """
+    """A page of questions; `score` says how its answers are added up, empty for not at all."""
 
     name: str
     title: str = ""
@@ -161,10 +137,7 @@ class Form(Config):
     def read(self, answers: Mapping[str, Any]) -> dict[str, Any]:
         """Return answers by the questions' ids, checked, all of them.
 
-        Raises
-        ------
-        ConfigError
-            If one is missing, is no answer to its question, or is to none.
+        Raises ConfigError if one is missing, is no answer to its question, or is to none.
         """
         if not isinstance(answers, Mapping):
             raise ConfigError(f"form {self.name}: answers come by question, got {answers!r}")

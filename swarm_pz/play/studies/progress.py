@@ -55,18 +55,8 @@ _decoder = msgspec.json.Decoder(dict[str, Any])
 class Step:
     """One thing that a participant does.
 
-    Attributes
-    ----------
-    id : str
-        Its name among the participant's steps.
-    kind : str
-    condition : Condition, optional
-        Whose block it belongs to.
-    form : Form, optional
-    text : str
-        The name of a text.
-    game : int
-        Number of a game in its block, from 0.
+    `id` is its name among the participant's steps; `condition` that of its block; `text` the name of a text; `game` the
+    number of a game in its block, from 0.
     """
 
     id: str
@@ -91,17 +81,10 @@ class Step:
 def steps_of(
     study: Study, participant: int, done: Mapping[str, Mapping[str, Any]], *, is_alone: bool = False
 ) -> list[Step]:
-    """Return all that a participant does, in turn.
+    """Return all steps of a participant (number, from 0), in turn.
 
-    Parameters
-    ----------
-    study : Study
-    participant : int
-        Number, from 0.
-    done : mapping of str to mapping
-        Steps that are done, and what is known of them: how practice went decides how much of it there is.
-    is_alone : bool
-        Whether their partner has withdrawn: blocks of two have no further steps then.
+    `done` are the finished steps: the results of practice decide how much of it there is. If they are alone, since
+    their partner has withdrawn, blocks of two have no further steps.
     """
 
     def asked(when: str, name: str, condition: Condition | None = None) -> list[Step]:
@@ -156,24 +139,10 @@ def _read_line(line: bytes, path: Path, number: int) -> dict[str, Any]:
 
 
 class Progress:
-    """A participant's file.
+    """A participant's file, which is made if it is not there.
 
-    Parameters
-    ----------
-    study : Study
-    path : Path
-        Made if it is not there.
-    participant : int
-        Number, from 0, which decides the order.
-    only_read : bool
-        Another program may be writing the file: it is left as it is.
-    is_alone : bool
-        Whether their partner has withdrawn.
-
-    Raises
-    ------
-    RecordingError
-        If the file is of another study or participant, or corrupt.
+    With `only_read`, another program may be writing it, and it is left as it is; `is_alone` as of `steps_of`. Raises
+    RecordingError if the file is of another study or participant, or corrupt.
     """
 
     def __init__(
@@ -221,12 +190,8 @@ class Progress:
     def finish(self, step: Step, **told: Any) -> None:
         """Keep that a step is done, and what it told: on the disk when this returns.
 
-        Raises
-        ------
-        ConfigError
-            If it is not the next one, or the answers of its form are none; nothing is kept.
-        OutputError
-            If it cannot be written down.
+        Raises ConfigError if it is not the next one, or the answers of its form are none; nothing is kept; OutputError
+        if it cannot be written down.
         """
         due = self.next
         if due is None or due.id != step.id:
