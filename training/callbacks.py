@@ -6,7 +6,6 @@ Curves have Stable-Baselines3's names; `share` is the share of drones at the end
 from __future__ import annotations
 
 import math
-import sys
 import time
 from collections import deque
 from collections.abc import Callable
@@ -168,12 +167,12 @@ class Checkpoint(RunCallback):
 
 
 class Progress(RunCallback):
-    """Prints the progress: a line in place on a terminal, a line every tenth elsewhere."""
+    """Says the progress in a line, twenty times in a run."""
 
     def __init__(self, state: RunState, say: Callable[[str], None]) -> None:
         super().__init__(state)
         self._say = say
-        self._tenth = -1
+        self._said = -1
 
     def _on_training_start(self) -> None:
         self._first_step, self._began = self.num_timesteps, time.monotonic()
@@ -188,9 +187,6 @@ class Progress(RunCallback):
             f"exploring: won {self.state.training_win_rate():3.0%}, share {self.state.training_share():.2f}  "
             f"evaluated at {last['step']:,}: won {last['win_rate']:3.0%}, share {last['share']:.2f}"
         )
-        if sys.stdout.isatty():
-            filled = round(20 * done)
-            print(f"\r[{'#' * filled}{'.' * (20 - filled)}] {line}", end="\n" if done >= 1.0 else "", flush=True)
-        elif int(10 * done) > self._tenth:
-            self._tenth = int(10 * done)
+        if int(20 * done) > self._said:
+            self._said = int(20 * done)
             self._say(line)

@@ -193,7 +193,7 @@ def play_match(
     )
 
 
-def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) -> tuple[float, float, float]:
+def paired_difference(first: MatchResult, second: MatchResult) -> tuple[float, float, float]:
     """Compare the mean final fraction of two policies that played the same opponent on the same seeds.
 
     Returns
@@ -210,11 +210,11 @@ def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) ->
     if keys[0] != keys[1]:
         raise CommandError(f"the matches must share opponent, seed, games and rules, got {keys[0]} and {keys[1]}")
     differences = first.share_by_pair() - second.share_by_pair()
-    return float(differences.mean()), *_mean_interval(differences, seed)
+    return float(differences.mean()), *_mean_interval(differences)
 
 
-def _mean_interval(values: NDArray[np.float64], seed: int = 0) -> tuple[float, float]:
+def _mean_interval(values: NDArray[np.float64]) -> tuple[float, float]:
     """Return the bootstrap interval of the mean of values (n,), one for each pair of games."""
-    drawn = np.random.default_rng(seed).integers(len(values), size=(_RESAMPLES, len(values)))
+    drawn = np.random.default_rng(0).integers(len(values), size=(_RESAMPLES, len(values)))
     low, high = middle(values[drawn].mean(axis=1))
     return float(low), float(high)

@@ -41,7 +41,8 @@ def learn(
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "train")
     from swarm_pz.policies.learned import ANCESTORS, LearnedPolicy
-    from swarm_pz.training.exploit import fixed_learner, make_exploiter
+    from swarm_pz.training.exploit import exploiter_config, fixed_learner
+    from swarm_pz.training.ppo import Training
 
     steps = protocol.robust.steps
     with (
@@ -49,14 +50,8 @@ def learn(
         unpacked_policy(policy, protocol.game, digest, bundle) as name,
     ):
         run_folder = folder or Path(place, "run")
-        run = make_exploiter(
-            name,
-            run_folder,
-            learner=fixed_learner(name, protocol.game, steps),
-            steps=steps,
-            seed=seed,
-            say=say,
-        )
+        learner = fixed_learner(name, protocol.game, steps)
+        run = Training(exploiter_config(name, learner, steps=steps, seed=seed), run_folder, say=say)
         learned = run.policy() if run.is_finished else run.run(should_stop)
         told = {name: learned.card["training"][name] for name in ("game", "total_steps", "seed")}
         card = learned.card | {"seconds": 0.0, "command": "", "training": told}

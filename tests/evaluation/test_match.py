@@ -177,7 +177,6 @@ def test_differences_are_paired_where_opponent_seeds_and_rules_are_the_same():
     difference, low, high = paired_difference(ring, noise)
     assert low <= difference <= high and difference == pytest.approx((shares[0] - shares[1]).mean())
     assert paired_difference(ring, noise) == (difference, low, high)
-    assert len({paired_difference(ring, noise, seed=seed) for seed in range(5)}) > 1, "samples are of a seed"
     seen = dataclasses.replace(noise, config=SHORT.replace(observation=ObservationConfig(grid=10)))
     assert paired_difference(noise, seen) == (0.0, 0.0, 0.0), "what is seen is no rule"
     for other in ({"opponent": "ring"}, {"seed": 1}, {"games": noise.games[:18]}, {"config": TINY}):

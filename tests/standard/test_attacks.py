@@ -7,8 +7,8 @@ import pytest
 from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.standard import attacks
 from swarm_pz.standard.games import PlayerFactory, attacked
-from swarm_pz.training import exploit
-from swarm_pz.training.exploit import fixed_learner
+from swarm_pz.training import ppo
+from swarm_pz.training.exploit import exploiter_config, fixed_learner
 
 GAMES = {
     "siege wins": [("loss", 0.0), ("loss", 0.0)],
@@ -49,14 +49,14 @@ def test_a_candidate_is_worth_what_the_entry_does_not_win_on_seeds_that_no_repor
 
 
 def test_an_exploiter_learns_by_the_protocol_and_the_settings_whose_figures_compare(tiny, tmp_path, monkeypatch):
-    given = {}
+    given = []
 
-    def make(policy, folder, **options):
-        given.update(options, policy=policy)
+    def make(config, folder, **_):
+        given.append(config)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(exploit, "make_exploiter", make)
+    monkeypatch.setattr(ppo, "Training", make)
     with pytest.raises(KeyboardInterrupt):
         attacks.learn("champion", 3, tiny, tmp_path / "work", lambda: False, print)
-    assert given["policy"] == "champion" and given["learner"] == fixed_learner("champion", tiny.game, 256)
-    assert (given["steps"], given["seed"]) == (256, 3)
+    learner = fixed_learner("champion", tiny.game, 256)
+    assert given == [exploiter_config("champion", learner, steps=256, seed=3)]
