@@ -10,17 +10,9 @@ from swarm_pz.evaluation.workers import SerialExecutor
 
 
 class Elsewhere(Executor):
-    """Does each task in this process, in another folder; whatever goes there or comes back is pickled.
+    """Do each task in this process, in the empty folder `place`; tasks and results are pickled.
 
-    Parameters
-    ----------
-    place : Path
-        An empty folder.
-
-    Attributes
-    ----------
-    given : list of str
-        What was done.
+    `given` are the names of the tasks so far.
     """
 
     elsewhere = True

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks import systems_ladder
-from benchmarks.systems_ladder import Contest, candidates, choice_pairs, choose, field_of, standings
+from benchmarks.systems_ladder import Contest, candidates, choose, standings
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.ledger import PlayedGame
 from swarm_pz.evaluation.tournament import TournamentConfig
@@ -26,16 +26,6 @@ def test_learned_policies_and_players_of_the_clock_are_candidates_and_readers_of
     assert {f"ergodic/{name}" for name in ("finisher", "veteran", "champion", "best_sequence", "trained")} <= {*found}
     assert not {"ergodic/planner", "ergodic/hold"} & {*found}
     assert "direct/hold" in candidates("direct", GameConfig())
-
-
-def test_a_candidate_meets_the_field_of_the_other_systems():
-    entrants = ["direct/hold", "direct/trained", "ergodic/ring", "ergodic/uniform", "flocking/hold"]
-    field = field_of(entrants)
-    assert field == ["direct/trained", "ergodic/uniform", "flocking/hold"]
-    assert choice_pairs(["ergodic/ring"], field) == [
-        ("ergodic/ring", "direct/trained"),
-        ("ergodic/ring", "flocking/hold"),
-    ]
 
 
 @pytest.fixture

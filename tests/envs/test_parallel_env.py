@@ -14,7 +14,7 @@ from swarm_pz import GameConfig, ObservationConfig, capture_v0, env, parallel_en
 from swarm_pz.config import CaptureConfig
 from swarm_pz.envs import STATE_CHANNELS
 from swarm_pz.envs.drones_env import drones_env
-from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.errors import CommandError
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
 
 VARIANTS = {
@@ -183,13 +183,3 @@ def test_in_the_aec_environment_a_bad_command_is_refused_in_its_own_turn():
         environment.step(GOOD)
     assert environment.infos["red_0"]["time_s"] == 2.0
     assert environment.truncations == {"red_0": True, "blue_0": True}
-
-
-def test_actions_before_the_start_and_after_the_end_are_refused():
-    environment = parallel_env(max_cycles=1)
-    with pytest.raises(GameOverError, match="call reset"):
-        environment.step(BOTH)
-    environment.reset(seed=0)
-    environment.step(BOTH)
-    with pytest.raises(GameOverError, match="call reset"):
-        environment.step(BOTH)

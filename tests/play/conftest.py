@@ -62,15 +62,7 @@ class Server:
 
 
 class Table(Server):
-    """A running table.
-
-    Attributes
-    ----------
-    address : str
-        Host and port.
-    folder : Path
-        Of its recordings.
-    """
+    """A running table at `address` (host and port), which records into `folder`."""
 
     def __init__(self, folder, *options, countdown="0"):
         self.folder = folder

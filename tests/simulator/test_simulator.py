@@ -60,15 +60,6 @@ def test_a_snapshot_continues_bit_for_bit_in_any_row(preset):
     assert_same_game(simulator, 1, other, 1)
 
 
-def test_a_command_is_the_same_in_any_memory_order():
-    command = np.random.default_rng(0).random((1, 10, 10))
-    simulators = [Simulator(), Simulator()]
-    for simulator, order in zip(simulators, ("C", "F"), strict=True):
-        simulator.reset([0])
-        simulator.command(0, np.array(command, order=order))
-    assert_same_game(simulators[0], 0, simulators[1], 0)
-
-
 @settings(max_examples=8)
 @given(seed=st.integers(0, 2**32), red=st.integers(1, 12), blue=st.integers(1, 12))
 def test_drones_are_conserved_stay_inside_and_push_no_harder_than_allowed(seed, red, blue):
