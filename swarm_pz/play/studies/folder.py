@@ -17,15 +17,14 @@ import json
 import os
 import re
 import shutil
-import sys
 import threading
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import msgspec
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
-from swarm_pz.errors import ConfigError, OutputError, RecordingError
+from swarm_pz.errors import ConfigError, OutputError, RecordingError, require_extra
 from swarm_pz.files import check_folder, draft_of, explain, read_text
 from swarm_pz.play.recordings.folder import read_ends
 from swarm_pz.play.recordings.recorder import sync_folder
@@ -86,7 +85,7 @@ class StudyFolder:
     def close(self) -> None:
         """Let another server have the folder."""
         if self._lock is not None:
-            self._lock.close()
+            self._lock.release()
 
     # --- participants -----------------------------------------------------------------------------
 
@@ -236,19 +235,15 @@ class StudyFolder:
         sync_folder(path.parent)
 
 
-def _folder_lock(path: Path) -> IO[bytes] | None:
-    """Keep other servers out of a study's folder, as long as what is returned is open."""
-    if not sys.platform.startswith(("linux", "darwin")):
-        return None
-    import fcntl
-
-    file = (path / ".lock").open("wb")
+def _folder_lock(path: Path) -> Any:
+    """Keep other servers out of a study's folder, until what is returned is released."""
+    filelock = require_extra("filelock", "cli")
+    lock = filelock.FileLock(path / ".lock", thread_local=False)
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        file.close()
+        lock.acquire(timeout=0)
+    except filelock.Timeout as error:
         raise OutputError(f"a study is run in {path} already, by another program: end that first") from error
-    return file
+    return lock
 
 
 def _keep_codes(study: Study, path: Path) -> None:
