@@ -154,17 +154,17 @@ class Lobby:
         empty.sort(key=lambda other: other.last_used)
         while True:
             own = [other.cost for other in kept if other.address == room.address]
-            left = MOST_ROOMS - sum(other.cost for other in kept)
+            left, where = MOST_ROOMS - sum(other.cost for other in kept), "on this server"
             if own:  # a first one may take more than an address has
-                left = min(left, MOST_ROOMS_OF_ADDRESS - sum(own))
+                left, where = min((left, where), (MOST_ROOMS_OF_ADDRESS - sum(own), "for your network"))
             if cost <= left:
                 break
             if not empty:
                 raise RefusedError(
                     "full",
-                    f"this room takes as much as {cost:.1f} rooms of 10 against 10 at normal speed, and there are "
-                    f"{max(left, 0.0):.1f} left for your network: take fewer drones or policies, a lower speed or a "
-                    "simpler control system, leave another room, or join one",
+                    f"this room takes as much as {cost:.2f} rooms of 10 against 10 at normal speed, and there are "
+                    f"{max(left, 0.0):.2f} left {where}: take fewer drones or policies, a lower speed or a simpler "
+                    "control system, leave or join another room, or try again later",
                 )
             kept.remove(empty.pop(0))
         for other in set(self.rooms.values()) - {room, *kept}:

@@ -82,14 +82,14 @@ def test_rooms_in_which_nobody_has_been_for_long_are_closed_and_no_others(lobby)
 def test_there_are_no_more_rooms_than_allowed_in_all_and_of_an_address(lobby, clock, few, monkeypatch):
     rooms = fill(lobby, HERE, FEW, watched=True)
     clock.now += 60.0
-    with pytest.raises(RefusedError, match=r"as much as 1\.0 rooms .* 0\.0 left for your network") as refused:
+    with pytest.raises(RefusedError, match=r"as much as 1\.00 rooms .* 0\.00 left for your network") as refused:
         fill(lobby, HERE, 1)
     assert refused.value.code == "full"
     assert fill(lobby, THERE, 1, watched=True), "others have room"
     lobby.close_room(rooms[-1])
     assert fill(lobby, HERE, 1)
     monkeypatch.setattr(module, "MOST_ROOMS", len(lobby.rooms))
-    with pytest.raises(RefusedError, match=r"0\.0 left"):
+    with pytest.raises(RefusedError, match=r"0\.00 left on this server"):
         fill(lobby, "192.0.2.3", 1)
 
 
