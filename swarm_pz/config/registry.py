@@ -85,14 +85,6 @@ def is_installed(kind: type[ControlSystem]) -> bool:
         return False
 
 
-def is_our_own(name: str) -> bool:
-    """Test that a control system is swarm-pz's own."""
-    try:
-        return is_own(_find(name))
-    except ConfigError:
-        return False
-
-
 @functools.cache  # looking through what is installed takes milliseconds, and every configuration asks
 def _find(name: str) -> importlib.metadata.EntryPoint:
     points = registered()

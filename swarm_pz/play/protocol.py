@@ -14,7 +14,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from swarm_pz.errors import ProtocolError
-from swarm_pz.play.strokes import MOST_POINTS, Brush, Mapping
+from swarm_pz.play.strokes import MOST_POINTS, Brush
 
 SUBPROTOCOL = "swarm-pz.play.v2"
 """Name of this protocol, in connections and in recordings."""
@@ -74,14 +74,13 @@ class OfSeat(Message):
 class Settings(Message):
     """The rules of a room.
 
-    None is: no time limit; the mapping from drawings to densities that the rules need; the server's control systems.
+    None is: no time limit; the server's control systems.
     With `majority` the side with more drones wins when time is up.
     """
 
     red: Annotated[int, Meta(ge=0, le=200)] = 10
     blue: Annotated[int, Meta(ge=0, le=200)] = 10
     time_limit: Annotated[float, Meta(ge=1, le=36_000)] | None = 300.0
-    mapping: Mapping | None = None
     speed: Annotated[float, Meta(ge=0.25, le=2)] = 1.0
     majority: bool = False
     red_system: Name | None = None
@@ -426,15 +425,11 @@ class Acting(Message, tag="acting"):
 
 
 class Refused(Message, tag="refused"):
-    """A message was refused, and why; nothing has changed.
-
-    To a hello whose token's seat is gone, `recording` names the game that was played there.
-    """
+    """A message was refused, and why; nothing has changed."""
 
     code: Reason
     reason: str
     about: str = ""
-    recording: str | None = None
 
 
 class Notice(Message, tag="notice"):

@@ -22,7 +22,7 @@ from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.capture import capture_fields
 from swarm_pz.kernels.observation import CAPTURES_FROM
 from swarm_pz.play.server.views import target_picture
-from swarm_pz.play.strokes import BRUSHES, MAPPINGS, Stroke, density_of
+from swarm_pz.play.strokes import BRUSHES, Stroke, density_of
 from swarm_pz.policies import load
 from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.simulator.commands import make_target
@@ -146,14 +146,9 @@ def drawing_cases(count=12):
         drawings.append(strokes)
     for strokes in drawings:
         drawn = [Stroke(**(stroke | {"points": tuple(map(tuple, stroke["points"]))})) for stroke in strokes]
-        densities = {mapping: density_of(drawn, 10, mapping) for mapping in MAPPINGS}
-        density = densities["firm"].astype(np.float32)
-        picture = target_picture(make_target(density.astype(np.float64), 10)[1])
-        yield {
-            "strokes": strokes,
-            "densities": {mapping: values.ravel().tolist() for mapping, values in densities.items()},
-            "picture": picture.ravel().tolist(),
-        }
+        density = density_of(drawn, 10)
+        picture = target_picture(make_target(density.astype(np.float32).astype(np.float64), 10)[1])
+        yield {"strokes": strokes, "density": density.ravel().tolist(), "picture": picture.ravel().tolist()}
 
 
 def write_cases(folder, seeds, **how):

@@ -68,27 +68,6 @@ class Escaping(Magnet):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Dreaming(Hanging):
-    """Does not come back for long while it reads, or draws, a command for a corner."""
-
-    name: ClassVar[str] = "dreaming"
-    corners: ClassVar[list[None]] = []
-
-    def parse(self, command, config, name="command"):
-        if command == [0.0, 0.0]:
-            self.fail()
-        return super().parse(command, config, name)
-
-    def solve(self, flight, config):
-        return np.zeros_like(flight.positions)
-
-    def to_densities(self, commands, config):
-        if (commands == 1.0).all():
-            self.fail()
-        return super().to_densities(commands, config)
-
-
-@dataclass(frozen=True, kw_only=True)
 class Unready(Magnet):
     """Cannot say what its commands are."""
 

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
-import numpy as np
 import segno
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
@@ -138,9 +137,6 @@ class Server:
         return Response(_picture_of(f"{at}#room={room}"), media_type="image/svg+xml")
 
     async def _status(self, _: Request) -> JSONResponse:
-        punctuality = self.lobby.context.punctuality
-        late = list(punctuality.lateness_ms)
-        quantiles = np.quantile(late, [0.5, 0.99, 1.0]).tolist() if late else None
         files = Path("/proc/self/fd")
         figures = {
             "rooms": len(self.lobby.rooms),
@@ -148,9 +144,6 @@ class Server:
             "connections": len(self._handlers),
             "tasks": len(asyncio.all_tasks()),
             "open_files": len(list(files.iterdir())) if files.exists() else None,
-            "ticks": len(punctuality.lateness_ms),
-            "lateness_ms": quantiles and dict(zip(("p50", "p99", "max"), quantiles, strict=True)),
-            "slipped": punctuality.slipped,
         }
         return JSONResponse(figures)
 

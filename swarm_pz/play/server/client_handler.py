@@ -21,7 +21,6 @@ from swarm_pz.play.server.replays import ReplaySession
 from swarm_pz.play.server.responses import SAVED, ReadyRule, check_rules
 from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.room_settings import RoomPlan, table_config
-from swarm_pz.play.strokes import mapping_of
 
 HELLO_S = 10.0
 """Seconds within which a connection must say hello."""
@@ -102,9 +101,9 @@ class ClientHandler:
 
     def _refuse(self, error: Exception, about: str) -> None:
         code: protocol.Reason = "not_valid"
-        reason, recording = str(error), None
+        reason = str(error)
         if isinstance(error, RefusedError):
-            code, recording = error.code, error.recording
+            code = error.code
         elif isinstance(error, ProtocolError):
             code = "malformed"
         elif isinstance(error, PolicyError):
@@ -112,7 +111,7 @@ class ClientHandler:
         elif not isinstance(error, SwarmError):
             log.error("a message was not obeyed", exc_info=error)
             reason = "the server could not do that"
-        self._connection.refuse(protocol.Refused(code=code, reason=reason[:500], about=about, recording=recording))
+        self._connection.refuse(protocol.Refused(code=code, reason=reason[:500], about=about))
 
     async def _try(self, about: str, act: Callable[[], Awaitable[None]]) -> None:
         try:
@@ -173,11 +172,7 @@ class ClientHandler:
         if message.token is not None:
             place = self._lobby.seat_of(message.token)
             if place is None:
-                recording = self._lobby.recording_of(message.token)
-                reason = "that seat is gone: its room was closed, or it was given up"
-                if recording is not None:
-                    reason = f"that seat is gone with its room; its game is recorded as {recording}"
-                raise RefusedError("unknown", reason, recording)
+                raise RefusedError("unknown", "that seat is gone: its room was closed, or it was given up")
             self._room, seat = place
             self._room.resume(connection, seat)
 
@@ -202,10 +197,6 @@ class ClientHandler:
         plan = RoomPlan(config=config, once=message.once, lesson=message.lesson, seed=message.seed)
         room = self._lobby.open_room(plan, self._connection.address, len(named))
         self._enter(room, message.seat, message.label, policies)
-        given, fitting = config.mapping, mapping_of(config.game)
-        if given != fitting:
-            text = f"under these rules drones hardly follow drawings of the mapping {given}: open a room with {fitting}"
-            self._connection.send(protocol.Notice(text))
 
     def _invite(self, message: protocol.Invite) -> None:
         room = self._in_room()
@@ -282,12 +273,12 @@ class ClientHandler:
     async def _open_replay(self, name: str) -> None:
         """Show a recorded game, once it was verified."""
         try:
-            opened = await self._lobby.read(name)
+            loaded = await self._lobby.read(name)
         except RecordingError as error:
             raise RefusedError("unknown", str(error).replace(f"{self._lobby.context.folder}/", "")) from error
         self._lobby.check_replays(self._replay)
         self._leave()
-        self._replay = ReplaySession(opened, self._connection)
+        self._replay = ReplaySession(loaded, self._lobby.player, self._connection)
         self._lobby.watched.add(self._replay)
 
     # --- commands ---------------------------------------------------------------------------------
@@ -316,7 +307,7 @@ class ClientHandler:
 
     async def _render_one(self, room: Room, message: protocol.CommandMessage) -> None:
         team, reader, mapping = room.commanding(self._connection).team, room.reader, room.plan.config.mapping
-        rendered = await self._lobby.commands.render(message, reader, mapping, team, message.number)
+        rendered = await self._lobby.drawing.do(render, message, reader, mapping, team, message.number)
         if room is self._room:
             room.command(self._connection, message, rendered)
 
@@ -337,8 +328,8 @@ class ClientHandler:
             for rule in message.rules:
                 command = None
                 if rule.do.policy is None:
-                    given = room.reader, room.plan.config.mapping, seat.team, 0, SAVED
-                    command = (await self._lobby.commands.render(rule.do, *given)).command
+                    given = rule.do, room.reader, room.plan.config.mapping, seat.team, 0, SAVED
+                    command = (await self._lobby.drawing.do(render, *given)).command
                 rules.append(ReadyRule(rule, command))
             if room is self._room:
                 room.respond(self._connection, rules)

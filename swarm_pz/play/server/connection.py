@@ -24,15 +24,11 @@ _MOST_REFUSED, _PATIENCE_S = 100, 10.0
 
 
 class RefusedError(SwarmError, ValueError):
-    """A client's message is not obeyed.
+    """A client's message is not obeyed; `code` is one of those of the protocol's `Refused`."""
 
-    - `code`: one of those of the protocol's `Refused`.
-    - `recording`: the recorded game that there is instead.
-    """
-
-    def __init__(self, code: protocol.Reason, reason: str, recording: str | None = None) -> None:
+    def __init__(self, code: protocol.Reason, reason: str) -> None:
         super().__init__(reason)
-        self.code, self.recording = code, recording
+        self.code = code
 
 
 class Connection:

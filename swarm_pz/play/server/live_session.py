@@ -73,7 +73,7 @@ class ControlThread:
                 continue
             who = f"{system.name}, which flies {TEAM_NAMES[team]},"
             try:
-                await self._worker.do(simulator.solve, team, limit_s=limit_s)
+                await asyncio.wait_for(self._worker.do(simulator.solve, team), limit_s)
             except FlightError:
                 raise
             except TimeoutError as error:
@@ -246,11 +246,11 @@ class LiveSession:
             self.stop(ended_by="server")
 
     async def _play(self) -> None:
-        clock = GameClock(self.config.speed, self._context.punctuality)
+        clock = GameClock(self.config.speed)
         while not self.game.over:
             while self._hosted is None and not self._audience.connections:  # nobody sees it
                 await asyncio.sleep(HELD_S)
-                clock = GameClock(self.config.speed, self._context.punctuality)
+                clock = GameClock(self.config.speed)
             for _ in range(await clock.due()):
                 if not self.game.over:
                     await self._tick()

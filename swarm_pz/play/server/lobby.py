@@ -7,7 +7,7 @@ import importlib.metadata
 import logging
 import secrets
 import time
-from collections.abc import Coroutine, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,8 +21,7 @@ from swarm_pz.play.recordings.seats import trial_rows
 from swarm_pz.play.recordings.summary import Summary, summary_of
 from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.rate_limit import AddressLimits
-from swarm_pz.play.server.rendered_command import CommandWorker
-from swarm_pz.play.server.replays import OpenedRecording, Replays, ReplaySession
+from swarm_pz.play.server.replays import LoadedRecording, ReplaySession, bounded
 from swarm_pz.play.server.room import AWAY_S, Room
 from swarm_pz.play.server.room_settings import POLICY_COST, RoomPlan
 from swarm_pz.play.server.seat import Seat
@@ -59,6 +58,7 @@ class Lobby:
     - `embedders`: origins of pages that may hold this one in a frame.
     - `is_hosted`: only a study opens rooms; clients take seats that it keeps for them.
     - `watched`: recorded games that are watched now.
+    - `drawing`, `player`: threads that render commands, and that show recorded games.
     """
 
     def __init__(
@@ -74,12 +74,12 @@ class Lobby:
         self.addresses, self.embedders = list(addresses), list(embedders)
         self.rooms: dict[str, Room] = {}
         self.watched: set[ReplaySession] = set()
-        self.commands = CommandWorker()
         self._openings = AddressLimits(MOST_ROOMS_OF_ADDRESS, OPENING_S)
         self._guesses = AddressLimits(MOST_GUESSES, GUESSES_S)
         self._reading = 0
-        self._replays = Replays()
-        self._listing = Worker("listing")
+        # Reading takes long, since recorded games are played through; another thread shows their moments.
+        names = ("drawing", "replaying", "reading", "listing")
+        self.drawing, self.player, self._reader, self._listing = self._workers = [Worker(name) for name in names]
         self._systems = installed_systems(context.table.game)
         known = cards if cards is not None else {}
         self._policies = [
@@ -207,9 +207,8 @@ class Lobby:
         for room in list(self.rooms.values()):
             self.close_room(room)
         self.context.workers.close()
-        self.commands.close()
-        self._listing.close()
-        self._replays.close()
+        for worker in self._workers:
+            worker.close()
 
     # --- tokens and recorded games ----------------------------------------------------------------
 
@@ -220,14 +219,6 @@ class Lobby:
                 if seat.token and secrets.compare_digest(seat.token, token):
                     return room, seat
         return None
-
-    def recording_of(self, token: str) -> str | None:
-        """Return the recording of the latest game of a token's seat, if it is over and still there."""
-        name = self.context.seat_index.recording_of(token)
-        try:
-            return self.find_recording(name).name if name is not None else None
-        except RecordingError:
-            return None
 
     async def recordings(self) -> list[Summary]:
         """Return summaries of the recorded games that can be watched, the latest first."""
@@ -261,21 +252,20 @@ class Lobby:
 
         Raises RecordingError if there is none of that name, or it cannot be read.
         """
-        rows: list[dict[str, Any]] = await self._queued(self._replays.work(self.find_recording(name), _trial_of))
-        return rows
+        return await self._read(name, _trial_of)
 
-    async def read(self, name: str) -> OpenedRecording:
+    async def read(self, name: str) -> LoadedRecording:
         """Return a recorded game, played through; errors as of `trial`."""
-        return await self._queued(self._replays.read(self.find_recording(name)))
+        return await self._read(name, LoadedRecording.read)
 
-    async def _queued(self, reading: Coroutine[Any, Any, T]) -> T:
-        """Await the reading of a recorded game, unless too many wait; cancelled ones count no more."""
+    async def _read(self, name: str, work: Callable[[Path], T]) -> T:
+        """Return the result of a function of a recording's path, unless too many wait for theirs."""
+        path = self.find_recording(name)
         if self._reading >= MOST_READING:
-            reading.close()
             raise RefusedError("full", "too many recorded games are read here now; try again in a minute")
         self._reading += 1
         try:
-            return await reading
+            return await self._reader.do(bounded, path, work)
         finally:
             self._reading -= 1
 

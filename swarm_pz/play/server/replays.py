@@ -13,7 +13,7 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from swarm_pz.config import BLUE, RED, TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError, SwarmError
@@ -40,7 +40,8 @@ class LoadedRecording:
     """A recorded game that was played through.
 
     - `sizes`: drones of red and blue, once a second since the start.
-    - `is_verified`: whether its simulation comes out as recorded.
+    - `is_verified`: its simulation comes out as recorded.
+    - `size`: bytes of its file.
     """
 
     recording: Recording
@@ -48,6 +49,7 @@ class LoadedRecording:
     sizes: list[tuple[int, int]]
     playback: Playback
     is_verified: bool
+    size: int
 
     @classmethod
     def read(cls, path: Path) -> LoadedRecording:
@@ -60,7 +62,8 @@ class LoadedRecording:
         if not frames:
             raise RecordingError(f"{path.name} broke off before anything was to be seen")
         playback = Playback(recording)
-        return cls(recording, frames, sizes_of(frames), playback, playback.verify(MOST_SECONDS).verified)
+        is_verified = playback.verify(MOST_SECONDS).verified
+        return cls(recording, frames, sizes_of(frames), playback, is_verified, path.stat().st_size)
 
     @property
     def state(self) -> protocol.RoomState:
@@ -116,42 +119,7 @@ def sizes_of(frames: Sequence[Frame]) -> list[tuple[int, int]]:
     return [(count - blue[second], blue[second]) for second in sorted(blue)]
 
 
-class OpenedRecording:
-    """A recorded game, the thread that shows it, its state, and the bytes of its file."""
-
-    def __init__(self, worker: Worker, loaded: LoadedRecording, size: int) -> None:
-        self._worker, self._loaded, self.state, self.size = worker, loaded, loaded.state, size
-
-    async def ask(self, method: str, *given: Any) -> Any:
-        """Return the result of a method of its `LoadedRecording`."""
-        return await self._worker.do(getattr(self._loaded, method), *given)
-
-
-class Replays:
-    """Two threads: one reads recordings and plays them through, which takes long; the other shows moments."""
-
-    def __init__(self) -> None:
-        self.reader, self.player = Worker("reading"), Worker("replaying")
-
-    async def read(self, path: Path) -> OpenedRecording:
-        """Return a recorded game, played through; one at a time, since it takes a core.
-
-        Raises RecordingError if it cannot be read or shown.
-        """
-        loaded = await self.work(path, LoadedRecording.read)
-        return OpenedRecording(self.player, loaded, path.stat().st_size)
-
-    async def work(self, path: Path, work: Callable[[Path], T]) -> T:
-        """Return the result of a function of a recording's path."""
-        return await self.reader.do(_bounded, path, work)
-
-    def close(self) -> None:
-        """Let the threads end."""
-        self.reader.close()
-        self.player.close()
-
-
-def _bounded(path: Path, work: Callable[[Path], T]) -> T:
+def bounded(path: Path, work: Callable[[Path], T]) -> T:
     """Return the result of a function of a recording's path, if the file is not too large; every error names it."""
     try:
         if path.stat().st_size > MOST_BYTES or read_regular(path).count(b"[") > MOST_LISTS:
@@ -170,14 +138,14 @@ def _bounded(path: Path, work: Callable[[Path], T]) -> T:
 class ReplaySession:
     """A recorded game as one client watches it."""
 
-    def __init__(self, opened: OpenedRecording, connection: Connection) -> None:
-        self.state, self.size, self._opened, self._connection = opened.state, opened.size, opened, connection
-        self._last_tick = opened.state.last_tick or 0
+    def __init__(self, loaded: LoadedRecording, player: Worker, connection: Connection) -> None:
+        self.size, self._loaded, self._player, self._connection = loaded.size, loaded, player, connection
+        self._last_tick = loaded.recording.last_tick
         self._tick = 0
         self._is_sought = True
         self._speed = 1.0
         self._sequence = 0
-        connection.send(self.state)
+        connection.send(loaded.state)
         self._clock = asyncio.create_task(self._run())
 
     def seek(self, tick: int) -> None:
@@ -210,7 +178,7 @@ class ReplaySession:
 
     async def _show(self, is_sought: bool) -> None:
         self._sequence += 1
-        before, frame = await self._opened.ask("picture", self._tick, self._sequence, is_sought)
+        before, frame = await self._player.do(self._loaded.picture, self._tick, self._sequence, is_sought)
         for data in before:
             self._connection.send_bytes(data)
         self._connection.show(frame, self._sequence)

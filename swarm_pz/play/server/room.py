@@ -52,8 +52,6 @@ class Room:
         self.session: LiveSession | None = None
         self.outcome: Outcome | None = None
         self.ended_by: EndedBy | None = None
-        self._before: tuple[LiveSession | None, Outcome | None] = None, None
-        """The session before the one that counts down, and its outcome."""
         self.last_used = time.monotonic()
         self._games = 0
         self._called_off_at = -PAUSE_S
@@ -329,7 +327,6 @@ class Room:
             log.exception("a game did not begin")
             reason = str(error) if isinstance(error, SwarmError) else "the server could not do that"
             raise RefusedError("not_valid", f"the game cannot begin: {reason}") from error
-        self._before = self.session, self.outcome
         self.session, self.outcome = session, None
         for seat in self.seats:
             seat.target = target_message(seat.team, 0, session.game.simulator.games.coefficients[0, seat.team])
@@ -354,12 +351,8 @@ class Room:
     def _began(self) -> None:
         self._games += 1
         self.plan = replace(self.plan, seed=None)
-        self._before = None, None
         self._is_called_for = False
         self._only_policies_are_ready()
-        for seat in self.seats:
-            if seat.token and self.session is not None and self.plan.hosted is None:  # a study's games lead nobody back
-                self._context.seat_index.note(seat.token, self.session.recorder.path.name)
         self._changed()
 
     # --- end --------------------------------------------------------------------------------------
@@ -368,7 +361,7 @@ class Room:
         """Take back a game that counts down, if there is one."""
         if self.session is not None and self.phase == "starting":
             self.session.call_off()
-            self.session, self.outcome = self._before
+            self.session = None
             self._called_off_at = time.monotonic()
             self._is_called_for = False
 

@@ -14,19 +14,8 @@ from swarm_pz.play.game import TableConfig
 
 _PLAIN_COST = 0.8
 """Cost of any game for the server, in games of 10 against 10 by `ergodic` at normal speed."""
-_COSTS = {
-    "ergodic": (0.0, 0.01),
-    "direct": (1.2, 0.01),
-    "flocking": (1.4, 0.02),
-    "potential_field": (1.4, 0.02),
-    "formation": (2.0, 0.03),
-    "coverage": (1.9, 0.08),
-    "kernel_ergodic": (1.0, 0.08),
-    "leader_follower": (2.9, 0.08),
-}
-"""Cost of a team besides, by its control system, and of each of its drones, as measured on single games."""
-_UNKNOWN_COST = 3.0, 0.1
-"""The same, of another package's system."""
+_ERGODIC_COST, _OTHER_COST = (0.0, 0.01), (1.5, 0.06)
+"""Cost of a team besides, and of each of its drones, by `ergodic` or another control system, as measured."""
 POLICY_COST = 0.25
 """The same, of a policy that plays, helps or responds in a room."""
 _UNTIMED = 1e6
@@ -75,14 +64,14 @@ def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig
         capture=rules.capture.replace(enabled=rules.capture.enabled and min(sizes) > 0),
     )
     majority = settings.majority and min(sizes) > 0
-    return table.replace(game=game, mapping=settings.mapping or table.mapping, speed=settings.speed, majority=majority)
+    return table.replace(game=game, speed=settings.speed, majority=majority)
 
 
 def cost_of(config: TableConfig) -> float:
     """Return the cost of a game for the server, in games of 10 against 10 by `ergodic` at normal speed."""
     cost = _PLAIN_COST
     for size, system in zip(config.game.team_sizes, config.game.team_systems, strict=True):
-        team, drone = _COSTS.get(system.name, _UNKNOWN_COST)
+        team, drone = _ERGODIC_COST if system.name == "ergodic" else _OTHER_COST
         cost += team * (size > 0) + drone * size
     return round(config.speed * cost, 3)
 
@@ -103,7 +92,6 @@ def settings_of(config: TableConfig) -> protocol.Settings:
         red=red,
         blue=blue,
         time_limit=limit if limit < _UNTIMED else None,
-        mapping=config.mapping,
         speed=config.speed,
         majority=config.majority,
         red_system=config.game.team_controllers[RED],

@@ -23,7 +23,6 @@ from swarm_pz.play.server.middleware import page
 from swarm_pz.play.server.rate_limit import AddressLimits
 from swarm_pz.play.server.study_games import StudyGames
 from swarm_pz.play.studies.folder import StudyFolder
-from swarm_pz.play.studies.forms import MOST_TEXT, Form, Item
 from swarm_pz.play.studies.progress import Progress, Step
 from swarm_pz.play.studies.texts import html_of
 
@@ -31,8 +30,8 @@ LEASE_S = 8.0
 """Seconds for which a silent window is still the participant's: pages send something every two."""
 MOST_WRONG_CODES, WRONG_CODES_S = 20, 100.0
 """Wrong codes of an address in so many seconds: a class behind one mistypes some, and a guesser tries millions."""
-_MOST_BYTES = 4096
-"""Bytes of a page's message without answers."""
+_MOST_BYTES = 2**19
+"""Bytes of a page's message: answers to a form of twenty long texts have fewer."""
 _PART_S = 10.0
 """Seconds within which a message must have come."""
 _HEADINGS = {"consent": "Do you want to take part?", "text": "Please read", "break": "Time for a rest"}
@@ -88,7 +87,6 @@ class StudyHost:
         self.token = secrets.token_urlsafe(12)
         self._visitors = [Visitor() for _ in range(self.study.participants)]
         self._guesses = AddressLimits(MOST_WRONG_CODES, WRONG_CODES_S)
-        self._most_bytes = _MOST_BYTES + max((_bytes_of(asked.form) for asked in self.study.forms), default=0)
         self._turns = [asyncio.Lock() for _ in self._visitors[::2]]
         """One for each pair that may meet: else one of them could open a game while the other's is settled."""
 
@@ -102,16 +100,16 @@ class StudyHost:
             page("/study/{code}", "study.html"),
             page("/study/{code}/game", "index.html"),
             Route("/study/{code}/state", self._answer(self._look), methods=["POST"]),
-            Route("/study/{code}/done", self._answer(self._finish, self._most_bytes), methods=["POST"]),
+            Route("/study/{code}/done", self._answer(self._finish), methods=["POST"]),
             Route("/study/{code}/play", self._answer(self._play), methods=["POST"]),
         ]
 
     # --- participants -----------------------------------------------------------------------------
 
-    def _answer(self, act: Action, most: int = _MOST_BYTES) -> Callable[[Request], Awaitable[Response]]:
+    def _answer(self, act: Action) -> Callable[[Request], Awaitable[Response]]:
         async def answer(request: Request) -> Response:
             try:
-                message = await _read(request, most)
+                message = await _read(request)
                 address = request.client.host if request.client is not None else ""
                 number = self._number_of(request.path_params["code"], message.window, address)
                 return JSONResponse(await self._obey(number, message, act))
@@ -298,16 +296,7 @@ def _fault_of(error: Exception) -> tuple[int, str]:
     return 500, f"the server could not do that: {ask}"
 
 
-def _bytes_of(form: Form) -> int:
-    """Return the most bytes of answers to a form, with six for every character."""
-
-    def characters(item: Item) -> int:
-        return MOST_TEXT if item.kind == "text" else max(map(len, item.choices), default=20)
-
-    return sum(6 * (len(item.id) + characters(item)) + 16 for item in form.items)
-
-
-async def _read(request: Request, most: int) -> PageMessage:
+async def _read(request: Request) -> PageMessage:
     """Return a page's message.
 
     Raises ConfigError if it does not fit, is too large, or does not come.
@@ -317,11 +306,11 @@ async def _read(request: Request, most: int) -> PageMessage:
         async with asyncio.timeout(_PART_S):
             async for part in request.stream():
                 data += part
-                if len(data) > most:
-                    raise ConfigError(f"a page may say {most} bytes here, and this is more")
+                if len(data) > _MOST_BYTES:
+                    raise ConfigError(f"a page may say {_MOST_BYTES} bytes here, and this is more")
     except TimeoutError as error:
         raise ConfigError(f"what a page says must come within {_PART_S:g} seconds") from error
     try:
-        return protocol.decode(_page_messages, bytes(data), most)
+        return protocol.decode(_page_messages, bytes(data), _MOST_BYTES)
     except ProtocolError as error:
         raise ConfigError(f"what the page said does not fit: {error}") from error

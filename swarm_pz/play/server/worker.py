@@ -12,83 +12,47 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 
 
-class HangingError(Exception):
-    """Earlier work of the same client was too late, and has not come back yet."""
-
-
 class Worker:
-    """Calls functions in a thread of its own, one after the other.
-
-    Work that takes longer than its limit keeps its thread; a new thread does what waits.
-    """
+    """Calls functions in a thread of its own, one after the other."""
 
     def __init__(self, name: str) -> None:
-        self._name = name
         self._queue: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
-        self._late: dict[str, threading.Thread] = {}  # kept by late work, by client
-        self._start()
-
-    def _start(self) -> None:
         # A daemon: work that hangs does not keep the server from ending.
-        self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
     def _run(self) -> None:
-        own = threading.current_thread()
-        while self._thread is own:
-            work = self._queue.get()
-            if self._thread is not own:
-                self._queue.put(work)
-            elif work is None:
-                return
-            else:
-                work()
+        while (work := self._queue.get()) is not None:
+            work()
 
-    def do(
-        self, work: Callable[..., T], *given: Any, limit_s: float | None = None, client: str = ""
-    ) -> asyncio.Future[T]:
+    def do(self, work: Callable[..., T], *given: Any) -> asyncio.Future[T]:
         """Return the future result of a function, which is called after all earlier ones.
 
-        Work whose future is cancelled before it begins is left out. The future raises what the work raises, and
-
-        - TimeoutError if the work takes longer than its limit,
-        - HangingError if late work of the same client has not come back yet,
-        - RuntimeError if the work raises what would end the event loop, such as KeyboardInterrupt.
+        Work whose future is cancelled before it begins is left out. The future raises what the work raises, but
+        RuntimeError for what would end the event loop, such as KeyboardInterrupt.
         """
-        loop, is_over = asyncio.get_running_loop(), threading.Event()
+        loop = asyncio.get_running_loop()
         done: asyncio.Future[T] = loop.create_future()
         done.add_done_callback(lambda done: done.cancelled() or done.exception())  # nobody need wait for it
 
         def run() -> None:
             if done.done():
                 return
-            if limit_s is not None:
-                tell(loop.call_later, limit_s, give_up, threading.current_thread())
             try:
-                if client in self._late and self._late[client].is_alive():
-                    raise HangingError
                 answer = work(*given)
             except BaseException as error:
                 is_plain = isinstance(error, Exception) and not isinstance(error, StopIteration)
-                tell(finish, done.set_exception, error if is_plain else RuntimeError(f"raised {type(error).__name__}"))
+                tell(done.set_exception, error if is_plain else RuntimeError(f"raised {type(error).__name__}"))
             else:
-                tell(finish, done.set_result, answer)
-            finally:
-                is_over.set()
-
-        def give_up(thread: threading.Thread) -> None:
-            if not is_over.is_set():
-                finish(done.set_exception, TimeoutError())
-                self._late[client] = thread
-                self._start()
+                tell(done.set_result, answer)
 
         def finish(end: Callable[[Any], None], value: Any) -> None:
             if not done.done():
                 end(value)
 
-        def tell(act: Callable[..., Any], *values: Any) -> None:
+        def tell(end: Callable[[Any], None], value: Any) -> None:
             with contextlib.suppress(RuntimeError):  # the event loop has ended
-                loop.call_soon_threadsafe(act, *values)
+                loop.call_soon_threadsafe(finish, end, value)
 
         self._queue.put(run)
         return done

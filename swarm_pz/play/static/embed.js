@@ -35,10 +35,9 @@ export class Embed {
 
   tell(message) { parent.postMessage(message, this.origin); }
 
-  // Report a refusal; if the room is gone, report the recording of its game, if there is one.
-  refused({ about, reason, recording }) {
-    if (about === "hello" && recording) this.end(recording);
-    else if (["create", "ready", "hello"].includes(about)) this.giveUp(reason);
+  // Report a refusal.
+  refused({ about, reason }) {
+    if (["create", "ready", "hello"].includes(about)) this.giveUp(reason);
   }
 
   giveUp(reason) {

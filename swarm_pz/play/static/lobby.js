@@ -95,7 +95,7 @@ export class Lobby {
     const player = seat === "watch" ? value("player") : null;
     const settings = {
       red: Number(value("red-drones")), blue: Number(value("blue-drones")),
-      time_limit: value("time-limit") && Number(value("time-limit")), mapping: value("mapping"), speed: Number(value("speed")),
+      time_limit: value("time-limit") && Number(value("time-limit")), speed: Number(value("speed")),
       majority: value("decided") === "majority", red_system: value("red-system"), blue_system: value("blue-system"),
     };
     if (opponent === "none") settings[seat === "blue" ? "red" : "blue"] = 0;

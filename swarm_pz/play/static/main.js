@@ -159,13 +159,12 @@ function ask() {
   if (!byId("leaving").open) byId("leaving").showModal();
 }
 
-function refused({ about, code, reason, recording }) {
+function refused({ about, code, reason }) {
   const { name, value } = wanted(), lostSeat = about === "hello";
   isBeginning = false;
   if (lostSeat && (STUDY || !embed)) link.seat = null;
   if (lostSeat && STUDY) return goOn(code === "unknown" ? "" : reason); // the study gives a new seat
-  if (embed) embed.refused({ about, reason, recording });
-  else if (lostSeat && recording) go(`replay=${recording}`); // its recording
+  if (embed) embed.refused({ about, reason });
   else if (lostSeat) return show(); // to look on, if its room is still there
   else if (!table.room && name !== "") {
     wantsSeat = "";

@@ -126,9 +126,8 @@ def test_it_tells_its_figures_and_finishes_its_files_when_told_to_end(own_table)
     client.say(protocol.CommandMessage(1, strokes=[RING]))
     client.hear(protocol.InForceMessage)
     status = own_table.status()
-    assert status["lateness_ms"]["max"] >= status["lateness_ms"]["p99"] >= 0
     assert (status["rooms"], status["playing"], status["connections"]) == (1, 1, 1)
-    assert status["slipped"] >= 0 and status["open_files"] > 2
+    assert status["open_files"] > 2
     assert "Traceback" not in own_table.end()
     read = Recording.read(own_table.recording(client.seated.room))
     assert read.end.outcome == "stopped" and Playback(read).verify().verified

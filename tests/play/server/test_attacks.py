@@ -265,7 +265,7 @@ async def test_few_recorded_games_wait_to_be_read_and_who_hangs_up_is_forgotten(
     record(tmp_path / "a.jsonl")
     gate, read = asyncio.Event(), []
 
-    async def slowly(path, work):
+    async def slowly(bounded, path, work):
         await gate.wait()
         read.append(path)
         return []
@@ -274,7 +274,7 @@ async def test_few_recorded_games_wait_to_be_read_and_who_hangs_up_is_forgotten(
         await gone.wait()
         return {"type": "http.disconnect"}
 
-    monkeypatch.setattr(hall._replays, "work", slowly)
+    monkeypatch.setattr(hall._reader, "do", slowly)
     gone, app = asyncio.Event(), Server(hall).app(["here"])
     path = "/recordings/a.jsonl/trial"
     held = [asyncio.create_task(answer_of(app, path, receive=hang_up)) for _ in range(MOST_READING)]

@@ -17,7 +17,6 @@ from swarm_pz.play.server import lobby, rendered_command
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.strokes import density_of
 from tests.play.recordings.games import record
@@ -71,18 +70,6 @@ class Guest(Client):
         self.say(protocol.Pace(0.0))
 
 
-class Opened:
-    """A recorded game that is played again here, in place of a thread."""
-
-    def __init__(self, loaded):
-        self.loaded, self.state, self.size, self.count = loaded, loaded.state, 1, 0
-
-    async def ask(self, method, *given):
-        self.count += 1
-        await asyncio.sleep(0)
-        return getattr(self.loaded, method)(*given)
-
-
 class Hall(Lobby):
     """A lobby in which nobody thinks."""
 
@@ -96,13 +83,6 @@ class Hall(Lobby):
         """Return the only room."""
         (room,) = self.rooms.values()
         return room
-
-
-class NearHall(Hall):
-    """One that reads recorded games here, and in no process."""
-
-    async def read(self, name):
-        return Opened(LoadedRecording.read(self.find_recording(name)))
 
 
 def dot(number, width=0.1):
@@ -121,7 +101,7 @@ def recorded(tmp_path_factory):
 async def hall(recorded, tmp_path):
     """Give a lobby with one recorded game."""
     shutil.copy(recorded, tmp_path)
-    made = NearHall(tmp_path)
+    made = Hall(tmp_path)
     yield made
     made.close()
 

@@ -152,7 +152,7 @@ async def test_recorded_games_are_listed_while_one_is_read_and_off_the_event_loo
     monkeypatch.setattr(
         module, "summary_of", lambda path: threads.append(threading.current_thread()) or summary_of(path)
     )
-    lobby._replays.reader.do(may_end.wait)
+    lobby._reader.do(may_end.wait)
     listed = await lobby.recordings()
     may_end.set()
     assert [game.name for game in listed] == names[::-1], "the latest first"

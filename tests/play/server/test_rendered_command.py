@@ -1,6 +1,4 @@
-"""Commands rendered from what clients send: their sides, senders and time."""
-
-import time
+"""Commands rendered from what clients send: their sides and senders."""
 
 import numpy as np
 import pytest
@@ -8,12 +6,10 @@ import pytest
 from swarm_pz.config import GameConfig
 from swarm_pz.play import protocol
 from swarm_pz.play.commands import CommandReader
-from swarm_pz.play.server import rendered_command
-from swarm_pz.play.server.rendered_command import CommandWorker, is_rendered_at_once, render
+from swarm_pz.play.server.rendered_command import is_rendered_at_once, render
 from swarm_pz.play.server.views import target_message
 from swarm_pz.simulator.commands import make_target
 
-pytestmark = pytest.mark.anyio
 EVEN = np.ones((10, 10)).tolist()
 DOT = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])
 FIRM = "firm"
@@ -47,13 +43,3 @@ def test_only_what_is_followed_as_it_came_is_rendered_where_games_run():
     density, drawn = protocol.CommandMessage(1, density=EVEN), protocol.CommandMessage(1, strokes=[DOT])
     assert is_rendered_at_once(density, reader, 0) and not is_rendered_at_once(drawn, reader, 0)
     assert not is_rendered_at_once(density, reader, 1), "another package may think about it for long"
-
-
-async def test_own_systems_may_take_their_time(monkeypatch):
-    """On a busy machine, or where painting has to be compiled, a drawing takes longer than a stranger's system may."""
-    monkeypatch.setattr(rendered_command, "RENDER_S", 0.01)
-    monkeypatch.setattr(rendered_command, "density_of", lambda *_: time.sleep(0.1) or np.ones((10, 10)))
-    commands, reader = CommandWorker(), CommandReader(GameConfig())
-    rendered = await commands.render(protocol.CommandMessage(1, strokes=[DOT]), reader, FIRM, 0, 1)
-    commands.close()
-    assert rendered.command.number == 1

@@ -10,10 +10,9 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, TARGET, decode_frame
 from swarm_pz.play.server import replays as module
-from swarm_pz.play.server.replays import LoadedRecording, Replays, ReplaySession, sizes_of
+from swarm_pz.play.server.replays import LoadedRecording, ReplaySession, bounded, sizes_of
 from swarm_pz.play.server.room_settings import settings_of
 from tests.play.recordings.games import record
-from tests.play.server.test_client_handler import Opened
 from tests.play.server.test_room import CALM, Client, until
 
 pytestmark = pytest.mark.anyio
@@ -33,8 +32,13 @@ class Watcher(Client):
 
     def __init__(self, loaded, speed=0.0):
         super().__init__()
-        self.replay = ReplaySession(Opened(loaded), self)
+        self.replay = ReplaySession(loaded, self, self)
         self.replay.pace(speed)
+
+    async def do(self, work, *given):
+        """Work here, in place of a thread."""
+        await asyncio.sleep(0)
+        return work(*given)
 
     async def see(self, tick):
         """Seek a moment, and return the frame that shows it."""
@@ -140,7 +144,7 @@ async def test_of_moments_that_are_sought_meanwhile_the_latest_is_shown(game):
         watcher.replay.seek(tick)
     await until(lambda: watcher.frames)
     watcher.replay.close()
-    assert watcher.shown().tick == 89 and watcher.replay._opened.count == 1
+    assert watcher.shown().tick == 89 and len(watcher.frames) == 1
 
 
 async def test_where_a_game_plays_differently_the_recorded_frames_are_shown(game):
@@ -153,28 +157,14 @@ async def test_where_a_game_plays_differently_the_recorded_frames_are_shown(game
     watcher.replay.close()
 
 
-# --- threads --------------------------------------------------------------------------------------
-
-
-async def test_a_game_that_takes_too_much_time_or_memory_or_makes_a_fault_is_refused_and_the_next_is_shown(
-    game, monkeypatch
-):
-    replays, client = Replays(), Client()
-    try:
-        with monkeypatch.context() as patched:
-            for name in ("MOST_BYTES", "MOST_LISTS"):
-                with monkeypatch.context() as small:
-                    small.setattr(module, name, 10)
-                    with pytest.raises(RecordingError, match="too long to be watched"):
-                        await replays.read(game)
-            patched.setattr(module, "MOST_SECONDS", 0.0)
-            with pytest.raises(RecordingError, match="takes too long"):
-                await replays.read(game)
-            patched.setattr(LoadedRecording, "read", lambda path: 1 / 0)
-            with pytest.raises(RecordingError, match="cannot be played again: ZeroDivisionError"):
-                await replays.read(game)
-        session = ReplaySession(await replays.read(game), client)
-        await until(lambda: client.frames)
-        session.close()
-    finally:
-        replays.close()
+def test_a_game_that_takes_too_much_time_or_memory_or_makes_a_fault_is_refused(game, monkeypatch):
+    for name in ("MOST_BYTES", "MOST_LISTS"):
+        with monkeypatch.context() as small:
+            small.setattr(module, name, 10)
+            with pytest.raises(RecordingError, match="too long to be watched"):
+                bounded(game, LoadedRecording.read)
+    monkeypatch.setattr(module, "MOST_SECONDS", 0.0)
+    with pytest.raises(RecordingError, match="takes too long"):
+        bounded(game, LoadedRecording.read)
+    with pytest.raises(RecordingError, match="cannot be played again: ZeroDivisionError"):
+        bounded(game, lambda path: 1 / 0)

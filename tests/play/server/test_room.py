@@ -421,20 +421,6 @@ async def test_countdowns_that_are_called_off_begin_once_a_second(tmp_path, monk
         assert code_of(room.ready, red, True) == "too_many" and not room.seats[0].ready
 
 
-async def test_a_countdown_that_is_called_off_leaves_the_last_game_in_view(tmp_path):
-    with opened(tmp_path, time_limit=None) as room:
-        red, blue = await running(room)
-        room.stop()
-        over = red.messages[-1]
-        object.__setattr__(room._context, "countdown_s", 600.0)
-        for player in (red, blue):
-            room.ready(player, True)
-        assert red.messages[-1].phase == "starting" and red.messages[-1].outcome is None
-        room.ready(red, False)
-        state = red.messages[-1]
-        assert (state.phase, state.outcome, state.recording) == ("over", "stopped", over.recording)
-
-
 async def test_a_watcher_begins_two_policies_calls_them_off_and_sees_them_again_and_again(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "PAUSE_S", 0.0)
     with opened(tmp_path, countdown_s=600.0) as room:
@@ -488,7 +474,7 @@ async def test_what_players_do_is_written_as_it_was_done(tmp_path):
     drawing = [protocol.StrokeMessage("attract", 0.1, [(0.85, 0.15)])]
     screen = protocol.ClientInfo(viewport=(360, 640), pixel_ratio=2.0, refresh_hz=60.0)
     table, timing = TableConfig(min_command_interval=0.25), protocol.Timing(input_ms=10.0, sent_ms=12.0)
-    settings = {"red": 3, "blue": 2, "mapping": "paper", "speed": 2.0, "time_limit": None}
+    settings = {"red": 3, "blue": 2, "speed": 2.0, "time_limit": None}
     with opened(tmp_path, table=table, **settings) as room:
         red, blue = Client(), Client()
         red.client, blue.kind = screen, "program"
@@ -511,7 +497,7 @@ async def test_what_players_do_is_written_as_it_was_done(tmp_path):
     assert recording.config == table_config(protocol.Settings(**settings), table)
     assert (drawn.team, drawn.number, drawn.strokes, drawn.timing) == (0, 7, drawing, timing)
     assert (given.team, given.number, given.strokes, given.timing) == (1, 3, None, None)
-    np.testing.assert_array_equal(drawn.density, as_followed(density_of(strokes, 10, "paper")))
+    np.testing.assert_array_equal(drawn.density, as_followed(density_of(strokes, 10)))
     np.testing.assert_array_equal(given.density, np.eye(10))
     assert header.began_ms <= drawn.server_ms <= given.server_ms
     assert all(line.server_ms >= drawn.server_ms for line in recording.of(InForceMessage)), "since the game began"

@@ -12,11 +12,11 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import SeatCommand, SeatMessage
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
-from swarm_pz.play.server import live_session, rendered_command
+from swarm_pz.play.server import live_session
 from swarm_pz.play.server.room_settings import settings_of, table_config
 from tests.play.server.test_client_handler import Guest, Hall
 from tests.play.server.test_room import EYE, give, opened, playing, read, running, starting, ticks, until
-from tests.play.systems import Dreaming, Escaping, Hanging, Magnet, Raising, Unready, install
+from tests.play.systems import Escaping, Hanging, Magnet, Raising, Unready, install
 
 pytestmark = pytest.mark.anyio
 DOT = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])
@@ -41,7 +41,7 @@ async def hall(tmp_path):
 
 def test_settings_come_back_from_the_table_and_leave_the_hosts_rules_alone():
     systems = {"red_system": "direct", "blue_system": "ergodic"}
-    settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5, majority=True, **systems)
+    settings = protocol.Settings(red=1, blue=19, time_limit=None, speed=0.5, majority=True, **systems)
     chosen = table_config(settings, TableConfig(min_command_interval=0.25))
     assert settings_of(chosen) == settings and chosen.min_command_interval == 0.25
     released = GameConfig.preset("released")
@@ -166,26 +166,3 @@ async def test_a_system_that_fails_at_once_forfeits_when_the_game_begins(tmp_pat
         recording = read(room)
     assert (recording.end.outcome, recording.end.tick, recording.end.ended_by) == ("red", 0, "forfeit")
     assert Playback(recording).verify().verified
-
-
-@pytest.mark.parametrize("corner", [[0.0, 0.0], [1.0, 1.0]], ids=["reads", "draws"])
-async def test_a_system_that_hangs_over_a_command_refuses_it_and_others_are_commanded(corner, hall, monkeypatch):
-    install(monkeypatch, Dreaming)
-    monkeypatch.setattr(rendered_command, "RENDER_S", 1.0)
-    monkeypatch.setattr(Dreaming, "corners", [])
-    guests = [Guest(hall) for _ in range(2)]
-    for guest, name in zip(guests, ("dreaming", "direct"), strict=True):
-        guest.say(protocol.Create(settings=protocol.Settings(red=2, blue=0, time_limit=600.0, red_system=name)))
-        guest.say(protocol.Ready())
-    dreamer, other = guests
-    rooms = list(hall.rooms.values())
-    await until(lambda: all(room.phase == "playing" for room in rooms))
-    dreamer.say(protocol.CommandMessage(1, command=corner))
-    await until(lambda: Dreaming.corners)
-    other.say(protocol.CommandMessage(1, command=PUSH[:2]))
-    dreamer.say(protocol.CommandMessage(2, command=corner))
-    before = rooms[0].session.game.tick
-    await until(lambda: other.heard(protocol.Received) and len(dreamer.heard(protocol.Refused)) == 2)
-    reasons = [refused.reason for refused in dreamer.heard(protocol.Refused)]
-    assert "did not read that command" in reasons[0] and "still reads another" in reasons[1]
-    assert rooms[0].session.game.tick > before and all(room.phase == "playing" for room in rooms)

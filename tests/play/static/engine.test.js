@@ -115,8 +115,8 @@ function correct(game, cells, slot, teams) {
 // What drawings ask for, and how targets are shown.
 function compareDrawings({ drawings }) {
   const found = new Found({ drawings: drawings.length, cells: 0 });
-  for (const { strokes, densities, picture } of drawings) {
-    for (const [mapping, wanted] of Object.entries(densities)) found.take("density", farthest(densityOf(strokes, mapping), wanted));
+  for (const { strokes, density, picture } of drawings) {
+    found.take("density", farthest(densityOf(strokes), density));
     const shown = targetOf(densityOf(strokes)).picture;
     found.take("picture", farthest(shown, picture));
     found.cells += picture.filter((value, i) => value !== shown[i]).length;

@@ -45,7 +45,7 @@ async function hear(...messages) {
 }
 
 const said = (type) => Socket.last.line.last(type);
-const refuse = (about, has = {}) => hear({ type: "refused", code: "unknown", reason: "not so", about, recording: null, ...has });
+const refuse = (about, has = {}) => hear({ type: "refused", code: "unknown", reason: "not so", about, ...has });
 const view = () => ["lobby", "table"].filter((name) => !at(name).hidden).join();
 async function click(id) {
   at(id).click();
@@ -118,11 +118,11 @@ test("who leaves a running game gives up its seat, and of a game that ends meanw
 test("a room is as the form says", async () => {
   await load();
   const fill = (values) => { for (const [id, value] of Object.entries(values)) at(id).value = value; };
-  fill({ opponent: "none", side: "blue", "red-drones": "10", "blue-drones": "7", "time-limit": "120", decided: "draw", speed: "0.5", mapping: "paper", label: "P3", "red-system": "direct", "blue-system": "ergodic" });
+  fill({ opponent: "none", side: "blue", "red-drones": "10", "blue-drones": "7", "time-limit": "120", decided: "draw", speed: "0.5", label: "P3", "red-system": "direct", "blue-system": "ergodic" });
   at("create").fire("submit");
   assert.deepEqual(said("create"), {
     type: "create", seat: "blue", label: "P3", player: null, opponent: null,
-    settings: { red: 0, blue: 7, time_limit: 120, majority: false, speed: 0.5, mapping: "paper", red_system: "direct", blue_system: "ergodic" },
+    settings: { red: 0, blue: 7, time_limit: 120, majority: false, speed: 0.5, red_system: "direct", blue_system: "ergodic" },
   });
   fill({ opponent: "ring", side: "watch", player: "uniform", "time-limit": "" });
   at("side").fire("change");

@@ -15,7 +15,7 @@ const either = (...values) => (value) => values.includes(value);
 const periods = (value) => value === null || (number(1, 36_000)(value) && Math.abs(10 * value - Math.round(10 * value)) < 1e-6);
 
 export const SETTINGS = {
-  red: whole(0, 200), blue: whole(0, 200), time_limit: periods, mapping: either(null, "firm", "paper"), speed: number(0.25, 2),
+  red: whole(0, 200), blue: whole(0, 200), time_limit: periods, speed: number(0.25, 2),
   majority: either(true, false), red_system: either(null, "ergodic"), blue_system: either(null, "ergodic"),
 };
 export const FACTORS = {

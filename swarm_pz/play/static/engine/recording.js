@@ -13,10 +13,10 @@ const LISTED = 200, ENDS = 8192; // games; bytes of a file's beginning and end t
 export function teamOf({ seat }) { return SIDES.indexOf(seat); }
 
 // The first line of a recording, of a table with a room's settings.
-export function headerOf(table, { red, blue, time_limit: limit, mapping, speed, majority = false }, has) {
+export function headerOf(table, { red, blue, time_limit: limit, speed, majority = false }, has) {
   const capture = { ...table.game.capture, enabled: red > 0 && blue > 0 };
   const game = { ...table.game, drones_per_team: red === blue ? red : [red, blue], time_limit: limit ?? UNTIMED, capture };
-  const own = { ...table, game, mapping, speed, ...(majority ? { majority } : {}) };
+  const own = { ...table, game, speed, ...(majority ? { majority } : {}) };
   return { type: "game", protocol: "swarm-pz.play.v2", started: new Date().toISOString(), table: own, ...has };
 }
 
@@ -86,10 +86,10 @@ export class Playback {
   constructor(name, text) {
     const [header, ...lines] = text.split("\n").slice(0, -1).map((line) => JSON.parse(line));
     const of = (type) => lines.filter((line) => line.type === type), { drones_per_team: sizes, time_limit: limit } = header.table.game;
-    const [red, blue] = [sizes].flat().length === 2 ? sizes : [sizes, sizes], { mapping, speed, majority } = header.table;
+    const [red, blue] = [sizes].flat().length === 2 ? sizes : [sizes, sizes], { speed, majority } = header.table;
     Object.assign(this, { name, header, lines, captures: of("captured"), end: of("end")[0], marks: new Map() });
     this.settings = {
-      red, blue, mapping, speed, time_limit: limit === UNTIMED ? null : limit, red_system: "ergodic", blue_system: "ergodic", ...(majority ? { majority } : {}),
+      red, blue, speed, time_limit: limit === UNTIMED ? null : limit, red_system: "ergodic", blue_system: "ergodic", ...(majority ? { majority } : {}),
     };
     this.frames = new Map(of("frame").map(({ tick, data }) => [tick, data]));
     this.lastTick = this.end.tick;

@@ -47,7 +47,7 @@ export class Room {
   // asked is the message that opens the room.
   constructor(table, code, asked) {
     const { settings = {}, seat = "red", opponent = null, label = "", once = false, lesson = false, seed = null } = asked;
-    const { red = 10, blue = 10, time_limit: limit = 300, mapping, speed, majority } = settings;
+    const { red = 10, blue = 10, time_limit: limit = 300, speed, majority } = settings;
     check({ seed, seat }, GAME);
     check(settings, SETTINGS);
     if (opponent !== null && !PLAYERS.includes(opponent)) throw new Refused("unknown", `there is no policy '${opponent}' here`);
@@ -61,7 +61,7 @@ export class Room {
     this.games = 0;
     this.sequence = 0;
     this.settings = {
-      red, blue, time_limit: limit, mapping: mapping ?? "firm", red_system: "ergodic", blue_system: "ergodic",
+      red, blue, time_limit: limit, red_system: "ergodic", blue_system: "ergodic",
       speed: table.factors.find((own) => own.speed !== 1)?.speed ?? speed ?? 1, ...(majority && red && blue ? { majority } : {}),
     };
     this.interval = Math.ceil(10 * table.interval - 1e-6) * PERIOD;
@@ -230,7 +230,7 @@ export class Room {
   command({ number, strokes = null, timing }) {
     if (!this.isOn) throw new Refused("out_of_turn", "no game is running: commands count once both seats are ready");
     if (strokes === null) throw new Refused("not_valid", "a command here must hold strokes");
-    const density = densityOf(strokes, this.settings.mapping);
+    const density = densityOf(strokes);
     this.submit(this.team, { number, strokes, timing, density });
     this.say({ type: "received", number, server_ms: now() });
     this.showTarget(number, density);

@@ -5,8 +5,7 @@ import { CELLS as GRID } from "../frames.js";
 
 const PIXELS = 2 * GRID; // a side of the painted image
 const [UNTOUCHED, ATTRACT, REPEL] = [0, 1, 2], BRUSHES = { erase: UNTOUCHED, attract: ATTRACT, repel: REPEL };
-// beside: density of untouched ground beside ground that attracts; keeps: repelling ground stays empty when smoothed.
-const MAPPINGS = { firm: { beside: 0, smoothing: 0.05, keeps: true }, paper: { beside: 0.5, smoothing: 0.2, keeps: false } };
+const SMOOTHING = 0.05; // of the mapping "firm", in map widths
 
 // Paint the pixels whose centres are within reach of a line; all in pixels.
 function paint(image, points, reach, value) {
@@ -51,16 +50,16 @@ function along(matrix, image) {
   return turned;
 }
 
-export function densityOf(strokes, mapping = "firm") {
-  const { beside, smoothing: width, keeps } = MAPPINGS[mapping], painted = new Uint8Array(PIXELS * PIXELS);
+export function densityOf(strokes) {
+  const painted = new Uint8Array(PIXELS * PIXELS);
   for (const { brush, width: wide, points } of strokes) {
     paint(painted, points.map((point) => point.map((place) => place * PIXELS)), wide / 2 * PIXELS, BRUSHES[brush]);
   }
-  const matrix = smoothing(width), untouched = painted.includes(ATTRACT) ? beside : 0.5;
+  const matrix = smoothing(SMOOTHING), untouched = painted.includes(ATTRACT) ? 0 : 0.5;
   const smooth = (of) => along(matrix, along(matrix, Float64Array.from(painted, of)));
   const image = smooth((brush) => [untouched, 1, 0][brush]), means = new Float64Array(CELLS * CELLS);
   // Repelling ground is empty up to its edge, where it is one half when smoothed, and less and less so beyond it.
-  const empty = keeps && painted.includes(REPEL) ? smooth((brush) => Number(brush === REPEL)) : null;
+  const empty = painted.includes(REPEL) ? smooth((brush) => Number(brush === REPEL)) : null;
   image.forEach((value, i) => {
     const block = PIXELS / CELLS, cell = Math.floor(i / PIXELS / block) * CELLS + Math.floor(i % PIXELS / block);
     means[cell] += Math.min(value, 1) * (1 - (empty ? Math.min(2 * empty[i], 1) : 0)) / (block * block);

@@ -38,7 +38,7 @@ export class Table {
       if (!Object.hasOwn(ACTS, type)) throw new Refused("unknown", `there is no ${type} where no server is`);
       await ACTS[type](this, message);
     } catch (error) {
-      this.say({ type: "refused", code: error instanceof Refused ? error.code : "not_valid", reason: error.message, about: type, recording: null });
+      this.say({ type: "refused", code: error instanceof Refused ? error.code : "not_valid", reason: error.message, about: type });
     }
   }
 
