@@ -1,7 +1,7 @@
 """The server: rooms, their clients, and games in real time.
 
 ===================  =======================================================================
-`serve`, `app`       the start of the server; its pages, behind `middleware` and `limits`
+`serve`, `app`       the start of the server; its pages, behind `middleware`
 `client_handler`     one client's messages, obeyed or refused; `connection` sends to it
 `lobby`              all rooms, and the recorded games
 `room`               two seats and their games, by a plan of `room_settings`
