@@ -66,8 +66,7 @@ def play(
         Of the start of the game in a room that is opened; any if not given.
     **settings
         Of a room that is opened, as `swarm_pz.play.protocol.Settings` has them: `red` and `blue` (drones),
-        `time_limit` (seconds of game), `speed` (of these a second), `red_system`, `blue_system` (control systems),
-        `mapping`.
+        `time_limit` (seconds of game), `speed` (of these a second), `red_system`, `blue_system` (control systems).
 
     Raises
     ------
