@@ -15,9 +15,9 @@ import numpy as np
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
-from swarm_pz.envs.reward import red_rewards
 from swarm_pz.errors import Stopped
 from swarm_pz.evaluation.match import MatchResult, play_match
+from swarm_pz.kernels.step import red_reward
 from swarm_pz.policy import Player, load
 from swarm_pz.training.checkpoint import random_streams_kept
 from swarm_pz.training.config import TrainConfig
@@ -142,7 +142,8 @@ def _mean_reward(match: MatchResult) -> float:
     config, outcomes = match.config, np.array([game.outcome for game in match.games])
     owned = np.array([[game.share * config.num_drones, config.team_sizes[game.side == "blue"]] for game in match.games])
     gained = (owned[:, 0] - owned[:, 1]).round().astype(np.int64)
-    return float(red_rewards(config, gained, outcomes != "draw", outcomes == "win").mean())  # each side's as if red's
+    weights = config.reward.size_change, config.num_drones / 2, config.reward.outcome
+    return float(red_reward(gained, outcomes != "draw", outcomes == "win", *weights).mean())  # each side's as if red's
 
 
 class Checkpoint(RunCallback):

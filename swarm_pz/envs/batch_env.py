@@ -21,9 +21,9 @@ from swarm_pz.config import (
 )
 from swarm_pz.config.base import check_count
 from swarm_pz.config.values import check_densities
-from swarm_pz.envs.reward import red_rewards
 from swarm_pz.errors import CommandError, GameOverError, PolicyError
 from swarm_pz.kernels.observation import count_infos
+from swarm_pz.kernels.step import Report
 from swarm_pz.policy import Player, Policy, answers_of, name_of
 from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.spawn import Seed, check_team
@@ -64,6 +64,7 @@ class BatchEnv:
         self.num_games = self.simulator.num_games
         self.running = np.zeros(self.num_games, np.bool_)
         self._limit_ticks, self._step_ticks = self.config.limit_ticks, self.config.step_ticks
+        self._ticks = np.full(self.num_games, self._step_ticks)
         if max_cycles is not None:
             self.max_cycles = max_cycles
 
@@ -124,37 +125,36 @@ class BatchEnv:
             If no game is running.
         """
         checked = commands if isinstance(commands, CheckedCommands) else CheckedCommands(self._check(commands))
-        running = self.running.copy()
-        if not running.any():
+        if not self.running.any():
             raise GameOverError("no game is running: call reset before step")
-        games = self.simulator.games
-        captures, recaptures = games.captures.copy(), games.recaptures.copy()
-        left = np.maximum(np.minimum(self._limit_ticks - games.ticks, self._step_ticks), 0) * running
-        if after_control_period is None:
-            self.simulator.advance(left, checked)
-        else:
-            waiting: CheckedCommands | None = checked
-            while left.any() and not self.simulator.decided[running].all():
-                ticks = np.minimum(left, TICKS_PER_CONTROL_PERIOD)
-                self.simulator.advance(ticks, waiting)
-                left, waiting = left - ticks, None
-                after_control_period()
-
-        decided = self.simulator.decided & running
-        truncated = running & ~decided & (games.ticks >= self._limit_ticks)
-        self.running &= ~(decided | truncated)
-        captured = games.captures - captures
-        gained = captured[:, RED] - captured[:, BLUE]
-        rewards = np.empty((self.num_games, 2))
-        rewards[:, RED] = red_rewards(self.config, gained, decided, games.teams[:, 0] == RED)
-        rewards[:, BLUE] = 0.0 - rewards[:, RED]
-        return StepResult(
-            rewards=rewards,
-            terminated=decided,
-            truncated=truncated,
-            captured=captured,
-            recaptured=games.recaptures - recaptures,
+        simulator, games = self.simulator, self.simulator.games
+        result = StepResult(
+            rewards=np.zeros((self.num_games, 2)),
+            terminated=np.zeros(self.num_games, np.bool_),
+            truncated=np.zeros(self.num_games, np.bool_),
+            captured=games.captures.copy(),
+            recaptured=games.recaptures.copy(),
         )
+        reward, half = self.config.reward, self.config.num_drones / 2
+        report = Report(
+            self._limit_ticks, reward.size_change, half, reward.outcome, self.running,
+            result.rewards, result.terminated, result.truncated, result.captured, result.recaptured,
+        )  # fmt: skip
+        if after_control_period is None and not simulator.control.is_given:
+            simulator.step(self._ticks, checked, report)
+            return result
+        running = self.running.copy()
+        waiting: CheckedCommands | None = checked
+        left = np.maximum(np.minimum(self._limit_ticks - games.ticks, self._ticks), 0) * running
+        period = TICKS_PER_CONTROL_PERIOD if after_control_period is not None else self.config.step_ticks
+        while left.any() and not simulator.decided[running].all():
+            ticks = np.minimum(left, period)
+            simulator.advance(ticks, waiting)
+            left, waiting = left - ticks, None
+            if after_control_period is not None:
+                after_control_period()
+        simulator.step(np.zeros_like(left), None, report)
+        return result
 
     def _check(self, commands: Any) -> NDArray[np.float64]:
         control, cells = self.simulator.control, self.config.command_cells

@@ -10,6 +10,7 @@
 `trails`          trails, and what they add to the capture field
 `rng`             random numbers within a game
 `game`            one game's tick in the order of the rules, and a loop over games
+`step`            one call a step: commands, ticks, and how it went
 `observation`     one side's grid observation, or its lists of drones
 `sight`           what drones that are agents see
 `painting`        strokes of a brush on an image

@@ -8,6 +8,7 @@ over them and become vector instructions.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -122,54 +123,41 @@ def transform(
             coefficients[k1, k2] = sums[k1, k2] * scale
 
 
-@entry_point
-def make_targets(
-    densities: Float64s,
-    places: Int64s,
-    rows: Int64s,
-    teams: Int64s,
-    matrix: Float64s,
-    mass: float,
-    holds: bool,
-    targets: Float64s,
-    coefficients: Float32s,
-    sent: Bools | None,
-) -> None:
-    """Turn the densities of some places into targets of the games `rows[place]`.
+class Aims(NamedTuple):
+    """The targets of E games, and how densities become targets."""
 
-    Parameters
-    ----------
-    densities : float64 array (n, t, A, A)
-        Cells `[row = y, column = x]`, not negative.
-    places : int64 array (parts,)
-        Which of the n to do.
-    rows : int64 array (n,)
-        Game of each place.
-    teams : int64 array (t,)
-        Team of each density of a game.
-    matrix : float64 array (A, K)
-        Integrals of cos(pi k x) times each cell's interpolation weight.
-    mass : float
-        What targets sum to, as the controller sees them: phi_0.
-    holds : bool
-        Whether a density that asks for what is in force leaves it as it is; only where `sent` is given.
-    targets : float64 array (E, 2, A, A)
-        Updated; each image sums to 1.
-    coefficients : float32 array (E, 2, K, K)
-        Updated; indexed `[k1 (x), k2 (y)]`.
-    sent : bool array (E, 2), optional
-        Updated: which teams were sent a target. None where it is all the same.
-    """
-    along_x = np.empty(matrix.shape, np.float64)
-    sums = np.empty((matrix.shape[1], matrix.shape[1]), np.float64)
-    for place in places:
-        for number in range(teams.shape[0]):
-            e, team = rows[place], teams[number]
-            if sent is not None:
-                asked = np.empty_like(targets[e, team])
-                normalise(densities[place, number], asked)
-                if holds and not differ(asked, targets[e, team]):
-                    continue
-                sent[e, team] = True
-            normalise(densities[place, number], targets[e, team])
-            transform(targets[e, team], matrix, mass, along_x, sums, coefficients[e, team])
+    targets: Float64s
+    """(E, 2, A, A) each sums to 1."""
+    coefficients: Float32s
+    """(E, 2, K, K) of the targets; indexed `[k1 (x), k2 (y)]`."""
+    sent: Bools
+    """(E, 2) whether each team was sent a target; (0, 2) where it is all the same."""
+    matrix: Float64s
+    """(A, K) integrals of cos(pi k x) times each cell's interpolation weight."""
+    mass: float
+    """Sum of a target, as the controller sees it: phi_0."""
+    holds: bool
+    """True: a density that asks for what is in force leaves it as it is; only where `sent` is kept."""
+
+
+@kernel
+def set_target(density: Float64s, e: int, team: int, aims: Aims) -> None:
+    """Turn a density (A, A), whose cells `[row = y, column = x]` are not negative, into the target of a team."""
+    matrix, target = aims.matrix, aims.targets[e, team]
+    if len(aims.sent):
+        asked = np.empty_like(target)
+        normalise(density, asked)
+        if aims.holds and not differ(asked, target):
+            return
+        aims.sent[e, team] = True
+    normalise(density, target)
+    along_x, sums = np.empty(matrix.shape, np.float64), np.empty((matrix.shape[1], matrix.shape[1]), np.float64)
+    transform(target, matrix, aims.mass, along_x, sums, aims.coefficients[e, team])
+
+
+@entry_point
+def make_targets(densities: Float64s, rows: Int64s, teams: Int64s, aims: Aims) -> None:
+    """Turn densities (n, t, A, A) of the games `rows` (n,) and the teams (t,) into targets."""
+    for place in range(len(rows)):
+        for number in range(len(teams)):
+            set_target(densities[place, number], rows[place], teams[number], aims)

@@ -345,7 +345,7 @@ def advance_game(
                 change_team(games, e, i, rules, boards, variants)
 
 
-@entry_point
+@kernel
 def advance_games(
     games: Games,
     rows: Int64s,
@@ -363,7 +363,6 @@ def advance_games(
 @entry_point
 def take_up(
     asked: Float64s,
-    places: Int64s,
     rows: Int64s,
     teams: Int64s,
     holds: bool,
@@ -378,8 +377,6 @@ def take_up(
     Parameters
     ----------
     asked : float64 array (n, t, S)
-    places : int64 array (parts,)
-        Which of the n to do.
     rows : int64 array (n,)
         Game of each place.
     teams : int64 array (t,)
@@ -389,7 +386,7 @@ def take_up(
     ticks, flown_by, commands, former, commanded
         As of `Games`; the last three are updated.
     """
-    for place in places:
+    for place in range(len(rows)):
         e = rows[place]
         for number in range(len(teams)):
             team = teams[number]

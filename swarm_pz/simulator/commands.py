@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.kernels.fourier import make_targets
+from swarm_pz.kernels.fourier import Aims, make_targets
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +74,7 @@ def make_target(density: NDArray[np.float64], modes: int) -> tuple[NDArray[np.fl
         phi_k, indexed `[k1 (x), k2 (y)]`; phi_0 = 1.
     """
     targets, coefficients = np.empty((1, 1, *density.shape)), np.empty((1, 1, modes, modes), np.float32)
-    only = np.zeros(1, np.int64)
-    matrix = coefficient_matrix(modes, density.shape[-1])
-    make_targets(
-        np.ascontiguousarray(density)[None, None], only, only, only, matrix, 1.0, False, targets, coefficients, None
-    )
+    only, matrix = np.zeros(1, np.int64), coefficient_matrix(modes, density.shape[-1])
+    aims = Aims(targets, coefficients, np.zeros((0, 2), np.bool_), matrix, 1.0, holds=False)
+    make_targets(np.ascontiguousarray(density)[None, None], only, only, aims)
     return targets[0, 0], coefficients[0, 0]

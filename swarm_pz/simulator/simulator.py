@@ -16,8 +16,9 @@ from swarm_pz.config.values import describe
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, capture_fields
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
-from swarm_pz.kernels.fourier import make_targets
-from swarm_pz.kernels.game import GIVEN, Games, advance_games, are_decided, take_up
+from swarm_pz.kernels.fourier import Aims, make_targets
+from swarm_pz.kernels.game import GIVEN, Games, are_decided, take_up
+from swarm_pz.kernels.step import NO_REPORT, Report, step_games
 from swarm_pz.simulator.commands import CheckedCommands, coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.openmp import limit_spinning
@@ -75,6 +76,7 @@ class Simulator:
         check_finite(self.rules)
         check_finite(self.controller)
         self._all_rows = np.arange(num_games)
+        self._no_densities = np.zeros((0, 2, self.config.command_cells, self.config.command_cells))
         self._solved = np.full((num_games, 2), _NEVER, np.int64)
         """(E, 2) ticks whose accelerations a control system of Python's has chosen already."""
         self.games = self._empty_games()
@@ -243,7 +245,7 @@ class Simulator:
             if self.control.is_given:
                 self.control.check_sizes(commands.values, flown_by, self.sizes[chosen, team], name)
         values = self._values_of(commands, (len(chosen),))
-        self._aim(values[:, None], np.arange(len(chosen)), chosen, np.array([team]), holds=holds)
+        self._aim(values[:, None], chosen, np.array([team]), holds=holds)
 
     def _values_of(self, commands: CheckedCommands, games: tuple[int, ...]) -> NDArray[np.float64]:
         """Return the values of commands; other shapes and types would make kernels read beyond the end."""
@@ -257,23 +259,23 @@ class Simulator:
     def _aim(
         self,
         commands: NDArray[np.float64],
-        places: NDArray[np.int64],
         rows: NDArray[np.int64],
         teams: NDArray[np.int64],
         *,
         holds: bool,
     ) -> None:
-        games, mass = self.games, self._target_mass
-        sent = games.sent if self._tells_sending else None
-        matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
+        games = self.games
         if self.control.is_given:
-            commands, rows = commands[places], rows[places]
-            places = np.arange(len(rows))
             pictures = self.control.pictures(games, commands, rows, teams)  # first: later nothing can go wrong
             asked, now = commands.reshape(*commands.shape[:2], self.control.room), (games.ticks, games.flown_by)
-            take_up(asked, places, rows, teams, holds, *now, games.commands, games.former, games.commanded)
+            take_up(asked, rows, teams, holds, *now, games.commands, games.former, games.commanded)
             commands = pictures
-        make_targets(commands, places, rows, teams, matrix, mass, holds, games.targets, games.coefficients, sent)
+        make_targets(commands, rows, teams, self._aims(holds=holds))
+
+    def _aims(self, *, holds: bool) -> Aims:
+        games, matrix = self.games, coefficient_matrix(self.config.controller.modes, self.config.command_cells)
+        sent = games.sent if self._tells_sending else games.sent[:0]
+        return Aims(games.targets, games.coefficients, sent, matrix, self._target_mass, holds)
 
     def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: CheckedCommands | None = None) -> None:
         """Advance every game, or until the tick in which one team owns every drone.
@@ -302,14 +304,30 @@ class Simulator:
         values = None if commands is None else self._values_of(commands, (self.num_games, 2))
 
         def work(part: NDArray[np.int64]) -> None:
-            if values is not None:
-                self._aim(values, part, self._all_rows, _BOTH, holds=True)
+            if values is not None and self.control.is_given:
+                self._aim(values[part], part, _BOTH, holds=True)
             if self.control.solves:
                 self._advance_by_periods(part, per_game.copy())
             else:
-                advance_games(self.games, part, per_game, self.rules, self.controller, self._variants)
+                self._step(part, per_game, None if self.control.is_given else values)
 
         self.for_rows(rows, work)
+
+    def step(self, ticks: NDArray[np.int64], commands: CheckedCommands | None, report: Report) -> None:
+        """Advance the games that run by ticks (E,), as kernels alone can do it; see `step_games` for the report."""
+        values = None if commands is None else self._values_of(commands, (self.num_games, 2))
+        self.for_rows(self._all_rows, lambda part: self._step(part, ticks, values, report))
+
+    def _step(
+        self,
+        rows: NDArray[np.int64],
+        ticks: NDArray[np.int64],
+        densities: NDArray[np.float64] | None = None,
+        report: Report = NO_REPORT,
+    ) -> None:
+        given = self._no_densities if densities is None else densities
+        parameters = (self.rules, self.controller, self._variants)
+        step_games(self.games, rows, ticks, *parameters, given, self._aims(holds=True), report)
 
     def solve(self, team: int, rows: ArrayLike | None = None) -> None:
         """Choose a team's accelerations by its control system of Python's, where a control period begins.
@@ -336,7 +354,7 @@ class Simulator:
                 self._solve(team, due)
             ticks = np.zeros_like(left)
             ticks[part] = np.minimum(left[part], period - phase)
-            advance_games(games, part, ticks, self.rules, self.controller, self._variants)
+            self._step(part, ticks)
             left[part] -= ticks[part]
 
     def _are_decided(self, rows: NDArray[np.int64] | slice) -> NDArray[np.bool_]:
