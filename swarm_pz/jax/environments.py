@@ -126,13 +126,7 @@ class TwoSides(*library_classes("multi_agent_env", "MultiAgentEnv", ("jaxmarl",)
 
 
 class OneSide:
-    """One learner, red, against a player: an `Environment` of Gymnax 1.0.
-
-    Parameters
-    ----------
-    opponent : Player
-        See `swarm_pz.jax.players.load`.
-    """
+    """One learner, red, against a player of `swarm_pz.jax.players.load`: an `Environment` of Gymnax 1.0."""
 
     name = "swarm_pz"
 

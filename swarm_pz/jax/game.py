@@ -85,23 +85,18 @@ def begin(positions: Array, params: Params) -> tuple[dict[str, Any], State]:
 def step(
     key: Array, state: State, actions: dict[str, Array], params: Params
 ) -> tuple[dict[str, Any], State, dict[str, Array], dict[str, Array], dict[str, Array]]:
-    """Hold a command of each side for a command period; a game that ends is followed by a new one.
+    """Hold a command of each side for a command period; a game that ends is followed by a new one, drawn by `key`.
 
     Parameters
     ----------
-    key : PRNG key
-        Of the next game's start.
-    state : State
     actions : dict of float array (10, 10)
         Densities of `red_0` and `blue_0` in [0, 1], rows from the bottom up. Values beyond are clipped, NaN is 0, and
         `infos` counts both.
-    params : Params
 
     Returns
     -------
-    observations : dict
-        Of each side; after an end those of the next game.
-    state : State
+    observations, state
+        After an end those of the next game.
     rewards, dones, infos : dict
         As of the parallel environment, and `dones["__all__"]`. `infos` are of the game that went on, each (2,) for red
         and blue: `size`, `captured`, `lost`, `recaptured`, `outcome` (1 won, -1 lost), `time_s`, `truncated` (time is

@@ -21,19 +21,10 @@ _CELLS = GameConfig().command_cells
 
 
 def init_weights(key: Array, channels: int, block: int, cells: int, width: int = 32) -> Weights:
-    """Draw weights of a network whose first answer is close to uniform coverage.
+    """Draw weights of a network whose first densities are close to uniform.
 
-    Parameters
-    ----------
-    key : PRNG key
-    channels : int
-        Of its observations, images of cells * block cells a side.
-    block : int
-        Cells a side that the first layer makes one of.
-    cells : int
-        Cells a side of its actions.
-    width : int
-        Channels of the hidden layers, a multiple of eight.
+    It sees images (channels, block * cells, block * cells), and its actions are (cells, cells). `width` is the number
+    of hidden channels, a multiple of eight.
     """
     features = width // ORIENTATIONS
     shapes = {

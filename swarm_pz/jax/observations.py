@@ -20,15 +20,7 @@ _BRIGHTNESS = brightness_of_ages(GameConfig().trail_ticks)
 def observe(state: State, fields: Array, limits: Array, side: int, params: Params) -> Any:
     """Return a side's observation: uint8 images (9, grid, grid), or a dict of lists of drones.
 
-    Parameters
-    ----------
-    state : State
-    fields : int32 array (2, 50, 50)
-        Capture fields.
-    limits : int32 array (2,)
-        Values above which they capture.
-    side : int
-    params : Params
+    Of both capture fields (2, 50, 50), cells above `limits` (2,) capture.
     """
     if not params.grid:
         return _entities(state, side, params)

@@ -24,15 +24,7 @@ _X, _Y = (jnp.asarray(axis, jnp.float32) for axis in cell_centres(GameConfig().c
 
 
 class Player(NamedTuple):
-    """A tactic.
-
-    Attributes
-    ----------
-    grid : int
-        Cells a side of the images that it sees.
-    act : callable
-        From a key and uint8 images (9, grid, grid) to a density (10, 10) in [0, 1].
-    """
+    """A player: `act` maps a key and uint8 images (9, grid, grid) to a density (10, 10) in [0, 1]."""
 
     grid: int
     act: Callable[[Array, Array], Array]
