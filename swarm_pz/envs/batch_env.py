@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,8 +32,7 @@ _LONGEST = 10**12
 """Steps of the longest game that can be asked for."""
 
 
-@dataclass(frozen=True)
-class StepResult:
+class StepResult(NamedTuple):
     """The result of a step of all games; rows of games that had ended before are zero or False."""
 
     rewards: NDArray[np.float64]
@@ -65,6 +63,8 @@ class BatchEnv:
         self.running = np.zeros(self.num_games, np.bool_)
         self._limit_ticks, self._step_ticks = self.config.limit_ticks, self.config.step_ticks
         self._ticks = np.full(self.num_games, self._step_ticks)
+        reward = self.config.reward
+        self._weights = reward.size_change, self.config.num_drones / 2, reward.outcome
         if max_cycles is not None:
             self.max_cycles = max_cycles
 
@@ -135,11 +135,7 @@ class BatchEnv:
             captured=games.captures.copy(),
             recaptured=games.recaptures.copy(),
         )
-        reward, half = self.config.reward, self.config.num_drones / 2
-        report = Report(
-            self._limit_ticks, reward.size_change, half, reward.outcome, self.running,
-            result.rewards, result.terminated, result.truncated, result.captured, result.recaptured,
-        )  # fmt: skip
+        report = Report(self._limit_ticks, *self._weights, self.running, *result)  # type: ignore[arg-type]  # in order
         if after_control_period is None and not simulator.control.is_given:
             simulator.step(self._ticks, checked, report)
             return result
@@ -246,9 +242,8 @@ class BatchEnv:
         `result` is the last step's, None before the first. The names: size, captured, lost, recaptured, time_s, and
         outcome: 1 for a win, -1 for a loss, else 0.
         """
-        games, (captured, recaptured) = self.simulator.games, np.zeros((2, self.num_games, 2), np.int64)
-        if result is not None:
-            captured, recaptured = result.captured, result.recaptured
+        games, none = self.simulator.games, np.zeros((self.num_games, 2), np.int64)
+        captured, recaptured = (none, none) if result is None else (result.captured, result.recaptured)
         counts, times = np.empty((5, len(rows)), np.int64), np.empty(len(rows))
         can_win = self.config.capture.enabled
         count_infos(games.ticks, games.teams, captured, recaptured, rows, teams, can_win, counts, times)

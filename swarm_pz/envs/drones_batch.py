@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -115,9 +114,9 @@ class DronesBatch:
         packed = self.batch.pack(commands)
         if self.duel is None:
             result = self.batch.step(CheckedCommands(np.stack([packed, packed], axis=1)), after_control_period)
-            return replace(result, rewards=result.rewards[np.arange(len(sides))[:, None], sides])
+            return result._replace(rewards=result.rewards[np.arange(len(sides))[:, None], sides])
         result = self.duel.step(CheckedCommands(packed), after_control_period)
-        return replace(result, rewards=np.repeat(result.rewards[:, None], sides.shape[1], axis=1))
+        return result._replace(rewards=np.repeat(result.rewards[:, None], sides.shape[1], axis=1))
 
     def infos(self, result: StepResult | None, row: int) -> list[dict[str, Any]]:
         """Return the infos of one game's drones: `BatchEnv.infos` of its team, `side`, and `flies`, 0 or 1."""

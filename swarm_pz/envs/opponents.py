@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -147,7 +146,7 @@ class DuelBatch:
             others = 1 - self.sides[rows]
             self._commands[rows, others] = self.batch.ask(policy, others, rows)
         result = self.batch.step(CheckedCommands(self._commands), after_control_period)
-        return replace(result, rewards=result.rewards[self._games, self.sides])
+        return result._replace(rewards=result.rewards[self._games, self.sides])
 
     def infos(self, result: StepResult | None = None, rows: NDArray[np.int64] | None = None) -> dict[str, NDArray[Any]]:
         """Return the learners' infos of some games, or of all: `BatchEnv.infos`, share, side and opponent."""

@@ -128,12 +128,13 @@ class Control:
         FlightError
             If a system that serves densities fails to.
         """
-        count, sides = len(rows), np.broadcast_to(teams, len(rows))
+        count = len(rows)
+        if kind == "density" and not self.is_given:
+            return check_densities(answer, (count, *self._densities), name)
+        sides = np.broadcast_to(teams, len(rows))
         flown_by = games.flown_by[rows, sides]
         if kind == "density":
             densities = check_densities(answer, (count, *self._densities), name)
-            if self.command_shape == self._densities and not self.is_given:
-                return densities
             commands = np.zeros((count, *self.command_shape))
             for number, chosen in self._by_system(flown_by):
                 system, team = self.systems[number], int(sides[chosen[0]])
