@@ -3,7 +3,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig, RewardConfig
+from swarm_pz.config import (
+    CaptureConfig,
+    ControllerConfig,
+    DynamicsConfig,
+    GameConfig,
+    MemoryConfig,
+    ObservationConfig,
+    RewardConfig,
+)
 from swarm_pz.envs.batch_env import BatchEnv, by_game
 from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
 from swarm_pz.policy import load
@@ -135,6 +143,36 @@ def test_it_is_called_back_after_every_control_period_until_the_end_which_change
 
     step(batch, decide)
     np.testing.assert_allclose(times, [0.1, 0.2, 0.3, 0.4])
+
+
+OPTIONS = {
+    "default": {},
+    "handicap": {"drones_per_team": (1, 4), "command_cells": 4, "reward": RewardConfig(size_change=-0.3, outcome=2.5)},
+    "no captures": {"capture": CaptureConfig(enabled=False)},
+    "other target": {"controller": ControllerConfig(modes=6, target_mass=2.0)},
+    "forgetful": {"memory": MemoryConfig(trail=1.1, trail_forgotten_on=("sending",), controller_forgotten_on=())},
+    "failing": {"dynamics": DynamicsConfig(failure_rate=1.0, repair_rate=1.0), "controllers": ("ergodic", "direct")},
+    "flocking": {"controllers": ("ergodic", "flocking")},
+}
+
+
+@pytest.mark.parametrize("options", OPTIONS)
+def test_one_call_a_step_gives_what_periods_one_by_one_give(options):
+    config = GameConfig(**{"drones_per_team": 3, "time_limit": 3.5, **OPTIONS[options]})
+    one, other, generator = begun(config, 3, threads=2), begun(config, 3), np.random.default_rng(0)
+    for batch in (one, other):
+        batch.simulator.games.ticks[1] = 45  # ends before the others, within a step
+        batch.running[2] = False
+    while one.running.any():
+        sides = [[space.low + (space.high - space.low) * generator.random(space.shape) ** 4 for _ in range(3)]
+                 for space in (system.space(config) for system in config.team_systems)]  # fmt: skip
+        given = (sides[0], sides[1]) if one.simulator.control.is_given else np.stack(sides, axis=1)
+        for mine, its in zip(one.step(given), other.step(given, lambda: None), strict=True):
+            np.testing.assert_array_equal(mine, its)
+            assert mine.dtype == its.dtype and not np.signbit(mine[mine == 0]).any()
+        for mine, its in zip(one.simulator.games, other.simulator.games, strict=True):
+            np.testing.assert_array_equal(mine, its)
+    assert not other.running.any()
 
 
 RING = [(row, column) for row in range(18, 23) for column in range(28, 33) if max(abs(row - 20), abs(column - 30)) == 2]

@@ -247,3 +247,14 @@ def test_the_bounds_of_velocities_are_those_that_drones_reach(rules):
             fastest = max(fastest, np.abs(batch.simulator.velocities).max())
         if not start and not bounces:
             assert 0.7 * top_speed(config) < fastest <= top_speed(config) * 1.0001
+
+
+@pytest.mark.parametrize("grid", [10, 50])
+def test_both_sides_seen_at_once_are_as_each_by_itself(batch, grid):
+    generator, every = np.random.default_rng(0), CHANNELS + MOTION_CHANNELS
+    sides, rows = np.array([1, 0, 0, 1, 1]), np.array([2, 2, 3, 1, 1])
+    for count in (*range(1, 14, 3), 13):
+        view = ObservationConfig(grid=grid, channels=tuple(generator.permutation(every)[:count].tolist()))
+        together = batch.observe(view, sides, rows)
+        for place in range(len(rows)):
+            np.testing.assert_array_equal(together[place], batch.observe(view, sides[place], rows[place])[0])
