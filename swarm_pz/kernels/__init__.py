@@ -3,6 +3,7 @@
 ================  ==========================================================
 `controllers`     the controllers: commands and the past -> accelerations
 `swarm`           the drones of a game, as controllers see them
+`lanes`           sixteen numbers that are computed with at once
 `fourier`         cosine and sine tables of a drone's path
 `dynamics`        motion of the point masses
 `capture`         capture field and who is captured
@@ -57,6 +58,14 @@ def kernel(function: Function) -> Function:
     return _compiled(Part, function, _FASTMATH)
 
 
+def loop(function: Function) -> Function:
+    """Compile a kernel that makes no arrays and returns none: nobody counts then who uses those that it is given.
+
+    The counting takes longer than many a loop. numba refuses to compile what would make an array.
+    """
+    return _compiled(Part, function, _FASTMATH, _nrt=False)
+
+
 def reduction(function: Function) -> Function:
     """Compile a kernel whose sums may be reordered, which is what lets them become vector sums.
 
@@ -80,7 +89,8 @@ def exact_part(function: Function) -> Function:
     return _compiled(Part, function, set())
 
 
-def _compiled(kind: type[Part | EntryPoint], function: Function, fastmath: set[str]) -> Function:
+def _compiled(kind: type[Part | EntryPoint], function: Function, fastmath: set[str], **options: bool) -> Function:
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]  # plain Python then, for debuggers
         return function
-    return kind(function, nopython=True, nogil=True, fastmath=fastmath, error_model="numpy")  # type: ignore[return-value]
+    options |= {"nopython": True, "nogil": True}
+    return kind(function, fastmath=fastmath, error_model="numpy", **options)  # type: ignore[return-value]

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS
-from swarm_pz.kernels import kernel
+from swarm_pz.kernels import kernel, loop
 from swarm_pz.kernels.arrays import Bools, Floats, Int8s, Int16s, Int64s, Integers
 
 BORDER = 2
@@ -29,7 +29,7 @@ _CELLS, _BORDER = np.uint64(GRID_CELLS), np.uint64(BORDER)
 _ONE, _FOUR, _FIVE = np.uint64(1), np.uint64(4), np.uint64(5)
 
 
-@kernel
+@loop
 def ring_sum(board: Integers | Floats, row: np.uint64, column: np.uint64) -> Any:
     """Return the sum over the ring around a cell, of a framed board (G + 4, G + 4)."""
     # Unsigned, because a signed index costs a test for a count from the end. The border moves the cell to the middle.
@@ -79,13 +79,13 @@ def empty_boards(largest_occupancy: int) -> Boards:
     )
 
 
-@kernel
+@loop
 def count(boards: Boards, team: int, cell: int, ticks: int) -> None:
     """Add ticks spent in one cell (row * G + column) to a team's occupancy."""
     boards.occupancy[team, np.uint64(cell) // _CELLS + _BORDER, np.uint64(cell) % _CELLS + _BORDER] += ticks
 
 
-@kernel
+@loop
 def value_at(boards: Boards, team: int, cell: int) -> int:
     """Return a team's capture field at one cell (row * G + column)."""
     row, column = np.uint64(cell) // _CELLS, np.uint64(cell) % _CELLS
@@ -113,7 +113,7 @@ def fill_field(board: Integers, ring_weights: Integers, field: Integers) -> int:
     return row * GRID_CELLS + best
 
 
-@kernel
+@loop
 def capture_limit(maximum: int, threshold: float) -> int:
     """Return the value above which a field with this maximum captures; an empty one never does.
 
@@ -122,7 +122,7 @@ def capture_limit(maximum: int, threshold: float) -> int:
     return int(threshold * float(maximum))
 
 
-@kernel
+@loop
 def may_capture(cells: Int16s, teams: Int8s, boards: Boards, threshold: float, peaks: Int64s) -> bool:
     """Test whether any drone would be captured if the fields were highest at the cells `peaks` (2,)."""
     red_limit = capture_limit(value_at(boards, 0, peaks[0]), threshold)

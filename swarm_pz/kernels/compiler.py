@@ -58,6 +58,13 @@ for _kind, _names in _PRIVATE.items():
 class _PartLibrary(JITCodeLibrary):
     """The code of one kernel and of what it calls, of which nothing is made but the code of its callers."""
 
+    def add_llvm_module(self, module: Any) -> None:
+        """Take the code over into its callers: passing on all arrays of a game takes longer than most parts."""
+        for function in module.functions:
+            if not function.is_declaration and function.name.startswith("_Z"):  # not what makes exceptions
+                function.add_function_attribute("alwaysinline")
+        super().add_llvm_module(module)
+
     def _optimize_final_module(self) -> None:
         pass
 

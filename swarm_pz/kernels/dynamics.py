@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarm_pz.kernels import kernel
+from swarm_pz.kernels import loop
 from swarm_pz.kernels.arrays import Float32s
 
 STILL = np.float32(1e-6)
 """A velocity below this has no heading."""
 
 
-@kernel
+@loop
 def move(
     positions: Float32s,
     velocities: Float32s,
@@ -42,7 +42,7 @@ def move(
                 velocities[i, axis] = 0.0 if min_speed == 0.0 else -velocities[i, axis]
 
 
-@kernel
+@loop
 def keep_flying(position: Float32s, velocity: Float32s, min_speed: np.float32) -> None:
     """Bring a slower velocity (2,) to the least airspeed along its heading; from rest, towards the middle."""
     squared = velocity[0] * velocity[0] + velocity[1] * velocity[1]

@@ -1,8 +1,7 @@
 """Cosine basis F_k(x, y) = cos(pi k1 x) cos(pi k2 y) of the unit square, without normalisation.
 
 The basis is separable, so everything is done with one table of cosines and one of sines an axis.
-Tables are `[mode, place]`: the places of many drones lie side by side, so that the inner loops run
-over them and become vector instructions.
+Tables are `[mode, place]`: the places of many drones lie side by side, and are the lanes of vectors.
 """
 
 from __future__ import annotations
@@ -12,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from swarm_pz.kernels import entry_point, kernel
+from swarm_pz.kernels import entry_point, kernel, loop
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Floats, Int64s
+from swarm_pz.kernels.lanes import WIDTH, Lanes, floor, load, store
 
 PI = np.float32(math.pi)
 SAME_TARGET = 1e-9
@@ -26,42 +26,41 @@ _C2, _C4, _C6, _C8, _C10, _C12 = (
 )
 
 
-@kernel
-def fill_first_harmonic(places: Float32s, cosines: Float32s, sines: Float32s) -> None:
-    """Tabulate cos(pi x) and sin(pi x) of places (R,), to 1e-7.
+@loop
+def first_harmonic(places: Lanes) -> tuple[Lanes, Lanes]:
+    """Return cos(pi x) and sin(pi x), to 1e-7.
 
-    The nearest whole number n gives the sign, (-1)^n, and what is left, in [-1/2, 1/2], goes into the Taylor series:
-    without calls or branches, many places are done at once.
+    The nearest whole number n gives the sign, (-1)^n, and what is left, in [-1/2, 1/2], goes into the Taylor series.
     """
     one, two, half = np.float32(1.0), np.float32(2.0), np.float32(0.5)
-    for r in range(places.shape[0]):
-        whole = np.floor(places[r] + half)
-        x = places[r] - whole
-        sign = one - two * (whole - two * np.floor(half * whole))
-        q = x * x
-        sines[r] = sign * x * (_S1 + q * (_S3 + q * (_S5 + q * (_S7 + q * (_S9 + q * _S11)))))
-        cosines[r] = sign * (one + q * (_C2 + q * (_C4 + q * (_C6 + q * (_C8 + q * (_C10 + q * _C12))))))
+    whole = floor(places + half)
+    x = places - whole
+    sign = one - two * (whole - two * floor(half * whole))
+    q = x * x
+    sine = sign * x * (_S1 + q * (_S3 + q * (_S5 + q * (_S7 + q * (_S9 + q * _S11)))))
+    return sign * (one + q * (_C2 + q * (_C4 + q * (_C6 + q * (_C8 + q * (_C10 + q * _C12)))))), sine
 
 
-@kernel
+@loop
 def fill_harmonics(x: Float32s, places: int, modes: tuple[int, ...], cosines: Float32s, sines: Float32s) -> None:
     """Tabulate cos(pi k x) and sin(pi k x) at the first places: 2k and 2k + 1 from k and 1, by the addition theorems.
 
     Tables are (K, or K + 1 if K is odd, at least `places`); k = 0 never changes.
     """
-    fill_first_harmonic(x[:places], cosines[1], sines[1])
-    for k in range(1, (len(modes) + 1) // 2):
-        cos_1, cos_k, cos_even, cos_odd = cosines[1], cosines[k], cosines[2 * k], cosines[2 * k + 1]
-        sin_1, sin_k, sin_even, sin_odd = sines[1], sines[k], sines[2 * k], sines[2 * k + 1]
-        for r in range(places):
-            cosine = cos_k[r] * cos_k[r] - sin_k[r] * sin_k[r]
-            sine = np.float32(2.0) * sin_k[r] * cos_k[r]
-            first, second = cos_1[r], sin_1[r]
-            cos_even[r], sin_even[r] = cosine, sine
-            cos_odd[r], sin_odd[r] = cosine * first - sine * second, sine * first + cosine * second
+    for r in range(0, places, WIDTH):
+        cosine_1, sine_1 = first_harmonic(load(x, r))
+        store(cosine_1, cosines, 1, r)
+        store(sine_1, sines, 1, r)
+        for k in range(1, (len(modes) + 1) // 2):
+            cosine_k, sine_k = load(cosines, k, r), load(sines, k, r)
+            cosine, sine = cosine_k * cosine_k - sine_k * sine_k, np.float32(2.0) * sine_k * cosine_k
+            store(cosine, cosines, 2 * k, r)
+            store(sine, sines, 2 * k, r)
+            store(cosine * cosine_1 - sine * sine_1, cosines, 2 * k + 1, r)
+            store(sine * cosine_1 + cosine * sine_1, sines, 2 * k + 1, r)
 
 
-@kernel
+@loop
 def largest(image: Floats) -> float:
     """Return the largest value of an image; numba takes half a second to compile the method that does it."""
     most: float = image[0, 0]
@@ -71,7 +70,7 @@ def largest(image: Floats) -> float:
     return most
 
 
-@kernel
+@loop
 def normalise(density: Float64s, target: Float64s) -> None:
     """Scale a density image (A, A) so that its cells sum to 1; an empty one becomes uniform."""
     peak = largest(density)
@@ -89,7 +88,7 @@ def normalise(density: Float64s, target: Float64s) -> None:
             target[row, column] /= total
 
 
-@kernel
+@loop
 def differ(one: Float64s, other: Float64s) -> bool:
     """Test that two targets (A, A) differ. An image and its double make the same target."""
     most = 0.0
@@ -99,7 +98,7 @@ def differ(one: Float64s, other: Float64s) -> bool:
     return most > SAME_TARGET
 
 
-@kernel
+@loop
 def transform(
     target: Float64s, matrix: Float64s, mass: float, along_x: Float64s, sums: Float64s, coefficients: Float32s
 ) -> None:

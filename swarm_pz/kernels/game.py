@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from swarm_pz.kernels import entry_point, kernel
+from swarm_pz.kernels import entry_point, kernel, loop
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint64s
 from swarm_pz.kernels.capture import Boards, find_captured
 from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard
@@ -143,7 +143,7 @@ def swarm_of(games: Games, e: int, warm_start: bool | None) -> Swarm:
     )
 
 
-@kernel
+@loop
 def has_loser(teams: Int8s) -> bool:
     """Test that one team owns every drone."""
     blue = 0
@@ -152,7 +152,7 @@ def has_loser(teams: Int8s) -> bool:
     return blue == 0 or blue == teams.shape[0]
 
 
-@kernel
+@loop
 def forget(
     trails: Int16s,
     memory: Float32s,

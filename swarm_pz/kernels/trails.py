@@ -9,12 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from swarm_pz.config import GRID_CELLS
-from swarm_pz.kernels import kernel
+from swarm_pz.kernels import loop
 from swarm_pz.kernels.arrays import Bools, Float32s, Int8s, Int16s
 from swarm_pz.kernels.capture import Boards, count
 
 
-@kernel
+@loop
 def along(coordinate: float) -> int:
     """Return the row or column of a float32 coordinate; always one of the grid's, even for NaN and infinity.
 
@@ -25,13 +25,13 @@ def along(coordinate: float) -> int:
     return int(min(cells, GRID_CELLS - 1.0))
 
 
-@kernel
+@loop
 def cell_of(x: float, y: float) -> int:
     """Index row * G + column of the grid cell that holds a float32 position."""
     return along(y) * GRID_CELLS + along(x)
 
 
-@kernel
+@loop
 def extend_trails(positions: Float32s, teams: Int8s, slot: int, trails: Int16s, boards: Boards) -> None:
     """Write every drone's present cell to its trail, in place of the oldest: in the slot of the tick."""
     for i in range(positions.shape[0]):
@@ -42,7 +42,7 @@ def extend_trails(positions: Float32s, teams: Int8s, slot: int, trails: Int16s, 
             count(boards, teams[i], oldest, -1)
 
 
-@kernel
+@loop
 def take_back_newest(failed: Bools, teams: Int8s, slot: int, trails: Int16s, boards: Boards) -> None:
     """Undo this tick's entry of drones that have failed: they leave no trail."""
     for i in range(failed.shape[0]):
@@ -51,7 +51,7 @@ def take_back_newest(failed: Bools, teams: Int8s, slot: int, trails: Int16s, boa
             trails[slot, i] = -1
 
 
-@kernel
+@loop
 def hand_over_trail(trails: Int16s, drone: int, loser: int, winner: int, boards: Boards) -> None:
     """Move the ticks of one drone's trail from the loser to the winner."""
     for place in range(trails.shape[0]):
@@ -60,7 +60,7 @@ def hand_over_trail(trails: Int16s, drone: int, loser: int, winner: int, boards:
             count(boards, winner, trails[place, drone], 1)
 
 
-@kernel
+@loop
 def forget_trail(trails: Int16s, drone: int, team: int, boards: Boards) -> None:
     """Empty the trail of one drone of a team."""
     for place in range(trails.shape[0]):

@@ -18,6 +18,7 @@ from swarm_pz.kernels.controllers.ergodic import (
     ErgodicParameters,
     Scratch,
     add_expected,
+    add_up,
     integrate_costate,
     look_ahead,
     tabulate,
@@ -69,9 +70,14 @@ def find_own_coefficients(
     for k1 in range(modes):
         for k2 in range(modes):
             memory[k1, k2, i] = parameters.decay * memory[k1, k2, i] + tables.cos_x[k1, 0] * tables.cos_y[k2, 0]
-            own[k1, k2] = share * memory[k1, k2, i]
     look_ahead(drone, swarm, parameters, tables)
-    add_expected(drone, 1, memory_weight, horizon, tables, own)
+    sums = scratch.sums[0]
+    sums[:] = np.float32(0.0)
+    add_expected(drone, 1, memory_weight, horizon, parameters.modes, tables, sums)
+    add_up(sums, parameters.modes, scratch.totals, own)
+    for k1 in range(modes):
+        for k2 in range(modes):
+            own[k1, k2] += share * memory[k1, k2, i]
 
 
 @kernel

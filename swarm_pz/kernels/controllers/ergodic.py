@@ -12,18 +12,27 @@ from typing import NamedTuple
 import numpy as np
 
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
-from swarm_pz.kernels import kernel, reduction
+from swarm_pz.kernels import kernel, loop
 from swarm_pz.kernels.arrays import Float32s, Float64s, Int8s, Int64s
 from swarm_pz.kernels.controllers.plans import follow_plans, make_plans
 from swarm_pz.kernels.fourier import PI, fill_harmonics
+from swarm_pz.kernels.lanes import (
+    WIDTH,
+    Lanes,
+    larger,
+    load,
+    load_some,
+    spread,
+    store,
+    store_some,
+    sum_rows,
+)
 from swarm_pz.kernels.swarm import Swarm
 
-_VECTOR = 16
-"""Places that the widest vector instructions do at once; tables are filled up to a multiple."""
 _PLACES = 352
 """Places tabulated together: as many as the processor's inner caches hold."""
-_MARGIN = 64
-"""Floats left free on either side of the scratch, more than a vector instruction reads."""
+_LINE = 64
+"""Bytes that caches keep together: vectors that lie in two such lines take twice as long to load."""
 
 
 class ErgodicParameters(NamedTuple):
@@ -76,15 +85,16 @@ def ergodic_parameters(config: GameConfig) -> ErgodicParameters:
 
 
 class Tables(NamedTuple):
-    """Scratch for some places of drones: coordinates, the basis there, and two sums."""
+    """Scratch for some places of drones: coordinates, the basis there, and some numbers for each place."""
 
     x: Float32s
     """(places,) coordinates."""
     y: Float32s
     weights: Float32s
     """(places,) share of each place in the team's coefficients."""
-    sum_x: Float32s
-    sum_y: Float32s
+    one: Float32s
+    """(places,) whatever is needed for a while."""
+    other: Float32s
     cos_x: Float32s
     """(K, places) cos(pi k x)."""
     sin_x: Float32s
@@ -99,66 +109,71 @@ class Scratch(NamedTuple):
     """(2, drones + 1) the numbers of each team's drones."""
     means: Float32s
     """(2, K, K) coefficients of each team."""
-    error: Float32s
-    """(K, K) their weighted error, of the team in hand."""
-    slope: Float32s
-    """(K, K) that error times pi k2."""
+    slope_x: Float32s
+    """(K, K) their weighted error, of the team in hand, times pi k1."""
+    slope_y: Float32s
+    """(K, K) the same times pi k2."""
+    sums: Float32s
+    """(2, K' K' 16) coefficients of each team whose lanes are not added up yet, from drone to drone; K' is even."""
+    totals: Float32s
+    """(K' K',) coefficients once they are."""
     tables: Tables
 
 
-@kernel
+@loop
 def fill_up(places: int) -> int:
-    """Round a number of places up, so that vector loops over them leave no rest."""
-    return (places + _VECTOR - 1) // _VECTOR * _VECTOR
+    """Round a number of places up to whole vectors."""
+    return (places + WIDTH - 1) // WIDTH * WIDTH
+
+
+@loop
+def even(modes: tuple[int, ...]) -> int:
+    """Return the number of modes along an axis, or one more: harmonics come in pairs."""
+    return len(modes) + len(modes) % 2
 
 
 @kernel
 def make_scratch(num_drones: int, parameters: ErgodicParameters) -> Scratch:
-    """Allocate scratch for games of so many drones.
-
-    All in one block, so that its parts always lie at the same distance from each other, with a margin
-    to whatever lies beside it: where arrays lie must never decide which loop runs.
-    """
-    modes = len(parameters.modes)
-    places, rows = fill_up(max(_PLACES, len(parameters.times))), modes + modes % 2
-    image = fill_up(modes * modes)
-    lines, basis = 4 * image, 4 * image + 5 * places
-    # An even number of rows: harmonics come in pairs.
-    block = np.empty(2 * _MARGIN + basis + 4 * rows * places, np.float32)[_MARGIN:-_MARGIN]
-    images = block[:lines].reshape(4, image)
-    line = block[lines:basis].reshape(5, places)
-    table = block[basis:].reshape(4, rows, places)
-    table[:, 0] = np.float32(0.0)  # sines of k = 0
-    table[::2, 0] = np.float32(1.0)
-    cells = modes * modes
+    """Allocate scratch for games of so many drones."""
+    modes, rows = len(parameters.modes), even(parameters.modes)
+    places = fill_up(max(_PLACES, len(parameters.times))) + WIDTH  # one more, since vectors are written at any place
+    sums, totals = fill_up(rows * rows) * WIDTH, fill_up(rows * rows)
+    size = 2 * sums + totals + 5 * places + 4 * rows * places
+    block = np.zeros(size + _LINE, np.float32)
+    first = (-block.ctypes.data % _LINE) // 4
+    block = block[first : first + size]
+    lines = block[2 * sums + totals :][: 5 * places].reshape(5, places)
+    table = block[2 * sums + totals + 5 * places :].reshape(4, rows, places)
+    table[::2, 0] = np.float32(1.0)  # cosines of k = 0
     return Scratch(
         np.empty((2, num_drones + 1), np.int64),
-        block[: 2 * cells].reshape(2, modes, modes),
-        images[2, :cells].reshape(modes, modes),
-        images[3, :cells].reshape(modes, modes),
-        Tables(line[0], line[1], line[2], line[3], line[4], table[0], table[1], table[2], table[3]),
+        np.empty((2, modes, modes), np.float32),
+        np.empty((modes, modes), np.float32),
+        np.empty((modes, modes), np.float32),
+        block[: 2 * sums].reshape(2, sums),
+        block[2 * sums :][:totals],
+        Tables(lines[0], lines[1], lines[2], lines[3], lines[4], table[0], table[1], table[2], table[3]),
     )
 
 
-@kernel
+@loop
 def tabulate(tables: Tables, modes: tuple[int, ...], used: int) -> None:
     """Tabulate the basis at the first `used` places; what fills the tables up counts for nothing."""
-    places = fill_up(used)
-    for r in range(places - used):
-        rest = used + r
-        tables.x[rest], tables.y[rest], tables.weights[rest] = np.float32(0.5), np.float32(0.5), np.float32(0.0)
-    fill_harmonics(tables.x, places, modes, tables.cos_x, tables.sin_x)
-    fill_harmonics(tables.y, places, modes, tables.cos_y, tables.sin_y)
+    store(spread(np.float32(0.5)), tables.x, used)
+    store(spread(np.float32(0.5)), tables.y, used)
+    fill_harmonics(tables.x, fill_up(used), modes, tables.cos_x, tables.sin_x)
+    fill_harmonics(tables.y, fill_up(used), modes, tables.cos_y, tables.sin_y)
 
 
-@kernel
-def wall_gradient(coordinate: np.float32, margin: np.float32, weight: np.float32) -> np.float32:
+@loop
+def wall_gradient(coordinate: Lanes, margin: np.float32, weight: np.float32) -> Lanes:
     """Return the derivative of weight * (distance beyond [margin, 1 - margin])^2 along one axis."""
-    beyond = max(coordinate - (np.float32(1.0) - margin), np.float32(0.0)) + min(coordinate - margin, np.float32(0.0))
+    none = np.float32(0.0)
+    beyond = larger(coordinate - (np.float32(1.0) - margin), none) - larger(margin - coordinate, none)
     return np.float32(2.0) * weight * beyond
 
 
-@kernel
+@loop
 def saturate(acceleration: Float32s, limit: np.float32) -> None:
     """Scale a vector down to the given magnitude, keeping its direction; in place."""
     magnitude = math.sqrt(acceleration[0] * acceleration[0] + acceleration[1] * acceleration[1])
@@ -167,48 +182,42 @@ def saturate(acceleration: Float32s, limit: np.float32) -> None:
         acceleration[1] *= limit / magnitude
 
 
-@reduction
-def dot_pair(one: Float32s, first: Float32s, second: Float32s) -> tuple[np.float32, np.float32]:
-    """Return the sums of products of an array with each of two others."""
-    with_first, with_second = np.float32(0.0), np.float32(0.0)
-    for r in range(one.shape[0]):
-        with_first += one[r] * first[r]
-        with_second += one[r] * second[r]
-    return with_first, with_second
-
-
-@kernel
+@loop
 def remember(swarm: Swarm, sizes: tuple[int, int], parameters: ErgodicParameters, scratch: Scratch) -> None:
-    """Extend all memories by the present, and average them over each team: steps 1, 3 and 4."""
+    """Extend all memories by the present, and sum them up for each team: steps 1, 3 and 4."""
     positions, teams = swarm.positions, swarm.teams
     memory, memory_weight = swarm.memory, swarm.memory_weight
-    num_drones, horizon = positions.shape[0], np.float32(len(parameters.times) - 1)
-    tables = scratch.tables
-    scratch.means[:] = np.float32(0.0)
+    num_drones, horizon, rows = positions.shape[0], np.float32(len(parameters.times) - 1), even(parameters.modes)
+    tables, sums = scratch.tables, scratch.sums
     for first in range(0, num_drones, _PLACES):
-        last = min(first + _PLACES, num_drones)
-        red, blue = tables.sum_x[: last - first], tables.sum_y[: last - first]
-        for j in range(last - first):
+        count = min(_PLACES, num_drones - first)
+        for j in range(count):
             i = first + j
             tables.x[j], tables.y[j] = positions[i, 0], positions[i, 1]
             memory_weight[i] = parameters.decay * memory_weight[i] + np.float32(1.0)
             share = np.float32(1.0) / (np.float32(sizes[teams[i]]) * (memory_weight[i] + horizon))
-            red[j] = np.float32(0.0) if teams[i] else share
-            blue[j] = share if teams[i] else np.float32(0.0)
-        tabulate(tables, parameters.modes, last - first)
-        for k1 in range(len(parameters.modes)):
-            for k2 in range(len(parameters.modes)):
-                past = memory[k1, k2, first:last]
-                for j in range(last - first):
-                    past[j] = parameters.decay * past[j] + tables.cos_x[k1, j] * tables.cos_y[k2, j]
-        for k1 in range(len(parameters.modes)):
-            for k2 in range(len(parameters.modes)):
-                of_red, of_blue = dot_pair(memory[k1, k2, first:last], red, blue)
-                scratch.means[0, k1, k2] += of_red
-                scratch.means[1, k1, k2] += of_blue
+            tables.one[j] = np.float32(0.0) if teams[i] else share
+            tables.other[j] = share if teams[i] else np.float32(0.0)
+        store(spread(np.float32(0.0)), tables.one, count)
+        store(spread(np.float32(0.0)), tables.other, count)
+        tabulate(tables, parameters.modes, count)
+        for k2 in range(len(parameters.modes)):  # the outer one: what was just stored is not to be loaded at once
+            for k1 in range(len(parameters.modes)):
+                place = (k1 * rows + k2) * WIDTH
+                of_red, of_blue = spread(np.float32(0.0)), spread(np.float32(0.0))
+                if first:
+                    of_red, of_blue = load(sums, 0, place), load(sums, 1, place)
+                for j in range(0, count, WIDTH):
+                    present = load(tables.cos_x, k1, j) * load(tables.cos_y, k2, j)
+                    whole = parameters.decay * load_some(count - j, memory, k1, k2, first + j) + present
+                    store_some(count - j, whole, memory, k1, k2, first + j)
+                    of_red += load(tables.one, j) * whole
+                    of_blue += load(tables.other, j) * whole
+                store(of_red, sums, 0, place)
+                store(of_blue, sums, 1, place)
 
 
-@kernel
+@loop
 def look_ahead(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tables: Tables) -> None:
     """Let drones coast, or follow their plans, and tabulate the basis at the points h = H, ..., 1 that they come to.
 
@@ -216,81 +225,101 @@ def look_ahead(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tabl
     """
     positions, velocities, times = swarm.positions, swarm.velocities, parameters.times
     count, horizon = drones.shape[0], len(times) - 1
-    for j in range(count):
-        i = drones[j]
-        x, y, velocity_x, velocity_y = positions[i, 0], positions[i, 1], velocities[i, 0], velocities[i, 1]
-        for h in range(1, len(times)):
-            tables.x[(horizon - h) * count + j] = x + times[h] * velocity_x
-            tables.y[(horizon - h) * count + j] = y + times[h] * velocity_y
+    for axis in range(2):
+        points = tables.y if axis else tables.x
+        for j in range(count):
+            tables.one[j], tables.other[j] = positions[drones[j], axis], velocities[drones[j], axis]
+        for h in range(horizon, 0, -1):  # each vector's end is overwritten by the next
+            for j in range(0, count, WIDTH):
+                ahead = load(tables.one, j) + times[h] * load(tables.other, j)
+                store(ahead, points, (horizon - h) * count + j)
     follow_plans(drones, swarm.plans, times, tables.x, tables.y)
     tabulate(tables, parameters.modes, horizon * count)
 
 
-@kernel
+@loop
 def add_expected(
-    drones: Int64s, size: int, memory_weight: Float32s, horizon: int, tables: Tables, mean: Float32s
+    drones: Int64s,
+    size: int,
+    memory_weight: Float32s,
+    horizon: int,
+    modes: tuple[int, ...],
+    tables: Tables,
+    sums: Float32s,
 ) -> None:
-    """Add what drones will see to the coefficients (K, K) of their team, which has that size: steps 3 and 4."""
-    for j in range(drones.shape[0]):
-        share = np.float32(1.0) / (np.float32(size) * (memory_weight[drones[j]] + np.float32(horizon)))
-        for h in range(horizon):
-            tables.weights[h * drones.shape[0] + j] = share
-    places = fill_up(horizon * drones.shape[0])
-    weighted = tables.sum_x[:places]
-    for k1 in range(mean.shape[0]):
-        for r in range(places):
-            weighted[r] = tables.weights[r] * tables.cos_x[k1, r]
-        for k2 in range(0, mean.shape[1] - 1, 2):
-            first, second = dot_pair(weighted, tables.cos_y[k2], tables.cos_y[k2 + 1])
-            mean[k1, k2] += first
-            mean[k1, k2 + 1] += second
-        if mean.shape[1] % 2:
-            mean[k1, -1] += dot_pair(weighted, tables.cos_y[mean.shape[1] - 1], tables.cos_y[mean.shape[1] - 1])[0]
+    """Add what drones will see to the sums of their team, which has that size: steps 3 and 4."""
+    count, rows, places = drones.shape[0], even(modes), fill_up(horizon * drones.shape[0])
+    for j in range(count):
+        tables.one[j] = np.float32(1.0) / (np.float32(size) * (memory_weight[drones[j]] + np.float32(horizon)))
+    for h in range(horizon):
+        for j in range(0, count, WIDTH):
+            store(load(tables.one, j), tables.weights, h * count + j)
+    store(spread(np.float32(0.0)), tables.weights, horizon * count)
+    for k1 in range(0, rows, 2):
+        for r in range(0, places, WIDTH):
+            weight = load(tables.weights, r)
+            store(weight * load(tables.cos_x, k1, r), tables.one, r)
+            store(weight * load(tables.cos_x, k1 + 1, r), tables.other, r)
+        for k2 in range(0, rows, 2):  # four modes at once, so that each number that is loaded serves twice
+            first, second = (k1 * rows + k2) * WIDTH, ((k1 + 1) * rows + k2) * WIDTH
+            sum_00, sum_01 = load(sums, first), load(sums, first + WIDTH)
+            sum_10, sum_11 = load(sums, second), load(sums, second + WIDTH)
+            for r in range(0, places, WIDTH):
+                one, other = load(tables.one, r), load(tables.other, r)
+                even_y, odd_y = load(tables.cos_y, k2, r), load(tables.cos_y, k2 + 1, r)
+                sum_00 += one * even_y
+                sum_01 += one * odd_y
+                sum_10 += other * even_y
+                sum_11 += other * odd_y
+            store(sum_00, sums, first)
+            store(sum_01, sums, first + WIDTH)
+            store(sum_10, sums, second)
+            store(sum_11, sums, second + WIDTH)
 
 
-@kernel
-def add_potential_gradient(
-    error: Float32s, slope: Float32s, modes: tuple[int, ...], places: int, tables: Tables
-) -> None:
-    """Add the gradient of sum_k error_k F_k at the first places to sum_x and sum_y.
-
-    `slope` (K, K) holds error_k pi k2.
-    """
+@loop
+def add_up(sums: Float32s, modes: tuple[int, ...], totals: Float32s, mean: Float32s) -> None:
+    """Write the coefficients (K, K) of sums whose lanes are not added up yet."""
+    rows = even(modes)
+    for r in range(0, totals.shape[0], WIDTH):
+        store(sum_rows(sums, r * WIDTH), totals, r)
     for k1 in range(len(modes)):
-        frequency = PI * np.float32(k1)
-        for r in range(places):
-            along_x = np.float32(0.0)
-            along_y = np.float32(0.0)
-            for k2 in range(len(modes)):
-                along_x += error[k1, k2] * tables.cos_y[k2, r]
-                along_y += slope[k1, k2] * tables.sin_y[k2, r]
-            tables.sum_x[r] -= frequency * tables.sin_x[k1, r] * along_x
-            tables.sum_y[r] -= tables.cos_x[k1, r] * along_y
+        for k2 in range(len(modes)):
+            mean[k1, k2] = totals[k1 * rows + k2]
 
 
-@kernel
+@loop
 def integrate_costate(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, scratch: Scratch) -> None:
     """Follow the costate back along the paths of drones, down the weighted error in `scratch`: steps 5 and 6."""
-    tables, accelerations = scratch.tables, swarm.accelerations
-    count, horizon = drones.shape[0], len(parameters.times) - 1
-    places = fill_up((horizon - 1) * count)  # the first point comes too soon to count
-    for r in range(places):
-        tables.sum_x[r] = wall_gradient(tables.x[r], parameters.wall_margin, parameters.wall_weight)
-        tables.sum_y[r] = wall_gradient(tables.y[r], parameters.wall_margin, parameters.wall_weight)
-    add_potential_gradient(scratch.error, scratch.slope, parameters.modes, places, tables)
-    scale = -parameters.inverse_control_weight * parameters.times[1]
+    tables, accelerations, times = scratch.tables, swarm.accelerations, parameters.times
+    count, horizon = drones.shape[0], len(times) - 1
+    places = (horizon - 1) * count  # the first point comes too soon to count
+    for r in range(0, places, WIDTH):
+        gradient_x = wall_gradient(load(tables.x, r), parameters.wall_margin, parameters.wall_weight)
+        gradient_y = wall_gradient(load(tables.y, r), parameters.wall_margin, parameters.wall_weight)
+        for k1 in range(len(parameters.modes)):
+            along_x, along_y = spread(scratch.slope_x[k1, 0]), spread(np.float32(0.0))  # cos 0 = 1, sin 0 = 0
+            for k2 in range(1, len(parameters.modes)):
+                along_x += scratch.slope_x[k1, k2] * load(tables.cos_y, k2, r)
+                along_y += scratch.slope_y[k1, k2] * load(tables.sin_y, k2, r)
+            gradient_x -= load(tables.sin_x, k1, r) * along_x
+            gradient_y -= load(tables.cos_x, k1, r) * along_y
+        store(gradient_x, tables.one, r)
+        store(gradient_y, tables.other, r)
+    scale = -parameters.inverse_control_weight * times[1]
+    for j in range(0, count, WIDTH):
+        total_x, total_y = spread(np.float32(0.0)), spread(np.float32(0.0))
+        for h in range(2, len(times)):
+            total_x += times[h - 1] * load(tables.one, (horizon - h) * count + j)
+            total_y += times[h - 1] * load(tables.other, (horizon - h) * count + j)
+        store(scale * total_x, tables.x, j)
+        store(scale * total_y, tables.y, j)
     for j in range(count):
-        total_x, total_y = np.float32(0.0), np.float32(0.0)
-        for h in range(2, len(parameters.times)):
-            total_x += parameters.times[h - 1] * tables.sum_x[(horizon - h) * count + j]
-            total_y += parameters.times[h - 1] * tables.sum_y[(horizon - h) * count + j]
-        accelerations[drones[j], 0] = scale * total_x
-        accelerations[drones[j], 1] = scale * total_y
-    scale, limit = scale * parameters.times[1], parameters.max_acceleration
-    make_plans(drones, swarm.plans, scale, limit, tables.sum_x, tables.sum_y)
+        accelerations[drones[j], 0], accelerations[drones[j], 1] = tables.x[j], tables.y[j]
+    make_plans(drones, swarm.plans, scale * times[1], parameters.max_acceleration, tables.one, tables.other)
 
 
-@kernel
+@loop
 def list_members(teams: Int8s, members: Int64s) -> tuple[int, int]:
     """Write the numbers of each team's drones into `members` (2, drones + 1) and return how many there are."""
     red, blue = 0, 0
@@ -302,34 +331,33 @@ def list_members(teams: Int8s, members: Int64s) -> tuple[int, int]:
     return red, blue
 
 
-@kernel
+@loop
 def weigh(mean: Float32s, target: Float32s, parameters: ErgodicParameters, scratch: Scratch) -> None:
-    """Write q Lambda_k (c_k - phi_k) into the scratch's `error` (K, K), and that times pi k2 into its `slope`."""
-    error, slope = scratch.error, scratch.slope
+    """Write q Lambda_k (c_k - phi_k) pi k1 and pi k2 into the scratch's slopes (K, K)."""
     for k1 in range(len(parameters.modes)):
         for k2 in range(len(parameters.modes)):
-            weighted = parameters.spectrum[k1, k2] * (mean[k1, k2] - target[k1, k2])
-            error[k1, k2] = weighted
-            slope[k1, k2] = PI * np.float32(k2) * weighted
+            error = parameters.spectrum[k1, k2] * (mean[k1, k2] - target[k1, k2])
+            scratch.slope_x[k1, k2] = PI * np.float32(k1) * error
+            scratch.slope_y[k1, k2] = PI * np.float32(k2) * error
 
 
-@kernel
+@loop
 def most_at_once(parameters: ErgodicParameters) -> int:
     """Return the number of drones whose paths fit into the tables."""
     return max(_PLACES // (len(parameters.times) - 1), 1)
 
 
-@kernel
-def expect(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tables: Tables, mean: Float32s) -> None:
-    """Add what a team's drones will see to its coefficients `mean` (K, K): steps 2 to 4."""
-    size, most = drones.shape[0], most_at_once(parameters)
+@loop
+def expect(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tables: Tables, sums: Float32s) -> None:
+    """Add what a team's drones will see to its sums: steps 2 to 4."""
+    size, most, horizon = drones.shape[0], most_at_once(parameters), len(parameters.times) - 1
     for first in range(0, size, most):
         some = drones[first : min(first + most, size)]
         look_ahead(some, swarm, parameters, tables)
-        add_expected(some, size, swarm.memory_weight, len(parameters.times) - 1, tables, mean)
+        add_expected(some, size, swarm.memory_weight, horizon, parameters.modes, tables, sums)
 
 
-@kernel
+@loop
 def steer(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, scratch: Scratch) -> None:
     """Accelerate a team's drones against its weighted error: steps 5 and 6."""
     size, most = drones.shape[0], most_at_once(parameters)
@@ -340,7 +368,7 @@ def steer(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, scratch: 
         integrate_costate(some, swarm, parameters, scratch)
 
 
-@kernel
+@loop
 def ergodic(swarm: Swarm, target: Float32s, parameters: ErgodicParameters, scratch: Scratch) -> None:
     """Solve the optimal control problem of every drone of one game.
 
@@ -370,6 +398,7 @@ def ergodic(swarm: Swarm, target: Float32s, parameters: ErgodicParameters, scrat
     remember(swarm, sizes, parameters, scratch)
     for team in range(2):
         drones = scratch.members[team, : sizes[team]]
-        expect(drones, swarm, parameters, scratch.tables, scratch.means[team])
+        expect(drones, swarm, parameters, scratch.tables, scratch.sums[team])
+        add_up(scratch.sums[team], parameters.modes, scratch.totals, scratch.means[team])
         weigh(scratch.means[team], target[team], parameters, scratch)
         steer(drones, swarm, parameters, scratch)

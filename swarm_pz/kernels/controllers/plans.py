@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from swarm_pz.config import CONTROL_PERIOD
-from swarm_pz.kernels import kernel
+from swarm_pz.kernels import kernel, loop
 from swarm_pz.kernels.arrays import Float32s, Int64s
 
 _STEP = np.float32(CONTROL_PERIOD)
@@ -27,7 +27,7 @@ def plans_of(plans: Float32s, e: int, warm_start: bool | None) -> Float32s | Non
     return own
 
 
-@kernel
+@loop
 def saturate_axes(acceleration: Float32s, limit: np.float32) -> None:
     """Scale a vector to the given magnitude if one of its components exceeds that; in place."""
     if max(abs(acceleration[0]), abs(acceleration[1])) > limit:
@@ -36,7 +36,7 @@ def saturate_axes(acceleration: Float32s, limit: np.float32) -> None:
         acceleration[1] *= factor
 
 
-@kernel
+@loop
 def follow_plans(
     drones: Int64s, plans: Float32s | None, times: tuple[np.float32, ...], x: Float32s, y: Float32s
 ) -> None:
@@ -59,7 +59,7 @@ def follow_plans(
                 y[(horizon - t - 1) * count + j] += away_y
 
 
-@kernel
+@loop
 def make_plans(
     drones: Int64s,
     plans: Float32s | None,
