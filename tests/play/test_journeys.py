@@ -227,7 +227,6 @@ def test_a_running_game_is_not_left_by_a_slip(open_page):
 def test_a_server_that_falls_silent_dies_and_comes_back(visit, own_table):
     page = visit(f"{own_table.address}/#play=uniform", width=1000, height=700)
     wait_for_play(page)
-    room = room_of(page)
     expect(text_of(page, "time")).to_have_text(re.compile("[1-9]"))  # a second is in the file
     own_table.process.send_signal(signal.SIGSTOP)
     expect(text_of(page, "silence")).to_contain_text("silent")
@@ -238,9 +237,7 @@ def test_a_server_that_falls_silent_dies_and_comes_back(visit, own_table):
     expect(text_of(page, "send")).to_be_disabled()
     again = Table(own_table.folder, "--port", own_table.address.split(":")[1])
     try:
-        expect(text_of(page, "scrubber")).to_be_visible()
-        assert page.url.endswith(f"#replay={own_table.recording(room).name}")
-        page.click("#leave")
+        expect(text_of(page, "lobby")).to_be_visible()
         page.click("#recorded summary")
         expect(page.locator("#games a")).to_contain_text("person (red) against uniform (blue) not finished")
     finally:

@@ -54,6 +54,7 @@ class Room:
         self.ended_by: EndedBy | None = None
         self.last_used = time.monotonic()
         self._games = 0
+        self._before: tuple[LiveSession | None, Outcome | None] = None, None
         self._called_off_at = -PAUSE_S
         self._is_called_for = False
         """A watcher wants two policies to begin."""
@@ -327,6 +328,7 @@ class Room:
             log.exception("a game did not begin")
             reason = str(error) if isinstance(error, SwarmError) else "the server could not do that"
             raise RefusedError("not_valid", f"the game cannot begin: {reason}") from error
+        self._before = self.session, self.outcome
         self.session, self.outcome = session, None
         for seat in self.seats:
             seat.target = target_message(seat.team, 0, session.game.simulator.games.coefficients[0, seat.team])
@@ -349,6 +351,7 @@ class Room:
             seat.ready = seat.kind == "policy"
 
     def _began(self) -> None:
+        self._before = None, None
         self._games += 1
         self.plan = replace(self.plan, seed=None)
         self._is_called_for = False
@@ -361,7 +364,7 @@ class Room:
         """Take back a game that counts down, if there is one."""
         if self.session is not None and self.phase == "starting":
             self.session.call_off()
-            self.session = None
+            self.session, self.outcome = self._before
             self._called_off_at = time.monotonic()
             self._is_called_for = False
 

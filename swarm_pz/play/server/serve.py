@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import ipaddress
+import re
 import socket
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -55,6 +56,28 @@ def names_of(host: str, port: int) -> list[str]:
             raise CommandError(f"there is no host {host!r} here: {error.strerror}") from error
     hosts = [f"[{name}]" if ":" in name else name for name in sorted(names)]
     return [f"{name}:{port}" for name in hosts] + (hosts if port == 80 else [])
+
+
+def check_allowed(names: Sequence[str]) -> None:
+    """Check that names, perhaps with a port, are such as browsers send as Host; a CommandError if not."""
+    for name in names:
+        if not re.fullmatch(r"[A-Za-z0-9._-]+(:[0-9]{1,5})?|\[[0-9A-Fa-f:.]+\](:[0-9]{1,5})?", name):
+            raise CommandError(
+                f"--allowed-hosts takes names as browsers ask for them, such as play.example.org or box.local:8443, "
+                f"got {name!r}"
+            )
+
+
+def origin_of(embedder: str) -> str:
+    """Return an origin as browsers write it; a CommandError if it is malformed."""
+    if not re.fullmatch(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?/?", embedder):
+        raise CommandError(
+            "--embed takes the origin of a page, such as https://lab.example or http://localhost:3000, "
+            f"got {embedder!r}"
+        )
+    origin = embedder.removesuffix("/").lower()
+    default = ":443" if origin.startswith("https") else ":80"
+    return origin.removesuffix(default)
 
 
 def addresses_of(names: Sequence[str]) -> list[str]:
@@ -132,9 +155,10 @@ def serve(
     - `embedders`: origins of pages that may hold this one in a frame.
     - `beside`: for this machine's address of the server, a context in which it serves.
 
-    Raises CommandError if it cannot listen there.
+    Raises CommandError if it cannot listen there, or a name or an origin is malformed.
     """
-    origins = [embedder.removesuffix("/").lower() for embedder in embedders]
+    check_allowed(allowed_hosts)
+    origins = [origin_of(embedder) for embedder in embedders]
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVED_AT_ONCE)  # and so each that comes in

@@ -310,7 +310,7 @@ async def test_policies_load_while_the_room_waits_and_act_from_the_first_tick_on
         await ticks(room, 4)
         recording = read(room)
     assert {(line.team, line.tick) for line in recording.of(InForceMessage)} == {(0, 0), (1, 0)}
-    assert all(recording.since_began_s(line.server_ms) <= 0.0 for line in recording.of(SeatCommand))
+    assert all(line.server_ms <= recording.header.began_ms for line in recording.of(SeatCommand))
 
 
 async def test_a_policy_that_cannot_be_loaded_is_told_of_and_another_one_plays(tmp_path):

@@ -12,7 +12,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.server import serve as module
-from swarm_pz.play.server.serve import addresses_of, names_of, serve
+from swarm_pz.play.server.serve import addresses_of, names_of, origin_of, serve
 from swarm_pz.policy import load
 
 
@@ -117,3 +117,20 @@ def test_addresses_to_invite_to_are_those_that_other_devices_reach():
     names = ["127.0.0.1:80", "localhost", "localhost:80", "[::1]:80", "box.local:80", "192.0.2.7:80", "192.0.2.7"]
     names += ["[2001:db8::7]:80", "[2001:db8::7]"]
     assert addresses_of(names) == ["http://192.0.2.7:80/", "http://[2001:db8::7]:80/", "http://box.local:80/"]
+
+
+def test_what_is_no_name_is_not_allowed(started, tmp_path):
+    for name in ("https://play.example.org", "play.example.org/", "", "*", "a b", "a:b"):
+        with pytest.raises(CommandError, match="--allowed-hosts"):
+            serve(load, {}, port=0, folder=tmp_path, allowed_hosts=[name])
+    assert not started
+
+
+def test_an_embedder_is_written_as_browsers_write_origins_and_what_is_none_is_refused():
+    assert origin_of("https://LAB.example:443/") == "https://lab.example"
+    assert origin_of("http://localhost:3000") == "http://localhost:3000"
+    assert origin_of("http://[::1]:80") == "http://[::1]"
+    bad = ("", "*", "lab.example", "https://*.example", "ftp://lab.example", "https://lab.example; script-src *")
+    for embedder in (*bad, "https://lab.example\n"):
+        with pytest.raises(CommandError, match="--embed"):
+            origin_of(embedder)
