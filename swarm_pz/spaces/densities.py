@@ -55,13 +55,10 @@ def corner_discs(x: Array, y: Array) -> Array:
     return disc(np.hypot(np.minimum(x, 1 - x) - 0.1, np.minimum(y, 1 - y) - 0.1), 0.1)
 
 
-@cache
 def cell_centres(cells: int) -> tuple[Array, Array]:
-    """Return x and y (A, A) of a command's cells, `[row = y, column = x]`, in map widths; read-only."""
+    """Return x and y (A, A) of a command's cells, `[row = y, column = x]`, in map widths."""
     centres = (np.arange(cells) + 0.5) / cells
-    x, y = centres[None, :] + np.zeros((cells, 1)), centres[:, None] + np.zeros((1, cells))
-    x.flags.writeable = y.flags.writeable = False
-    return x, y
+    return centres[None, :] + np.zeros((cells, 1)), centres[:, None] + np.zeros((1, cells))
 
 
 def density_at(places: Array, cells: int) -> Array:
