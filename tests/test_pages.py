@@ -148,7 +148,7 @@ def test_the_site_builds_without_a_warning_and_fetches_nothing(site):
         loaded = re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="(https?:)?//', path.read_text())
         assert not loaded, f"{path.relative_to(site)} fetches from another host"
     assert "<math" in (site / "controller.html").read_text()
-    assert "add_potential_gradient" in (site / "source/swarm_pz/kernels/controllers/ergodic.py.html").read_text()
+    assert "integrate_costate" in (site / "source/swarm_pz/kernels/controllers/ergodic.py.html").read_text()
     assert "<table>" in (site / "source/docs/tables/examples.csv.html").read_text()
 
 
