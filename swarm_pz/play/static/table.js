@@ -57,7 +57,7 @@ export class Table {
       "close-replay": () => this.left(),
       "go-home": () => this.left(),
     });
-    on("keydown", { table: (event) => this.key(event) });
+    addEventListener("keydown", (event) => this.key(event)); // of the window: after a click beside the board nothing has the focus
     hear(this.link, {
       room: (room) => this.setRoom(room),
       seated: (seated) => this.sitDown(seated),
@@ -72,7 +72,8 @@ export class Table {
   }
 
   key(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target.closest("input:not(#moment), select, dialog")) return;
+    if (!this.room || document.querySelector("dialog[open]")) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target.closest("input:not(#moment), select")) return;
     const key = event.key.toLowerCase(), pressed = { r: "ready", m: "sound" }[key], onButton = event.target.closest("button, a");
     const watched = this.room?.phase === "replay" ? this.replay?.actOf(key, event.shiftKey, onButton) : null;
     const act = watched ?? (pressed ? () => { if (byId(pressed).checkVisibility()) byId(pressed).click(); } : this.controls.actOf(key, onButton));

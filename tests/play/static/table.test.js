@@ -41,7 +41,8 @@ function draw(...points) {
 function press(...keys) {
   for (const key of keys) {
     const [name, ...held] = key.split("+").reverse(), has = { key: name || "+", shiftKey: held.includes("Shift") };
-    for (const element of ["arena", "table"]) at(element).fire("keydown", has);
+    at("arena").fire("keydown", has);
+    dispatchEvent(Object.defineProperty(Object.assign(new Event("keydown"), has), "target", { value: at("arena") }));
   }
 }
 
