@@ -21,6 +21,9 @@ def names() -> list[str]:
 def load(name: str | Path, config: GameConfig | None = None, system: ControlSystem | None = None) -> Player:
     """Return the policy of a name, or of a folder that holds one: `swarm_pz.policy.load`.
 
+    Raises a PolicyError if there is no such name, with the nearest one, or its commands cannot fly that system; a
+    CheckpointError if the folder's files are missing or corrupt, or do not fit the game.
+
     Parameters
     ----------
     name : str or Path
@@ -29,13 +32,6 @@ def load(name: str | Path, config: GameConfig | None = None, system: ControlSyst
         The game that it will play.
     system : ControlSystem, optional
         Flies its team: the first of `config.controllers` if not given.
-
-    Raises
-    ------
-    PolicyError
-        If there is no such name; the message gives the nearest. If its commands cannot fly that system.
-    CheckpointError
-        If the folder's files are missing or corrupt, or do not fit the game.
     """
     return _load(name, config if config is not None else GameConfig(), system)
 
@@ -43,12 +39,8 @@ def load(name: str | Path, config: GameConfig | None = None, system: ControlSyst
 def read_folder(folder: Path, config: GameConfig) -> Player:
     """Return the policy in a folder, for the entry-point group of folders.
 
-    Raises
-    ------
-    CheckpointError
-        If the folder's files are missing or corrupt, or do not fit the game.
-    MissingExtraError
-        If PyTorch, or ONNX Runtime, is not installed.
+    Raises a CheckpointError if the folder's files are missing or corrupt, or do not fit the game, and a
+    MissingExtraError if PyTorch, or ONNX Runtime, is not installed.
     """
     from swarm_pz.policies.onnx_policy import MODEL, OnnxPolicy
 

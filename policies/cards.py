@@ -11,21 +11,14 @@ FILE = Path(__file__).with_suffix(".json")
 
 @dataclass(frozen=True)
 class Card:
-    """One policy's card.
-
-    Attributes
-    ----------
-    rating : float
-        On the ladder, where `uniform` is 1000.
-    target : tuple of str
-        Its density at one moment of a game as blue: rows from the bottom up, digits from 0 to the maximum 9.
-    drones : tuple of (int, int)
-        Its drones then, in hundredths of a map width.
-    """
+    """One policy's card."""
 
     rating: float
+    """On the ladder, where `uniform` is 1000."""
     target: tuple[str, ...]
+    """Its density at one moment of a game as blue: rows from the bottom up, digits from 0 to the maximum 9."""
     drones: tuple[tuple[int, int], ...]
+    """Its drones then, in hundredths of a map width."""
 
 
 def cards() -> dict[str, Card]:

@@ -30,29 +30,20 @@ WIDE, TIGHT = 0.32, 0.14
 
 @dataclass(frozen=True)
 class GameState:
-    """One game as one side sees it.
-
-    Attributes
-    ----------
-    own, opposing : float64 array (n, 2), (m, 2)
-        Positions in map widths.
-    velocities : float64 array (n, 2)
-        Of the own drones.
-    numbers : int64 array (n,)
-        Of the own drones in the game.
-    step : int
-        Commands before this one.
-    system : ControlSystem
-        Flies the team.
-    config : GameConfig
-    """
+    """One game as one side sees it."""
 
     own: Array
+    """float64 (n, 2): positions of its own drones, in map widths."""
     opposing: Array
+    """float64 (m, 2): the same of the other side."""
     velocities: Array
+    """float64 (n, 2): of the own drones."""
     numbers: NDArray[np.int64]
+    """int64 (n,): of the own drones in the game."""
     step: int
+    """Commands before this one."""
     system: ControlSystem
+    """It flies the team."""
     config: GameConfig
 
     @property

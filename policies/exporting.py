@@ -134,12 +134,7 @@ def load_model(path: Path) -> Any:
 def export_model(policy: Any, config: GameConfig, system: ControlSystem, folder: Path, name: str) -> None:
     """Write a policy of Stable-Baselines3, as of `load_model`, as an ONNX file with its card.
 
-    Raises
-    ------
-    PolicyError
-        If its spaces are none of this game.
-    CheckpointError
-        If the ONNX model cannot play.
+    Raises a PolicyError if its spaces are none of this game, and a CheckpointError if the ONNX model cannot play.
     """
     observation, options = format_of(policy.observation_space, policy.action_space, config, system=system)
     shown = Format(config, observation, system, **options).observation_space

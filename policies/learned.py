@@ -97,6 +97,8 @@ def _network(card: dict[str, Any]) -> tuple[ObservationConfig, Actor | DronesAct
 class LearnedPolicy:
     """Plays the mean action of a trained actor.
 
+    Raises a CheckpointError if card or weights are corrupt.
+
     Parameters
     ----------
     card : dict
@@ -116,11 +118,6 @@ class LearnedPolicy:
         The kind of its commands.
     noise : float
         Standard deviation of noise on its actions; not 0 in a league, whose members explore.
-
-    Raises
-    ------
-    CheckpointError
-        If card or weights are corrupt.
     """
 
     def __init__(

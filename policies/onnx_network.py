@@ -53,15 +53,12 @@ _known: dict[str, Signature] = {}
 class Network:
     """A model that runs.
 
+    Raises a CheckpointError if it does not run as a policy's model must; the message follows the model's name.
+
     Parameters
     ----------
     data : bytes
         The file.
-
-    Raises
-    ------
-    CheckpointError
-        If it does not run as a policy's model must; the message follows the model's name.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -107,12 +104,8 @@ class Network:
     def run(self, feeds: Arrays) -> Arrays:
         """Return all outputs for `Signature.rows` games.
 
-        Raises
-        ------
-        ForfeitError
-            If the process ends or takes too long.
-        PolicyError
-            If the model fails, or answers NaN or infinity.
+        Raises a ForfeitError if the process ends or takes too long, and a PolicyError if the model fails, or answers
+        NaN or infinity.
         """
         packed = {
             name: [str(array.dtype), array.shape, base64.b64encode(array.tobytes()).decode()]

@@ -48,46 +48,31 @@ _GET_AGAIN = "get it again from where it came from, or write it by swarm_pz.poli
 
 @dataclass(frozen=True, kw_only=True)
 class OnnxCard(Config):
-    """A model's card: its observations, and the form of its outputs.
-
-    Attributes
-    ----------
-    name : str
-        For tables.
-    origin : str
-        The author, and how the model was made.
-    answers : str
-        The kind of its commands, as `ControlSystem.takes`.
-    system : str
-        The control system that it commands; if empty, any that takes such commands.
-    observation : ObservationConfig
-    observation_dtype : {"uint8", "float32"}
-        Images from 0 to 255, or from 0 to 1.
-    channels_last : bool
-        Images (G, G, C) in place of (C, G, G).
-    action : {"normalised", "command", "discrete"}
-        As of `Format`; outputs are clipped to its limits. A discrete output is a command's number, or a value for each
-        command, of which the largest counts.
-    action_cells : int, optional
-    flatten_actions : bool
-        Outputs are flat vectors.
-    state : dict of str to str
-        Memory: the output that is fed to an input at the next step; zeros at first.
-    """
+    """A model's card: its observations, and the form of its outputs."""
 
     _section: ClassVar[str] = "card"
 
     name: str = ""
+    """For tables."""
     origin: str = ""
+    """The author, and how the model was made."""
     answers: str = "density"
+    """The kind of its commands, as `ControlSystem.takes`."""
     system: str = ""
+    """The control system that it commands; if empty, any that takes such commands."""
     observation: ObservationConfig = field(default_factory=ObservationConfig)
     observation_dtype: Literal["uint8", "float32"] = "uint8"
+    """Images from 0 to 255, or from 0 to 1."""
     channels_last: bool = False
+    """Images (G, G, C) in place of (C, G, G)."""
     action: ActionKind = "normalised"
+    """As of `Format`; outputs are clipped to its limits. A discrete output is a command's number, or a value for each
+    command, of which the largest counts."""
     action_cells: Annotated[int, Range(2, GRID_CELLS)] | None = None
     flatten_actions: bool = False
+    """Outputs are flat vectors."""
     state: Mapping[str, str] = field(default_factory=dict)
+    """Memory: the output that is fed to an input at the next step; zeros at first."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -158,6 +143,8 @@ def _read(path: Path, most: int) -> bytes:
 class OnnxPolicy:
     """Plays a model from an ONNX file.
 
+    Raises a CheckpointError if inputs and outputs do not fit the card or the game.
+
     Parameters
     ----------
     card : OnnxCard
@@ -170,11 +157,6 @@ class OnnxPolicy:
     ----------
     digest : str
         Of card and model.
-
-    Raises
-    ------
-    CheckpointError
-        If inputs and outputs do not fit the card or the game.
     """
 
     def __init__(
@@ -317,6 +299,9 @@ class OnnxPolicy:
 def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig | None = None) -> None:
     """Try a model, and write it into a folder with its card.
 
+    Raises a CheckpointError if the model does not fit its card, a PolicyError if the game's control system does not
+    take its commands, an OutputError if the folder cannot be written to, or holds something.
+
     Parameters
     ----------
     folder : Path or str
@@ -325,15 +310,6 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
     card : OnnxCard
     config : GameConfig, optional
         A game that it plays, with the control system that it commands.
-
-    Raises
-    ------
-    CheckpointError
-        If the model does not fit its card.
-    PolicyError
-        If the game's control system does not take its commands.
-    OutputError
-        If the folder cannot be written to, or holds something.
     """
     folder, config = Path(folder), GameConfig() if config is None else config
     check_new(folder)

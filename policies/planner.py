@@ -36,24 +36,16 @@ _MEMORY = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class PlannerConfig(Config):
-    """Budget and horizon of a planner.
-
-    Attributes
-    ----------
-    drone_steps : int
-        Simulated drone-steps of a decision; the same budget gives the same decision.
-    milliseconds : float, optional
-        For live play: time of a decision instead, which then depends on the machine.
-    horizon : float
-        Seconds of game for each candidate.
-    promise : float
-        Weight of the drones' closeness to capture at the horizon.
-    """
+    """Budget and horizon of a planner."""
 
     drone_steps: Annotated[int, Range(1, 10**12)] = 200_000
+    """Simulated drone-steps of a decision; the same budget gives the same decision."""
     milliseconds: Annotated[float, Range(1e-3, 1e6)] | None = None
+    """For live play: time of a decision instead, which then depends on the machine."""
     horizon: Annotated[float, Range(CONTROL_PERIOD, 1e4)] = 3.0
+    """Seconds of game for each candidate."""
     promise: ToMillion = 0.5
+    """Weight of the drones' closeness to capture at the horizon."""
 
 
 class _Guess(NamedTuple):
@@ -76,6 +68,8 @@ class _Bench(NamedTuple):
 class Planner:
     """Plays the best density that it finds in the simulator, by the rules of the game.
 
+    Raises a KindError if no team's control system serves densities, or the model cannot command any opposing system.
+
     Parameters
     ----------
     config : GameConfig
@@ -88,11 +82,6 @@ class Planner:
     ----------
     milliseconds : list of float
         Of each decision.
-
-    Raises
-    ------
-    KindError
-        If no team's control system serves densities, or the model cannot command any opposing system.
     """
 
     def __init__(self, config: GameConfig, model: str | None = None, settings: PlannerConfig | None = None) -> None:

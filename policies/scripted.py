@@ -179,6 +179,8 @@ def tactic(
 ) -> Tactic | Callable[[Callable[[View], Array]], Tactic]:
     """Turn a function from a `View` to densities into a tactic that makes policies.
 
+    Raises a PolicyError if something else than a function is decorated.
+
     Parameters
     ----------
     play : callable, optional
@@ -187,11 +189,6 @@ def tactic(
         Channels that the view offers; to name only those looked at saves time.
     grid : int
         Cells a side of these images.
-
-    Raises
-    ------
-    PolicyError
-        If something else than a function is decorated.
     """
 
     def decorate(play: Callable[[View], Array]) -> Tactic:

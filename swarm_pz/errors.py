@@ -120,10 +120,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 def require_extra(module: str, extra: str) -> ModuleType:
     """Import `module`; the error names the extra of swarm-pz that has it, and the line that installs it.
 
-    Raises
-    ------
-    MissingExtraError
-        If the module is not installed.
+    Raises a MissingExtraError if the module is not installed.
     """
     try:
         return importlib.import_module(module)

@@ -25,10 +25,8 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 def opened(path: Path, *, links: bool = True) -> Iterator[tuple[BinaryIO, int]]:
     """Open a file, perhaps a stranger's, for reading; yield it and its size. Without `links`, it may be no link.
 
-    Raises
-    ------
-    ConfigError
-        If it cannot be read or is no regular file (opening a pipe blocks): words that follow the file's name.
+    Raises a ConfigError if it cannot be read or is no regular file (opening a pipe blocks): words that follow the
+    file's name.
     """
     other = f"cannot be read: expected a regular file, got {'' if links else 'a link, '}a folder, a pipe or a device"
     flags = os.O_RDONLY
@@ -47,13 +45,7 @@ def opened(path: Path, *, links: bool = True) -> Iterator[tuple[BinaryIO, int]]:
 
 
 def read_bytes(path: Path, most: int, *, links: bool = True) -> bytes:
-    """Read a file of at most `most` bytes, perhaps a stranger's.
-
-    Raises
-    ------
-    ConfigError
-        As of `opened`, or if it is too large.
-    """
+    """Read a file of at most `most` bytes, perhaps a stranger's; raise a ConfigError as `opened`, or if larger."""
     with opened(path, links=links) as (file, size):
         data = file.read(most + 1) if size <= most else b""  # it may be growing
         if (size := max(size, len(data))) > most:
@@ -62,13 +54,7 @@ def read_bytes(path: Path, most: int, *, links: bool = True) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """Read a text file in UTF-8.
-
-    Raises
-    ------
-    ConfigError
-        As of `read_bytes`.
-    """
+    """Read a text file in UTF-8; raise a ConfigError as `read_bytes`."""
     try:
         return read_bytes(path, MOST_TEXT_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -76,13 +62,7 @@ def read_text(path: Path) -> str:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises
-    ------
-    ConfigError
-        If it cannot be read, or is no TOML: words that follow the file's name.
-    """
+    """Read a TOML file; raise a ConfigError if it cannot be read, or is no TOML: words that follow the file's name."""
     text = read_text(path).replace("\r\n", "\n")
     try:
         return tomllib.loads(text)
@@ -95,10 +75,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 def check_file(path: Path) -> None:
     """Make the folder of a file, before the work whose results it will hold.
 
-    Raises
-    ------
-    OutputError
-        If the file could not be written: it is a folder, or its folder cannot be made or written to.
+    Raises an OutputError if the file could not be written: it is a folder, or its folder cannot be made or written to.
     """
     check_folder(path.parent)
     if path.is_dir():
@@ -110,10 +87,7 @@ def check_file(path: Path) -> None:
 def check_folder(path: Path) -> None:
     """Make a folder that is to be written to.
 
-    Raises
-    ------
-    OutputError
-        If it or a folder above it is a file, or may not be written to.
+    Raises an OutputError if it or a folder above it is a file, or may not be written to.
     """
     try:
         place = next(place for place in (path, *path.absolute().parents) if place.exists())
@@ -136,10 +110,7 @@ def check_folder(path: Path) -> None:
 def draft_of(path: Path) -> Iterator[Path]:
     """Yield a draft beside a file, which takes the file's name when the block ends, and is deleted if it fails.
 
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
+    Raises an OutputError if the file cannot be written.
     """
     check_file(path)
     draft = path.with_name(f".{path.stem}.draft{path.suffix}")
@@ -159,10 +130,7 @@ def draft_of(path: Path) -> Iterator[Path]:
 def named_if_full(path: Path, written: Path) -> Iterator[None]:
     """Turn errors of a full disk into one that names the file; `written` is the file or a draft of it.
 
-    Raises
-    ------
-    OutputError
-        If the disk or the user's quota is full.
+    Raises an OutputError if the disk or the user's quota is full.
     """
     try:
         yield

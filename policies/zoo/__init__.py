@@ -44,12 +44,8 @@ class Shipped:
     def __call__(self, config: GameConfig) -> LearnedPolicy:
         """Make the policy for a game.
 
-        Raises
-        ------
-        CheckpointError
-            If its files are damaged or were changed.
-        MissingExtraError
-            If PyTorch is not installed.
+        Raises a CheckpointError if its files are damaged or were changed, and a MissingExtraError if PyTorch is not
+        installed.
         """
         require_extra("torch", "train")
         from swarm_pz.policies.learned import LearnedPolicy
@@ -69,12 +65,7 @@ class trained:  # noqa: N801  (reads like the policy's name that it is)
     def for_system(self, system: ControlSystem) -> LearnedPolicy:
         """Return the policy that was trained for a system.
 
-        Raises
-        ------
-        KindError
-            If there is none.
-        MissingExtraError
-            If PyTorch is not installed.
+        Raises a KindError if there is none, and a MissingExtraError if PyTorch is not installed.
         """
         track = "fixed_wing" if self._config.dynamics.min_speed > 0 else "hovering"
         folder = _HERE / "systems" / track / system.name

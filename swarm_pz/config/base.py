@@ -136,12 +136,8 @@ class Config:
 
     Values that mean the same are kept the same: numpy's scalars as Python's, lists as tuples, and a pair of two equal
     values as that value where a field is `PER_TEAM`. Each value must then be of its field's type, a number in its
-    `Range`; a subclass checks what depends on several fields.
-
-    Raises
-    ------
-    ConfigError
-        If a name is unknown or a value is out of range.
+    `Range`; a subclass checks what depends on several fields. Raises a ConfigError if a name is unknown or a value is
+    out of range.
     """
 
     _section: ClassVar[str] = ""

@@ -46,23 +46,6 @@ class GameConfig(Config):
     `drones_env`, training), every pair is (learner, opponent), on either side. In a match, where policies play both
     sides, only `controllers` is (policy, opponent). A pair of two equal values is the same as that value.
 
-    Attributes
-    ----------
-    drones_per_team : int or (int, int)
-        Drones of each team at the start; a pair makes a handicap.
-    time_limit : float
-        Seconds after which the game is a draw; whole control periods.
-    command_period : float
-        Seconds that one environment step holds a command; whole control periods.
-    command_cells : int
-        Cells a side of a command.
-    spawn, memory, capture, controller, reward, flocking, dynamics
-        The parts of the rules; see their own classes.
-    observation : ObservationConfig or (ObservationConfig, ObservationConfig)
-        Observations of the agents.
-    controllers : str or ControlSystem, or a pair of these
-        Names of control systems (`swarm_pz.systems`), or systems with other parameters.
-
     Examples
     --------
     >>> GameConfig(drones_per_team=24).team_sizes
@@ -72,9 +55,13 @@ class GameConfig(Config):
     """
 
     drones_per_team: TeamSize | tuple[TeamSize, TeamSize] = field(default=10, metadata=PER_TEAM)
+    """Drones of each team at the start; a pair makes a handicap."""
     time_limit: Duration = 300.0
+    """Seconds after which the game is a draw; whole control periods."""
     command_period: Duration = 1.0
+    """Seconds that one environment step holds a command; whole control periods."""
     command_cells: Annotated[int, Range(2, GRID_CELLS)] = 10
+    """Cells a side of a command."""
     spawn: SpawnConfig = field(default_factory=SpawnConfig)
     memory: MemoryConfig = field(default_factory=MemoryConfig)
     capture: CaptureConfig = field(default_factory=CaptureConfig)
@@ -82,8 +69,10 @@ class GameConfig(Config):
     observation: ObservationConfig | tuple[ObservationConfig, ObservationConfig] = field(
         default_factory=ObservationConfig, metadata=PER_TEAM
     )
+    """Observations of the agents."""
     reward: RewardConfig = field(default_factory=RewardConfig)
     controllers: Controller | tuple[Controller, Controller] = hash_exempt("ergodic", PER_TEAM)
+    """Names of control systems (`swarm_pz.systems`), or systems with other parameters."""
     flocking: FlockingConfig = hash_exempt(FlockingConfig())
     dynamics: DynamicsConfig = hash_exempt(DynamicsConfig())
 
@@ -103,13 +92,7 @@ class GameConfig(Config):
 
     @classmethod
     def preset(cls, name: str) -> GameConfig:
-        """Return a named variant of the rules.
-
-        Raises
-        ------
-        ConfigError
-            If there is no such preset.
-        """
+        """Return a named variant of the rules; raise a ConfigError if there is no such preset."""
         if not isinstance(name, str) or name not in PRESETS:
             raise ConfigError(f"there is no preset {name!r}; {nearest(str(name), PRESETS)}")
         return cls(**PRESETS[name])
@@ -117,10 +100,7 @@ class GameConfig(Config):
     def to_dict(self) -> dict[str, Any]:
         """Return the configuration as nested dicts, lists, numbers and strings.
 
-        Raises
-        ------
-        ConfigError
-            If a control system is not installed: nobody could read its name again.
+        Raises a ConfigError if a control system is not installed: nobody could read its name again.
         """
         for system in self._controllers:
             if isinstance(system, ControlSystem) and not is_installed(type(system)):
@@ -212,12 +192,8 @@ def resolve(
 ) -> GameConfig:
     """Return a configuration, or its dict, with a wrapper's keywords: fields to replace, and `preset` in its place.
 
-    Raises
-    ------
-    UnknownNameError
-        If a keyword is unknown, with those that the wrapper's constructor takes; a ConfigError and a TypeError.
-    ConfigError
-        If a value is out of range, or config and preset are both given.
+    Raises an UnknownNameError if a keyword is unknown, with those that the wrapper's constructor takes, and a
+    ConfigError if a value is out of range, or config and preset are both given.
     """
     fields = dict(overrides)
     preset = fields.pop("preset", None)

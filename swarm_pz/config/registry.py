@@ -47,10 +47,7 @@ def _said(point: importlib.metadata.EntryPoint) -> str:
 def system_class(name: str) -> type[ControlSystem]:
     """Return the class of an installed control system.
 
-    Raises
-    ------
-    ConfigError
-        If it is unknown, cannot be imported, or is no control system of that name.
+    Raises a ConfigError if it is unknown, cannot be imported, or is no control system of that name.
     """
     point = _find(name)
     said = f"controllers: {_said(point)}"
@@ -96,10 +93,7 @@ def _find(name: str) -> importlib.metadata.EntryPoint:
 def system_of(choice: str | ControlSystem) -> ControlSystem:
     """Return a control system by its name, with default parameters; an object is returned as it is.
 
-    Raises
-    ------
-    ConfigError
-        As of `system_class`, and if it cannot be made.
+    Raises a ConfigError as `system_class` does, and if it cannot be made.
     """
     if not isinstance(choice, str):
         return choice
@@ -123,11 +117,7 @@ def read_choice(choice: Any) -> str | ControlSystem:
     """Return a control system in its one form: its name if all its parameters are defaults.
 
     `choice` is a name, a control system or its class, installed or not, or plain values: `name` and other parameters.
-
-    Raises
-    ------
-    ConfigError
-        If it is none of these, its name is unknown or another class's, or a parameter is out of range.
+    Raises a ConfigError if it is none of these, its name is unknown or another class's, or a parameter is out of range.
     """
     if isinstance(choice, Mapping):
         if "name" not in choice:

@@ -29,31 +29,22 @@ _REMOVED = (("message_loss", 0.0), ("relay", False))
 
 @dataclass(frozen=True, kw_only=True)
 class SpawnConfig(Config):
-    """Where drones start, and how they move then.
-
-    Attributes
-    ----------
-    inset : float
-        Distance of the four corner points, or of the squares, from the walls, in map widths.
-    radius : float
-        Largest distance of a drone from its corner point, in map widths; not above `inset`.
-    layout : {"corners", "squares"}
-        Each drone near a corner point of its own drawing, or each team in a square of its own: red at
-        the lower left, blue at the upper right.
-    side : float
-        Side of these squares, in map widths.
-    speed : float
-        Red's drones start with velocities drawn evenly from [0, speed] along each axis, blue's from [-speed, 0]; 0:
-        at rest. Drawn after all else, so that the places of a seed's start do not depend on it.
-    """
+    """Where drones start, and how they move then."""
 
     _section: ClassVar[str] = "spawn"
 
     inset: Annotated[float, Range(0.0, 0.5)] = 0.1
+    """Distance of the four corner points, or of the squares, from the walls, in map widths."""
     radius: Annotated[float, Range(0.0, 0.5)] = 0.08
+    """Largest distance of a drone from its corner point, in map widths; not above `inset`."""
     layout: Literal["corners", "squares"] = hash_exempt("corners")
+    """Each drone near a corner point of its own drawing, or each team in a square of its own: red at the lower left,
+    blue at the upper right."""
     side: Share = hash_exempt(0.1)
+    """Side of these squares, in map widths."""
     speed: Annotated[float, Range(0.0, 10.0)] = hash_exempt(0.0)
+    """Red's drones start with velocities drawn evenly from [0, speed] along each axis, blue's from [-speed, 0]; 0: at
+    rest. Drawn after all else, so that the places of a seed's start do not depend on it."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -64,29 +55,21 @@ class SpawnConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class MemoryConfig(Config):
-    """Lengths of trails and of the controller's memory.
-
-    Attributes
-    ----------
-    trail : float, optional
-        Seconds that a cell stays on a drone's trail; whole ticks. None: as long as `time_limit`, and
-        at most as long as there is room for.
-    controller : float, optional
-        Time constant tau of the controller's decaying memory, in seconds. None: nothing decays.
-    trail_forgotten_on : tuple of {"capture", "command", "sending"}
-        When a drone's trail is emptied. What is not forgotten on a capture moves to the new team.
-    controller_forgotten_on : tuple of {"capture", "command", "sending"}
-        When the controller's memory of a drone is emptied. "command": its team's target differs from that of the last
-        solve. "sending": its team was sent a command since then, even if unchanged, by `Simulator.command` or by a
-        person at the table. Steps of environments, and policies at the table, send only what differs.
-    """
+    """Lengths of trails and of the controller's memory."""
 
     _section: ClassVar[str] = "memory"
 
     trail: Annotated[float, Range(1 / TICKS_PER_SECOND, LONGEST_TRAIL)] | None = 5.0
+    """Seconds that a cell stays on a drone's trail; whole ticks. None: as long as `time_limit`, and at most as long as
+    there is room for."""
     controller: Annotated[float, Range(0.01, 1e6)] | None = 4.0
+    """Time constant tau of the controller's decaying memory, in seconds. None: nothing decays."""
     trail_forgotten_on: tuple[Occasion, ...] = hash_exempt(())
+    """When a drone's trail is emptied. What is not forgotten on a capture moves to the new team."""
     controller_forgotten_on: tuple[Occasion, ...] = hash_exempt(("capture",))
+    """When the controller's memory of a drone is emptied. "command": its team's target differs from that of the last
+    solve. "sending": its team was sent a command since then, even if unchanged, by `Simulator.command` or by a person
+    at the table. Steps of environments, and policies at the table, send only what differs."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -99,71 +82,49 @@ class MemoryConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class CaptureConfig(Config):
-    """When a drone is captured.
-
-    Attributes
-    ----------
-    enabled : bool
-        Without captures no game is ever won.
-    threshold : float
-        A drone is captured where the opposing capture field exceeds this fraction of its maximum.
-    field : {"occupancy", "reconstruction"}
-        The ring averages are of the team's trails, or of the density of its controller's coefficients, rescaled to
-        [0, 1]; see `swarm_pz.kernels.reconstruction`.
-    """
+    """When a drone is captured."""
 
     _section: ClassVar[str] = "capture"
 
     enabled: bool = True
+    """Without captures no game is ever won."""
     threshold: Annotated[float, Range(0.001, 0.999)] = 0.75
+    """A drone is captured where the opposing capture field exceeds this fraction of its maximum."""
     field: Literal["occupancy", "reconstruction"] = hash_exempt("occupancy")
+    """The ring averages are of the team's trails, or of the density of its controller's coefficients, rescaled to [0,
+    1]; see `swarm_pz.kernels.reconstruction`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ControllerConfig(Config):
-    """The decentralized ergodic controller, the same for every team that it flies.
-
-    Attributes
-    ----------
-    modes : int
-        Fourier modes a side.
-    horizon : int
-        Points of the look-ahead, one control period apart.
-    ergodic_weight : float
-        Weight q of the ergodic cost.
-    control_weight : float
-        Weight R of the control effort.
-    wall_weight : float
-        Weight of the squared distance beyond the wall margin.
-    wall_margin : float
-        Distance from the walls, in map widths, at which the wall cost begins.
-    max_acceleration : float
-        Largest magnitude of an acceleration, in map widths per second squared; of any controller.
-    spectrum : {"sobolev", "exponential"}
-        Weights Lambda_k of the modes: (1 + |k|^2)^(-3/2), or exp(-0.8 |k|).
-    communication_radius : float, optional
-        Drones average over the team-mates within this distance, in map widths; None: over all.
-    target_mass : float
-        Sum of a target that was sent: the controller compares c_k with this times the phi_k of a density. The uniform
-        target of the start sums to 1.
-    warm_start : bool
-        A solve looks ahead along the controls that the last one planned, as the authors' code does; False: as if
-        drones coasted. A captured drone keeps its plan; drones that another system flies have none.
-    """
+    """The decentralized ergodic controller, the same for every team that it flies."""
 
     _section: ClassVar[str] = "controller"
 
     modes: Annotated[int, Range(2, MAX_MODES)] = 10
+    """Fourier modes a side."""
     horizon: Annotated[int, Range(2, 100)] = 10
+    """Points of the look-ahead, one control period apart."""
     ergodic_weight: ToMillion = 200.0
+    """Weight q of the ergodic cost."""
     control_weight: Annotated[float, Range(1e-4, 1e6)] = 0.1
+    """Weight R of the control effort."""
     wall_weight: ToMillion = 100.0
+    """Weight of the squared distance beyond the wall margin."""
     wall_margin: Annotated[float, Range(0.0, 0.5)] = 0.05
+    """Distance from the walls, in map widths, at which the wall cost begins."""
     max_acceleration: Annotated[float, Range(1e-9, 100.0)] = 1.0
+    """Largest magnitude of an acceleration, in map widths per second squared; of any controller."""
     spectrum: Literal["sobolev", "exponential"] = hash_exempt("sobolev")
+    """Weights Lambda_k of the modes: (1 + |k|^2)^(-3/2), or exp(-0.8 |k|)."""
     communication_radius: Annotated[float, Range(0.0, 2.0)] | None = hash_exempt(None)
+    """Drones average over the team-mates within this distance, in map widths; None: over all."""
     target_mass: Annotated[float, Range(1e-3, 1e3)] = hash_exempt(1.0)
+    """Sum of a target that was sent: the controller compares c_k with this times the phi_k of a density. The uniform
+    target of the start sums to 1."""
     warm_start: bool = hash_exempt(False)
+    """A solve looks ahead along the controls that the last one planned, as the authors' code does; False: as if drones
+    coasted. A captured drone keeps its plan; drones that another system flies have none."""
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
@@ -175,37 +136,28 @@ class ControllerConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class FlockingConfig(Config):
-    """Flocking; see `swarm_pz.kernels.controllers.flocking` for what the numbers weigh.
-
-    Attributes
-    ----------
-    alignment, cohesion, separation : float
-        Weights of the neighbours' mean velocity, of their mean position, and of keeping apart.
-    migration : (float, float)
-        Least and largest weight of an attractor.
-    communication_radius : float
-        Distance up to which team-mates are neighbours, in map widths.
-    separation_radius : float
-        Distance below which they push each other away, in map widths.
-    max_turn : float
-        Largest turn in one control period, in radians.
-    speed : float
-        Velocity that drones aim at; map widths per second where the speed factor is 1.
-    dwell : float
-        Seconds that each attractor of a command is in force before the next one is; the last one stays.
-    """
+    """Flocking; see `swarm_pz.kernels.controllers.flocking` for what the numbers weigh."""
 
     _section: ClassVar[str] = "flocking"
 
     alignment: ToMillion = 0.1
+    """Weight of the neighbours' mean velocity."""
     cohesion: ToMillion = 0.1
+    """Weight of their mean position."""
     separation: ToMillion = 0.15
+    """Weight of keeping apart."""
     migration: tuple[ToMillion, ToMillion] = (50.0, 100.0)
+    """Least and largest weight of an attractor."""
     communication_radius: Annotated[float, Range(0.0, 2.0)] = 0.15
+    """Distance up to which team-mates are neighbours, in map widths."""
     separation_radius: Annotated[float, Range(0.0, 2.0)] = 0.05
+    """Distance below which they push each other away, in map widths."""
     max_turn: Annotated[float, Range(1e-3, math.pi)] = math.pi / 10
+    """Largest turn in one control period, in radians."""
     speed: Annotated[float, Range(1e-3, 10.0)] = 0.25
+    """Velocity that drones aim at; map widths per second where the speed factor is 1."""
     dwell: Annotated[float, Range(0.1, 1e6)] = hash_exempt(5.0)
+    """Seconds that each attractor of a command is in force before the next one is; the last one stays."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -214,28 +166,20 @@ class FlockingConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class DynamicsConfig(Config):
-    """Motion and failures of drones.
-
-    Attributes
-    ----------
-    speed_factor : float
-        Map widths travelled per unit of velocity: p' = speed_factor v. The controller knows it.
-    failure_rate : float
-        Failures of a working drone per second. A failed one stands still, says and hears nothing and
-        leaves no trail; it can be captured where it stands.
-    repair_rate : float
-        Returns of a failed drone to work, with an empty memory, per second.
-    min_speed : float
-        Least airspeed, in units of velocity, as of fixed-wing drones: a slower one is brought to it along its heading,
-        from rest towards the middle, and walls reverse velocities. 0: drones may stop, and walls stop them.
-    """
+    """Motion and failures of drones."""
 
     _section: ClassVar[str] = "dynamics"
 
     speed_factor: Annotated[float, Range(1e-3, 10.0)] = 1.0
+    """Map widths travelled per unit of velocity: p' = speed_factor v. The controller knows it."""
     failure_rate: Annotated[float, Range(0.0, 1e3)] = 0.0
+    """Failures of a working drone per second. A failed one stands still, says and hears nothing and leaves no trail; it
+    can be captured where it stands."""
     repair_rate: Annotated[float, Range(0.0, 1e3)] = 0.0
+    """Returns of a failed drone to work, with an empty memory, per second."""
     min_speed: Annotated[float, Range(0.0, 2.0)] = hash_exempt(0.0)
+    """Least airspeed, in units of velocity, as of fixed-wing drones: a slower one is brought to it along its heading,
+    from rest towards the middle, and walls reverse velocities. 0: drones may stop, and walls stop them."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -245,23 +189,16 @@ class DynamicsConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class ObservationConfig(Config):
-    """Observation of one side.
-
-    Attributes
-    ----------
-    kind : {"grids", "entities", "drones"}
-        Images, channel first; padded and masked lists of drones; or one row for every drone, by its number.
-    grid : int
-        Cells a side of the images; divides 50.
-    channels : tuple of str
-        The images' channels, in this order; see `swarm_pz.spaces.observation`.
-    """
+    """Observation of one side."""
 
     _section: ClassVar[str] = "observation"
 
     kind: Literal["grids", "entities", "drones"] = "grids"
+    """Images, channel first; padded and masked lists of drones; or one row for every drone, by its number."""
     grid: Annotated[int, Range(1, GRID_CELLS)] = GRID_CELLS
+    """Cells a side of the images; divides 50."""
     channels: tuple[str, ...] = CHANNELS
+    """The images' channels, in this order; see `swarm_pz.spaces.observation`."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -273,17 +210,11 @@ class ObservationConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class RewardConfig(Config):
-    """Weights of the reward's terms; the reward is zero-sum whatever they are.
-
-    Attributes
-    ----------
-    size_change : float
-        Weight of the team's change of size over the mean starting size of a team.
-    outcome : float
-        Weight of +1 for a win and -1 for a loss.
-    """
+    """Weights of the reward's terms; the reward is zero-sum whatever they are."""
 
     _section: ClassVar[str] = "reward"
 
     size_change: Annotated[float, Range(-1e6, 1e6)] = 1.0
+    """Weight of the team's change of size over the mean starting size of a team."""
     outcome: Annotated[float, Range(-1e6, 1e6)] = 1.0
+    """Weight of +1 for a win and -1 for a loss."""

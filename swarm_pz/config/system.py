@@ -46,30 +46,21 @@ class ControlSystem(Config):
 
     A subclass defines its commands, and computes accelerations from them. `GameConfig.controllers` takes the class, an
     object of it, or the name under which it is installed in the entry points `swarm_pz.systems`; files take names only.
-
-    Attributes
-    ----------
-    name : str
-        That of its entry point; by default its module and class.
-    takes : str
-        The kind of its commands. Policies state the kind that they return; the same word means the same space.
-    shares : str
-        What each drone sends to the team-mates within the communication radius, in words.
-    shapes : tuple of str
-        Names of the shapes that its commands may have.
-    turns : {"", "images", "places", "vectors"}
-        How its commands turn with the square, if what it does turns, too: images (..., A, A), or numbers whose last
-        axis begins with x and y.
-    kernel : str
-        "ergodic" or "direct" fly in the games' own loop in place of `solve`; empty for none.
     """
 
     name: ClassVar[str]
+    """That of its entry point; by default its module and class."""
     takes: ClassVar[str]
+    """The kind of its commands. Policies state the kind that they return; the same word means the same space."""
     shares: ClassVar[str] = "nothing"
+    """What each drone sends to the team-mates within the communication radius, in words."""
     shapes: ClassVar[tuple[str, ...]] = ()
+    """Names of the shapes that its commands may have."""
     turns: ClassVar[str] = ""
+    """How its commands turn with the square, if what it does turns, too: images (..., A, A), or numbers whose last axis
+    begins with x and y."""
     kernel: ClassVar[str] = ""
+    """"ergodic" or "direct" fly in the games' own loop in place of `solve`; empty for none."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -96,10 +87,7 @@ class ControlSystem(Config):
     def parse(self, command: Any, config: GameConfig, name: str = "command") -> NDArray[np.float64]:
         """Return one command, written in any form, as a float64 array of the space's shape.
 
-        Raises
-        ------
-        CommandError
-            If it is not of the space.
+        Raises a CommandError if it is not of the space.
         """
         space = self.space(config)
         return check_values(command, space.shape, space.low, space.high, name)
@@ -114,10 +102,7 @@ class ControlSystem(Config):
     ) -> None:
         """Refuse parsed commands (n, *shape) that teams of `sizes` (n,) drones cannot fly.
 
-        Raises
-        ------
-        CommandError
-            If there is one.
+        Raises a CommandError if there is one.
         """
 
     def from_densities(self, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
@@ -153,10 +138,7 @@ class ControlSystem(Config):
 def serve(system: ControlSystem, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
     """Return densities (n, A, A) as commands (n, *shape) of a system; None if densities mean nothing to it.
 
-    Raises
-    ------
-    CommandError
-        If its `from_densities` returns what is not of its space; whatever that raises passes through.
+    Raises a CommandError if its `from_densities` returns what is not of its space; whatever that raises passes through.
     """
     if system.takes == "density":
         return densities
@@ -170,10 +152,7 @@ def serve(system: ControlSystem, densities: NDArray[np.float64], config: GameCon
 def serves_densities(system: ControlSystem, config: GameConfig) -> bool:
     """Test that densities can be converted to a system's commands.
 
-    Raises
-    ------
-    ConfigError
-        If it cannot serve even coverage as it says it does.
+    Raises a ConfigError if it cannot serve even coverage as it says it does.
     """
     try:
         return serve(system, np.ones((1, config.command_cells, config.command_cells)), config) is not None

@@ -31,12 +31,8 @@ def check_values(
 ) -> NDArray[np.float64]:
     """Return numbers as a fresh float64 array of a shape, in a range for all or for each along the last axes.
 
-    Numbers up to 1e-6 outside are clipped, and those within 1e-300 of 0 are 0. `name` begins the errors.
-
-    Raises
-    ------
-    CommandError
-        If they do not cast to float, have another shape, or hold NaN, infinity or numbers outside the range.
+    Numbers up to 1e-6 outside are clipped, and those within 1e-300 of 0 are 0. `name` begins the errors. Raises a
+    CommandError if they do not cast to float, have another shape, or hold NaN, infinity or numbers outside the range.
     """
     plain = type(given) is np.ndarray and given.dtype.kind in "biuf"  # says at once that it casts, and quicker
     values = np.array(given, np.float64, order="C") if plain else as_floats(given, _expected(name, shape, low, high))
@@ -70,10 +66,7 @@ def check_values(
 def check_indices(given: ArrayLike, shape: tuple[int, ...], count: int, expected: str) -> NDArray[np.integer]:
     """Return an array of this shape of whole numbers in [0, count).
 
-    Raises
-    ------
-    CommandError
-        If they are not; it begins with `expected`.
+    Raises a CommandError that begins with `expected` if they are not.
     """
     try:
         numbers = np.array(given)
@@ -89,10 +82,7 @@ def check_indices(given: ArrayLike, shape: tuple[int, ...], count: int, expected
 def as_floats(given: Any, expected: str) -> NDArray[np.float64]:
     """Return real numbers as a fresh float64 array in C order; none may be masked, a date or complex.
 
-    Raises
-    ------
-    CommandError
-        Which begins with what was expected, if they are no such numbers.
+    Raises a CommandError that begins with `expected` if they are no such numbers.
     """
     try:
         found = np.asanyarray(given)

@@ -148,7 +148,8 @@ def play_match(
 ) -> MatchResult:
     """Play a match, half of the games from each side.
 
-    A side whose control system or program fails or takes too long forfeits the game.
+    A side whose control system or program fails or takes too long forfeits the game. Raises a ConfigError if `games` is
+    odd or below 2, and a PolicyError if a policy is unknown or answers nonsense.
 
     Parameters
     ----------
@@ -161,13 +162,6 @@ def play_match(
     threads : int
     progress : callable, optional
         Called with games finished and games in all after every step.
-
-    Raises
-    ------
-    ConfigError
-        If `games` is odd or below 2.
-    PolicyError
-        If a policy is unknown or answers nonsense.
     """
     games = check_count(games, "games", 2, 10**9)
     check(games % 2 == 0, "games", games, "an even number, half for each side")
@@ -196,15 +190,12 @@ def play_match(
 def paired_difference(first: MatchResult, second: MatchResult) -> tuple[float, float, float]:
     """Compare the mean final fraction of two policies that played the same opponent on the same seeds.
 
+    Raises a CommandError if the matches do not share opponent, seed, number of games and rules.
+
     Returns
     -------
     difference, low, high : float
         Mean of first - second, and its 95 % interval from a bootstrap over seeds.
-
-    Raises
-    ------
-    CommandError
-        If the matches do not share opponent, seed, number of games and rules.
     """
     keys = [(match.opponent, match.seed, len(match.games), match.config.rules_hash) for match in (first, second)]
     if keys[0] != keys[1]:

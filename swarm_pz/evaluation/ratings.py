@@ -105,25 +105,18 @@ def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
 
 @dataclass(frozen=True)
 class Intransitivity:
-    """The distance of a field from a ladder.
-
-    Attributes
-    ----------
-    cyclic_share : float
-        Fraction of the squared log-odds that no rating explains; 1 is pure rock-paper-scissors.
-    expected : float
-        The same by chance, in as many games of a field that ratings describe.
-    cycles, triples : int
-        Cycles among the triples of players with three decided pairings (95 % intervals above one half).
-    strongest : tuple of str
-        The clearest cycle: each beats the next.
-    """
+    """The distance of a field from a ladder."""
 
     cyclic_share: float
+    """Fraction of the squared log-odds that no rating explains; 1 is pure rock-paper-scissors."""
     expected: float
+    """The same by chance, in as many games of a field that ratings describe."""
     cycles: int
+    """Cycles among the `triples`."""
     triples: int
+    """Triples of players with three decided pairings (95 % intervals above one half)."""
     strongest: tuple[str, ...]
+    """The clearest cycle: each beats the next."""
 
 
 def _cyclic_share(points: Array, games: Array) -> float:
@@ -179,8 +172,9 @@ def nash_average(shares: Array) -> tuple[Array, Array]:
 
     Of several equilibria of the game in which both sides choose a player, linear programs choose one: they minimise the
     largest skill, then the next largest, and so on, and then likewise the shares. Both results are unique, and clones
-    of a player change no skill (Marris et al., "Deviation ratings", arXiv 2502.11645, 2025), which maximum entropy
-    does not grant (Balduzzi et al., "Re-evaluating evaluation", NeurIPS 2018).
+    of a player change no skill (Marris et al., "Deviation ratings", arXiv 2502.11645, 2025), which maximum entropy does
+    not grant (Balduzzi et al., "Re-evaluating evaluation", NeurIPS 2018). Raises a ResultsError if rounding keeps the
+    linear programs from being solved.
 
     Parameters
     ----------
@@ -193,11 +187,6 @@ def nash_average(shares: Array) -> tuple[Array, Array]:
         Share of each player; the sum is 1.
     skills : ndarray (n,)
         Each player's share of the points against the mixture less one half, at most 0 within 1e-6.
-
-    Raises
-    ------
-    ResultsError
-        If rounding keeps the linear programs from being solved.
     """
     linprog = require_extra("scipy.optimize", "cli").linprog
     n = len(shares)

@@ -48,36 +48,28 @@ def _streams(seed: int, number: int) -> list[np.random.SeedSequence]:
 
 @dataclass(frozen=True, kw_only=True)
 class Game:
-    """One finished game, from the policy's side.
-
-    Attributes
-    ----------
-    share : float
-        The policy's final fraction of all drones.
-    captures, recaptures : int
-        Of both teams together; a recapture is within a second.
-    fingerprint : bytes
-        Final positions and teams.
-    sizes : list of int
-        Red's drones at the start and after every step.
-    sent, thinking_ms : pair
-        Of the policy and its opponent: commands that differed from the one before, and mean milliseconds a command.
-    forfeit : str
-        The reason, if the game was forfeited.
-    """
+    """One finished game, from the policy's side."""
 
     pair: int
     side: str
     outcome: str
     share: float
+    """The policy's final fraction of all drones."""
     seconds: float
     captures: int
+    """Captures of both teams."""
     recaptures: int
+    """Of these, captures within a second of another one of the same drone."""
     fingerprint: bytes
+    """Final positions and teams."""
     sizes: list[int]
+    """Red's drones at the start and after every step."""
     sent: tuple[int, int] = (0, 0)
+    """Commands of the policy and of its opponent that differed from the one before."""
     thinking_ms: tuple[float, float] = field(default=(0.0, 0.0), compare=False)
+    """Mean milliseconds of a command of the policy and of its opponent."""
     forfeit: str = ""
+    """The reason, if the game was forfeited."""
 
 
 class FaultError(PolicyError):
@@ -113,6 +105,9 @@ def policy_errors(place: int, name: str) -> Iterator[None]:
 class Rollout:
     """Games of a match, side by side, which can be watched.
 
+    Raises a CommandError if the seed is no whole number of at least 0, a PolicyError if a policy is unknown, or (a
+    FaultError) fails when its games begin, a ConfigError if a control system cannot be flown.
+
     Parameters
     ----------
     policy, opponent : str or Policy
@@ -135,15 +130,6 @@ class Rollout:
     simulator : Simulator
     rows : int64 array (n,)
         Games that ran before the latest step; all at the start.
-
-    Raises
-    ------
-    CommandError
-        If the seed is no whole number of at least 0.
-    PolicyError
-        If a policy is unknown, or (a FaultError) fails when its games begin.
-    ConfigError
-        If a control system cannot be flown.
     """
 
     def __init__(

@@ -29,20 +29,13 @@ _MOST_REASONS, _MOST_LETTERS = 3, 300
 
 @dataclass(frozen=True)
 class Entries:
-    """The entries of a season by name: a loader of players, which knows installed policies, too.
-
-    Attributes
-    ----------
-    folders : dict of str to Path
-    cards : dict of str to dict
-        The `entry.toml` of each.
-    left_out : dict of str to str
-        Reasons, by folders that do not play.
-    """
+    """The entries of a season by name: a loader of players, which knows installed policies, too."""
 
     folders: dict[str, Path] = field(default_factory=dict)
     cards: dict[str, dict[str, str]] = field(default_factory=dict)
+    """The `entry.toml` of each."""
     left_out: dict[str, str] = field(default_factory=dict)
+    """Reasons, by folders that do not play."""
     _made: dict[str, Player] = field(default_factory=dict)
     """Players that were made as a trial, and are used first: programs start once."""
 

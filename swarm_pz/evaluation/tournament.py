@@ -43,23 +43,15 @@ Loader = Callable[[str, GameConfig], Player]
 
 @dataclass(frozen=True, kw_only=True)
 class TournamentConfig(Config):
-    """Settings of all games of a tournament.
-
-    Attributes
-    ----------
-    games : int
-        Of every two players, even; more may be asked for later.
-    seed : int
-    budget_ms : float
-        Milliseconds for a command; a player that takes longer forfeits the game.
-    game : GameConfig
-        The rules. The first of two controllers flies for the player whose name is first in the alphabet.
-    """
+    """Settings of all games of a tournament."""
 
     games: Annotated[int, Range(2, 10**6)] = 40
+    """Of every two players, even; more may be asked for later."""
     seed: Annotated[int, Range(0, 2**128 - 1)] = 0
     budget_ms: Annotated[float, Range(1e-3, 1e7)] = 2000.0
+    """Milliseconds for a command; a player that takes longer forfeits the game."""
     game: GameConfig = field(default_factory=GameConfig)
+    """The rules. The first of two controllers flies for the player whose name is first in the alphabet."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -78,6 +70,8 @@ def play_block(
 ) -> list[PlayedGame]:
     """Play some games of two players; a policy that fails forfeits the game in which it did.
 
+    Raises a WorkerError if a player cannot be made here, or has another digest: nobody has lost by that.
+
     Parameters
     ----------
     loader : callable
@@ -88,11 +82,6 @@ def play_block(
         Expected digests of players; others are not checked.
     *bundles : PolicyBundle or None
         On another machine, the files of `one` and of `other`, where they come from a folder.
-
-    Raises
-    ------
-    WorkerError
-        If a player cannot be made here, or has another digest: nobody has lost by that.
     """
     carried = {name: bundle for name, bundle in zip((one, other), bundles, strict=False) if bundle is not None}
     make = VerifyingLoader(loader, digests, carried)
@@ -130,6 +119,9 @@ def _line(one: str, other: str, number: int, game: Game) -> PlayedGame:
 class Tournament:
     """A tournament in a folder, new or continued; one process plays in a folder at a time.
 
+    Raises a PolicyError if a player is unknown or cannot be made, and a ResultsError if the folder holds another
+    tournament, or its files are corrupt.
+
     Parameters
     ----------
     players : sequence of str
@@ -146,13 +138,6 @@ class Tournament:
     ----------
     sorts : dict of str to str
         The `sort_of` each player.
-
-    Raises
-    ------
-    PolicyError
-        If a player is unknown or cannot be made.
-    ResultsError
-        If the folder holds another tournament, or its files are corrupt.
     """
 
     def __init__(
@@ -199,16 +184,9 @@ class Tournament:
     ) -> None:
         """Play the missing games, with processes or in a pool, which is left open.
 
-        `progress` is called with games finished and games that were missing, `should_stop` between blocks.
-
-        Raises
-        ------
-        ResultsError
-            If another process plays in the folder, or the folder holds another tournament.
-        WorkerError
-            If a process died, or a player changed; the finished games are kept.
-        Stopped
-            If `should_stop`; every game that began is finished and kept.
+        `progress` is called with games finished and games that were missing, `should_stop` between blocks. Finished
+        games are always kept. Raises a ResultsError if another process plays in the folder, or it holds another
+        tournament; a WorkerError if a process died, or a player changed; Stopped if `should_stop`.
         """
         with (
             nullcontext(pool) if pool is not None else open_pool(processes) as workers,

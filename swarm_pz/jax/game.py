@@ -87,6 +87,8 @@ def step(
 ) -> tuple[dict[str, Any], State, dict[str, Array], dict[str, Array], dict[str, Array]]:
     """Hold a command of each side for a command period; a game that ends is followed by a new one, drawn by `key`.
 
+    Raises a CommandError, when it is traced, if a side is missing or a command has another shape.
+
     Parameters
     ----------
     actions : dict of float array (10, 10)
@@ -101,11 +103,6 @@ def step(
         As of the parallel environment, and `dones["__all__"]`. `infos` are of the game that went on, each (2,) for red
         and blue: `size`, `captured`, `lost`, `recaptured`, `outcome` (1 won, -1 lost), `time_s`, `truncated` (time is
         up: a draw), and `clipped`, how many values of its command were not in [0, 1].
-
-    Raises
-    ------
-    CommandError
-        If a side is missing, or a command has another shape; when it is traced.
     """
     seen, after, rewards, dones, infos = step_once(state, actions, params)
     done, begun = dones["__all__"], reset(key, params)

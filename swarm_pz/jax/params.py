@@ -33,38 +33,30 @@ _MAY_DIFFER = ("drones_per_team", "time_limit", "command_period", "capture", "ob
 )
 @dataclass(frozen=True)
 class Params:
-    """Numbers of a game; make them by `make_params`.
-
-    Attributes
-    ----------
-    sizes : int32 array (2,)
-        Drones of red and blue at the start.
-    step_ticks, limit_ticks : int32
-        Ticks of a command period, and until a draw.
-    threshold : uint32
-        Share of a capture field's maximum above which it captures, in units of 1 / `PARTS`.
-    times_left : int32 array (255,)
-        Last tick at which the channel `time_left` is at least as bright as 1, 2, ..., 255.
-    shares : uint8 array (drones + 1,)
-        Brightness of the channel `own_share`, by the number of own drones.
-    drones : int
-        Places for drones, N. Static: another value compiles anew.
-    grid : int
-        Cells a side of the observed images; 0: lists of drones. Static.
-    """
+    """Numbers of a game; make them by `make_params`."""
 
     sizes: Array
+    """int32 (2,): drones of red and blue at the start."""
     step_ticks: Array
+    """int32: ticks of a command period."""
     limit_ticks: Array
+    """int32: ticks until a draw."""
     threshold: Array
+    """uint32: share of a capture field's maximum above which it captures, in units of 1 / `PARTS`."""
     times_left: Array
+    """int32 (255,): last tick at which the channel `time_left` is at least as bright as 1, 2, ..., 255."""
     shares: Array
+    """uint8 (drones + 1,): brightness of the channel `own_share`, by the number of own drones."""
     drones: int
+    """Places for drones, N. Static: another value compiles anew."""
     grid: int
+    """Cells a side of the observed images; 0: lists of drones. Static."""
 
 
 def make_params(config: GameConfig | None = None, *, drones: int | None = None) -> Params:
     """Return the parameters of a game.
+
+    Raises a ConfigError that names the rule if one is not the default one, or is not there in JAX.
 
     Parameters
     ----------
@@ -74,11 +66,6 @@ def make_params(config: GameConfig | None = None, *, drones: int | None = None) 
     drones : int, optional
         Places for drones, at least the drones of both teams, which is the default. Games of all sizes up to it share
         what was compiled.
-
-    Raises
-    ------
-    ConfigError
-        If a rule is not the default one, or something else is not there in JAX; it is named.
     """
     rules, default = GameConfig() if config is None else config, GameConfig()
     for field in dataclasses.fields(GameConfig):

@@ -81,10 +81,7 @@ def player_of(weights: Weights, grid: int) -> Player:
 def load(name: str | Path) -> Player:
     """Return a script by its name, or a learned policy: one that ships, or a folder that training wrote.
 
-    Raises
-    ------
-    CheckpointError
-        If there is no such player, or it looks at what games in JAX do not show.
+    Raises a CheckpointError if there is no such player, or it looks at what games in JAX do not show.
     """
     if name in SCRIPTS:
         return SCRIPTS[str(name)]

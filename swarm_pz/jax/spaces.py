@@ -90,10 +90,7 @@ def make_actions(kind: ActionKind) -> Actions:
 def make_observations(params: Params, *, is_vector: bool) -> Box:
     """Return the space of a side's images, or of the same as a vector in [0, 1].
 
-    Raises
-    ------
-    ConfigError
-        If it sees lists of drones: spaces of these libraries have one shape.
+    Raises a ConfigError if it sees lists of drones: spaces of these libraries have one shape.
     """
     check(params.grid > 0, "observation.kind", "entities", "'grids' here, an image of one shape")
     shape = (len(CHANNELS), params.grid, params.grid)

@@ -21,10 +21,7 @@ _COMMANDS = 8
 def make_jax_step(config: GameConfig, games: int, threads: int) -> Callable[[], object]:
     """Return a step of many games at once, with the observations of both sides; as `swarm_pz.bench.MakeStep` does.
 
-    Raises
-    ------
-    ConfigError
-        If the device's memory is too small.
+    Raises a ConfigError if the device's memory is too small.
     """
     del threads  # XLA takes those that it wants
     params = make_params(config)

@@ -35,6 +35,8 @@ class Model(Protocol):
 class ModelPolicy:
     """A policy that plays a model; its spaces say what it sees and how its actions are read.
 
+    Raises a PolicyError if no wrapper of this game has such spaces.
+
     Parameters
     ----------
     model : Model
@@ -47,11 +49,6 @@ class ModelPolicy:
         Whether it plays its best action, or draws one as in training.
     system : ControlSystem, optional
         What flies its team: the first of `config.controllers` if not given.
-
-    Raises
-    ------
-    PolicyError
-        If no wrapper of this game has such spaces.
     """
 
     def __init__(
@@ -108,10 +105,7 @@ def format_of(
 ) -> tuple[ObservationConfig, dict[str, Any]]:
     """Return the observation, and the options of `Format`, that a model's spaces belong to; arguments as `ModelPolicy`.
 
-    Raises
-    ------
-    PolicyError
-        If no wrapper of this game has such spaces.
+    Raises a PolicyError if no wrapper of this game has such spaces.
     """
     return _seen_of(observation_space, config, observation), _actions_of(action_space, config, system)
 

@@ -158,9 +158,11 @@ def _factory_of(name: str) -> Any:
 def load(policy: str | Path | Player | Model, config: GameConfig, system: ControlSystem | None = None) -> Player:
     """Return the policy of a name or a folder, made for a game; a policy is returned as it is.
 
-    A name may carry an argument after a colon, which its factory takes besides the game:
-    ``planner:ring`` is a planner that models its opponent as `ring`. A folder is one that training wrote. A
-    model with `predict` and spaces, as those of Stable-Baselines3, becomes a `ModelPolicy`.
+    A name may carry an argument after a colon, which its factory takes besides the game: ``planner:ring`` is a planner
+    that models its opponent as `ring`. A folder is one that training wrote. A model with `predict` and spaces, as those
+    of Stable-Baselines3, becomes a `ModelPolicy`. Raises a PolicyError if there is no such name or folder, its policy
+    cannot be made, or its commands cannot fly that system, and a CheckpointError if a folder's files are missing,
+    corrupt, or do not fit the game.
 
     Parameters
     ----------
@@ -168,13 +170,6 @@ def load(policy: str | Path | Player | Model, config: GameConfig, system: Contro
     config : GameConfig
     system : ControlSystem, optional
         What flies its team: the first of `config.controllers` if not given.
-
-    Raises
-    ------
-    PolicyError
-        If there is no such name or folder, its policy cannot be made, or its commands cannot fly that system.
-    CheckpointError
-        If a folder's files are missing, corrupt, or do not fit the game.
     """
     system = config.team_systems[0] if system is None else system
     if isinstance(policy, (str, Path)):

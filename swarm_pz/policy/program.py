@@ -89,6 +89,8 @@ class GameClock:
 class Program:
     """Plays the densities that a program answers.
 
+    Raises a PolicyError if there is no such program, or its folder is too large.
+
     Parameters
     ----------
     config : GameConfig
@@ -107,11 +109,6 @@ class Program:
         What it asked to see.
     digest : str
         Of its words, of the files among them, and of the folder that these are in.
-
-    Raises
-    ------
-    PolicyError
-        If there is no such program, or its folder is too large.
     """
 
     answers = "density"
@@ -159,10 +156,7 @@ class Program:
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games, with the program started again if it has ended.
 
-        Raises
-        ------
-        ForfeitError
-            If it did not answer the greeting as the protocol says.
+        Raises a ForfeitError if it did not answer the greeting as the protocol says.
         """
         if self._key not in _FAILED and self._pipe.is_over:
             self._open()
@@ -175,10 +169,7 @@ class Program:
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
         """Show the program n observations, and return its n densities (n, A, A).
 
-        Raises
-        ------
-        ForfeitError
-            If an answer is late, wrong or missing; the program is ended.
+        Raises a ForfeitError if an answer is late, wrong or missing; the program is ended.
         """
         first, densities = self._turn, []
         self._clock.start()

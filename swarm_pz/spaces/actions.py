@@ -47,10 +47,7 @@ class Actions(ABC):
 def make_actions(config: GameConfig, system: ControlSystem, kind: ActionKind, cells: int | None) -> Actions:
     """Return the actions for commands of a system; arguments as of `swarm_pz.spaces.formats.Format`.
 
-    Raises
-    ------
-    ConfigError
-        If the options do not fit each other, or the system.
+    Raises a ConfigError if the options do not fit each other, or the system.
     """
     check_choice(kind, "action", get_args(ActionKind))
     takes_densities = system.takes == "density"

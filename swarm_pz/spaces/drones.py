@@ -51,6 +51,8 @@ DroneAction = Literal["acceleration", "discrete"]
 class DroneView:
     """The observations of drones, each from its own place.
 
+    Raises a ConfigError if a number is out of range.
+
     Parameters
     ----------
     config : GameConfig
@@ -67,11 +69,6 @@ class DroneView:
         Of one drone's observation.
     parts : dict of (slice, tuple of int)
         Place and shape of each part.
-
-    Raises
-    ------
-    ConfigError
-        If a number is out of range.
     """
 
     def __init__(self, config: GameConfig, *, neighbours: int = 5, grid: int = 10, patch: int = 5) -> None:
@@ -133,10 +130,7 @@ class DroneActions:
     def read(self, actions: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:
         """Return actions of drones, an array of this shape, as accelerations (*shape, 2).
 
-        Raises
-        ------
-        CommandError
-            If one is not in the space.
+        Raises a CommandError if one is not in the space.
         """
         if self._directions is None:
             return check_values(actions, (*shape, 2), -1.0, 1.0, name)

@@ -28,6 +28,8 @@ from swarm_pz.spaces.observation import observation_space
 class Format:
     """One player's spaces, and how its actions become commands.
 
+    Raises a ConfigError if an option is unknown or does not fit the others.
+
     Parameters
     ----------
     config : GameConfig
@@ -43,11 +45,6 @@ class Format:
     observation_space, action_space : gymnasium.spaces.Space
     command_names : tuple of str
         Names of discrete actions; empty for actions of other kinds.
-
-    Raises
-    ------
-    ConfigError
-        If an option is unknown or does not fit the others.
     """
 
     def __init__(
@@ -68,10 +65,7 @@ class Format:
     def read(self, actions: ArrayLike, count: int, name: str = "actions") -> NDArray[np.float64]:
         """Turn `count` actions (n, ...) into commands (n, ...); errors call them `name`.
 
-        Raises
-        ------
-        CommandError
-            If an action is not in the space.
+        Raises a CommandError if an action is not in the space.
         """
         return self._actions.read(actions, count, name)
 
