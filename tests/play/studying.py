@@ -1,25 +1,15 @@
 """A study at a table of its own, and participants who do what they are asked."""
 
-import contextlib
-import functools
 import http.client
-import io
 import json
-import logging
-import queue
 import threading
 import time
 import urllib.error
 import urllib.request
 
-import pytest
-import uvicorn
 from websockets.exceptions import ConnectionClosed, InvalidMessage
 
-from swarm_pz import policies
 from swarm_pz.play import protocol
-from swarm_pz.play.server import serve as serving
-from swarm_pz.play.server.policy_workers import PolicyWorkers
 from swarm_pz.play.studies.folder import StudyFolder
 from tests.play.conftest import Client, Server
 
@@ -71,49 +61,6 @@ class StudyTable(Server):
     def kept(self):
         """Read the folder as it is now."""
         return StudyFolder(self.folder)
-
-
-class NearStudyTable(StudyTable):
-    """A study served by a thread of this process, so that it is seen which of its lines run; it cannot be killed."""
-
-    def start(self):
-        said, servers = queue.SimpleQueue(), queue.SimpleQueue()
-
-        class Ending(uvicorn.Server):
-            def __init__(self, config):
-                super().__init__(config)
-                servers.put(self)
-
-        def run():
-            try:
-                begun = contextlib.closing(StudyFolder.begin(self.file, self.folder))
-                with pytest.MonkeyPatch.context() as patch, begun as opened:
-                    patch.setattr(uvicorn, "Server", Ending)
-                    patch.setattr(serving, "PolicyWorkers", functools.partial(PolicyWorkers, processes=1))
-                    how = {"port": 0, "folder": self.folder / "games", "countdown_s": 0.0, "say": said.put}
-                    serving.serve(policies.load, {"uniform": "covers evenly"}, study=opened, **how)
-            except BaseException as error:
-                said.put(error)
-
-        self.logged = io.StringIO()
-        self.log = logging.StreamHandler(self.logged)
-        logging.getLogger().addHandler(self.log)
-        self.thread = threading.Thread(target=run)
-        self.thread.start()
-        line = ""
-        while "/study/monitor#" not in line:
-            line = said.get(timeout=300)
-            assert isinstance(line, str), line
-        self.note(line)
-        self.server = servers.get(timeout=60)
-
-    def end(self):
-        """Let the server end, and return what it logged."""
-        self.server.should_exit = True
-        self.thread.join(60)
-        logging.getLogger().removeHandler(self.log)
-        assert not self.thread.is_alive()
-        return self.logged.getvalue()
 
 
 class Participant:

@@ -91,16 +91,6 @@ def test_what_cannot_fly_a_team_is_refused_and_changes_nothing(given, kind, told
     assert event.command.number == 1
 
 
-def test_who_asks_at_every_step_for_the_same_holds_it():
-    game = live()
-    push, other = (game.reader.read(RED, 1, given, "accelerations") for given in (PUSH, PUSH[::-1]))
-    assert not game.holds(push)
-    game.hand_in(push)
-    assert game.holds(push) and not game.holds(other)
-    game.advance(1)
-    assert game.holds(push) and not game.holds(other)
-
-
 def test_a_policys_answer_has_the_kind_that_its_team_takes():
     reader = CommandReader(GAME)
     answer = reader.answered(RED, 3, reader.packed(reader.read(RED, 1, PUSH, "accelerations"))[0], "auto:push")

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.painting import paint
 from swarm_pz.play.strokes import BRUSHES, MAPPINGS, MOST_INK, MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
-from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
 
 
@@ -78,34 +76,6 @@ def test_ground_that_repels_is_empty_up_to_its_edge_and_nothing_flows_into_it(ce
     beside = line((0.7, 0.2), (0.7, 0.8), brush="repel", width=0.15)
     alone, kept = (target_of(drawn)[:, 260:300].sum() for drawn in ([wanted], [wanted, beside]))
     assert kept < 0.3 * alone
-
-
-def flown(strokes):
-    """Return the places (60 s after the first 5, drones, 2) of a team that follows a drawing."""
-    simulator = Simulator(GameConfig(drones_per_team=(10, 0), capture=CaptureConfig(enabled=False)))
-    simulator.reset([0])
-    simulator.advance(150, CheckedCommands(np.stack([density_of(strokes, 10), np.ones((10, 10))])[None]))
-    places = []
-    for _ in range(600):
-        simulator.advance(3)
-        places.append(simulator.positions[0].copy())
-    return np.array(places)
-
-
-def test_drones_in_flight_keep_off_ground_that_repels_and_dwell_where_it_attracts():
-    inside = [
-        np.abs(flown([line((0.5, 0.5), brush=brush, width=0.3)]) - 0.5).max(axis=-1) < 0.1
-        for brush in ("repel", "attract")
-    ]
-    away, there = (found.mean() for found in inside)
-    assert away < 0.02 < 0.04 < there, "an even cover has 4 % of the time there"
-
-
-@pytest.mark.parametrize("centre", [(0.5, 0.5), (0.47, 0.55), (0.7, 0.75)])
-def test_a_drawn_ring_keeps_its_mass_near_its_line(centre):
-    x = (np.arange(400) + 0.5) / 400
-    near = np.abs(np.hypot(x - centre[0], x[:, None] - centre[1]) - 0.2) <= 0.06
-    assert target_of([ring(*centre, 0.2)])[near].sum() >= 0.45
 
 
 def test_later_strokes_paint_over_earlier_ones_and_rows_are_y():

@@ -168,23 +168,6 @@ async def test_a_long_path_is_not_looked_for(hall):
 # --- rooms ----------------------------------------------------------------------------------------
 
 
-async def test_an_address_that_opens_room_after_room_leaves_most_of_them_to_others(hall, monkeypatch, tmp_path):
-    monkeypatch.setattr(lobby_module, "MOST_ROOMS_OF_ADDRESS", 10)
-    hall._openings = lobby_module.AddressLimits(10, 50.0)
-    guest = peaceful(hall)
-    for _ in range(6):
-        attackers = [Attacker(hall) for _ in range(5)]
-        for attacker in attackers:
-            attacker.say(ALONE)
-            attacker.say(protocol.Ready())
-        refused = attackers[-1].refused()
-        for attacker in attackers:
-            attacker.handler.end()
-    assert refused == {"full": 1, "out_of_turn": 1}
-    assert len(hall.rooms) <= 11 and len(list(tmp_path.glob("*.jsonl"))) <= 11
-    assert await plays_on(guest)
-
-
 async def test_a_room_has_so_many_watchers(hall):
     room = hall.open_room(RoomPlan(config=TableConfig()))
     watchers = [Client() for _ in range(MOST_WATCHERS)]

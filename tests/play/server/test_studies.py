@@ -26,7 +26,7 @@ from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step
 from swarm_pz.play.studies.withdrawal import withdraw
 from tests.play.conftest import Client
-from tests.play.studying import NearStudyTable, Participant
+from tests.play.studying import Participant, StudyTable
 
 pytestmark = pytest.mark.anyio
 STUDY = Path(__file__).parents[3] / "docs/examples/study"
@@ -359,7 +359,7 @@ async def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again
 def study(tmp_path_factory):
     """Give a study that several tests share, with participants of their own; last here: it logs all faults."""
     folder = tmp_path_factory.mktemp("study")
-    table = NearStudyTable(planned(folder / "plan"), folder / "data")
+    table = StudyTable(planned(folder / "plan"), folder / "data")
     yield table
     assert "Traceback" not in table.end()
 
