@@ -133,7 +133,7 @@ def replay(
             Playback(read).film(film, speed, show)
         print(f"film: {film}")
     if mcap is not None:
-        require_extra("mcap_ros2.writer", "lab")
+        require_extra("rosbags.typesys", "lab")
         from swarm_pz.play.ros.mcap import write
 
         with in_seconds("writing messages") as show:
@@ -194,12 +194,13 @@ def _beside(
     """Return a context that serves ROS programs beside the server; an empty one without a port."""
     if port is None:
         return lambda _: contextlib.nullcontext()
+    require_extra("rosbags.typesys", "lab")
     from swarm_pz.play.ros import process
     from swarm_pz.play.ros.rosbridge import origins_of
 
     check_count(port, "rosbridge", 0, 65535)
     allowed = origins_of(host, origins)
-    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed, say)
+    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed)
 
 
 def serve(installed: dict[str, str], **how: Any) -> None:

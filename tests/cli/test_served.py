@@ -71,8 +71,8 @@ def test_a_recording_is_only_verified_filmed_or_written_if_that_is_asked(
     assert "verified: 11 frames" in said
     assert filmed == [(Path("a.gif"), 3.0)] and "film: a.gif" in said and "messages: bags/a.mcap" in said
     assert Path("bags/a.mcap").read_bytes().startswith(b"\x89MCAP0")
-    monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
-    assert "mcap_ros2 is not installed" in refused("replay a.jsonl --mcap b.mcap")
+    monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
+    assert "rosbags is not installed" in refused("replay a.jsonl --mcap b.mcap")
     assert not served and not list(tmp_path.glob("b.*"))
 
 

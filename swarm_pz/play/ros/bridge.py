@@ -7,23 +7,27 @@ a megabyte, or clients that never read, disturb nobody's game.
 from __future__ import annotations
 
 import asyncio
+import reprlib
 import socket
 import time
 from collections.abc import Callable, Coroutine
+from dataclasses import replace
 from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play.frames import Frame, Target
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import Side
-from swarm_pz.play.ros import commands
+from swarm_pz.play.ros import commands, messages
 from swarm_pz.play.ros.commands import Maker
 from swarm_pz.play.ros.connection import Client
 from swarm_pz.play.ros.messages import LOG, TOPICS, Message, log
 from swarm_pz.play.ros.rosbridge import Origins, Rosbridge
 from swarm_pz.play.ros.seat import Seat
-from swarm_pz.play.ros.shown import Shown
 from swarm_pz.play.server.room_settings import settings_of
 
 _ALONE_S = 60.0
@@ -51,7 +55,10 @@ class Bridge(Rosbridge):
         self._origins, self._settings = origins, settings_of(table)
         self._is_weak = table.mapping != "paper"
         """True if these rules need more contrast than the tablet's images have."""
-        self._shown = Shown(self)
+        self._tick = -1
+        self._teams: list[int] | None = None
+        self._altitudes: NDArray[np.floating[Any]] | None = None
+        """Of the last keyframe: other frames leave them out, and they never change within a game."""
         self._seats: dict[Side, Seat] = {}
         self._owners: dict[Side, Client] = {}
         """The client that last spoke for each side."""
@@ -118,8 +125,7 @@ class Bridge(Rosbridge):
 
     def _command(self, client: Client, team: object, maker: Maker) -> None:
         if team not in TEAM_NAMES:
-            told = repr(team[:40]) if isinstance(team, str) else f"a {type(team).__name__}"
-            raise ProtocolError(f"team must be red or blue, got {told}")
+            raise ProtocolError(f"team must be red or blue, got {reprlib.repr(team)}")
         side = cast("Side", team)
         seat = self._seat(side)
         if seat is None:
@@ -146,14 +152,35 @@ class Bridge(Rosbridge):
     # --- what seats see and hear ------------------------------------------------------------------
 
     def show(self, seat: Seat, frame: Frame) -> None:
-        """Show a frame, if it is of the seat whose frames are shown: both see the same game."""
+        """Publish a frame, if it is of the seat whose frames are shown: both see the same game."""
         if seat is next((one for one in self._seats.values() if not one.ended), None):
-            self._shown.show(frame)
+            self.publish_frame(frame)
+
+    def publish_frame(self, frame: Frame) -> None:
+        """Publish a frame on every topic that has subscribers, once."""
+        if frame.altitudes is not None:
+            self._altitudes = frame.altitudes
+        if frame.tick == self._tick:
+            return
+        if frame.tick < self._tick:  # another game has begun
+            self._teams = None
+            self._altitudes = frame.altitudes
+        if self._altitudes is not None and len(self._altitudes) == len(frame.teams):
+            frame = replace(frame, altitudes=self._altitudes)
+        self._tick, former, self._teams = frame.tick, self._teams, frame.teams.tolist()
+        for drone, team in enumerate(self._teams):
+            if former is None or former[drone] != team:
+                self.publish("/agent_team_status", messages.team_status(drone, team))
+        for topic, make in messages.makers_of(frame).items():
+            if self.wanted(topic):
+                self.publish(topic, make())
 
     def show_target(self, seat: Seat, target: Target) -> None:
-        """Show a target to all but the opponent."""
+        """Publish a target to all but the opponent."""
         other = self._owners.get("blue" if seat.side == "red" else "red")
-        self._shown.show_target(target, other if other is not self._owners.get(seat.side) else None)
+        hidden = other if other is not self._owners.get(seat.side) else None
+        if self.wanted(topic := f"/{seat.side}_team_target_dist"):
+            self.publish(topic, messages.target(target.picture, max(self._tick, 0)), but=hidden)
 
     def told(self, seat: Seat, text: str, is_fault: bool) -> None:
         """Tell all readers of the log what became of a seat."""

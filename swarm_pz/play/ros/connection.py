@@ -37,9 +37,6 @@ class Client:
     """One connection."""
 
     def __init__(self, connection: ServerConnection) -> None:
-        self.address = str((connection.remote_address or ("unknown",))[0])
-        self.advertised: dict[str, str] = {}
-        """Types by topic."""
         self.subscriptions: dict[str, Subscription] = {}
         self.ending: asyncio.Task[None] | None = None
         self._connection = connection

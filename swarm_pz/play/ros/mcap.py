@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+from mcap.writer import Writer
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
-from swarm_pz.errors import OutputError, require_extra
+from swarm_pz.errors import OutputError
 from swarm_pz.files import check_file, draft_of, explain
 from swarm_pz.play.protocol import CapturedMessage
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.ros import messages
-from swarm_pz.play.ros.definitions import definition, full_name
+from swarm_pz.play.ros.definitions import definition, full_name, serialise
 from swarm_pz.play.server.views import capture_fields
 
 Told = tuple[int, str, messages.Message]
@@ -48,17 +51,17 @@ def told(recording: Recording) -> Iterator[Told]:
 def write(recording: Recording, path: Path, progress: Callable[[float, float], None] | None = None) -> int:
     """Write a recorded game as MCAP, replacing `path` when all is written; return the number of messages.
 
-    `progress` is called with the seconds of game written so far, and all of them. Raises MissingExtraError,
-    and OutputError if the file cannot be written.
+    `progress` is called with the seconds of game written so far, and all of them. Raises OutputError if the file cannot
+    be written.
     """
-    writer_of = require_extra("mcap_ros2.writer", "lab").Writer
     if path.suffix != ".mcap":
         raise OutputError(f"an MCAP file's name ends with .mcap, got {path}")
     check_file(path)
-    schemas, count = {}, 0
+    types, count = {topic: kind for topic, kind in messages.TOPICS.items() if topic != messages.LOG}, 0
     try:
         with draft_of(path) as draft, draft.open("wb") as file:
-            writer = writer_of(file)
+            writer: Any = Writer(file)
+            writer.start(profile="ros2")
             writer.add_metadata(
                 "swarm-pz",
                 {
@@ -68,12 +71,14 @@ def write(recording: Recording, path: Path, progress: Callable[[float, float], N
                     "rules_hash": recording.config.game.rules_hash,
                 },
             )
+            schemas = {
+                kind: writer.register_schema(full_name(kind), "ros2msg", definition(kind).encode())
+                for kind in dict.fromkeys(types.values())
+            }
+            channels = {topic: writer.register_channel(topic, "cdr", schemas[kind]) for topic, kind in types.items()}
             for tick, topic, message in told(recording):
-                kind = messages.TOPICS[topic]
-                if kind not in schemas:
-                    schemas[kind] = writer.register_msgdef(full_name(kind), definition(kind))
-                time = messages.nanoseconds_of(tick)
-                writer.write_message(topic, schemas[kind], message, log_time=time, sequence=count)
+                time, data = messages.nanoseconds_of(tick), serialise(types[topic], message)
+                writer.add_message(channels[topic], time, data, publish_time=time, sequence=count)
                 count += 1
                 if progress is not None and topic == "/clock":
                     progress(tick / TICKS_PER_SECOND, recording.last_tick / TICKS_PER_SECOND)

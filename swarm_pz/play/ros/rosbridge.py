@@ -1,4 +1,4 @@
-"""A rosbridge server, protocol version 2: topics and a few services over WebSockets, in JSON or CBOR.
+"""A rosbridge server, protocol version 2: topics and a few services over WebSockets, in JSON.
 
 It knows nothing of games: what clients publish goes to `Rosbridge.heard`, and what is published goes to subscribers.
 """
@@ -6,21 +6,23 @@ It knows nothing of games: what clients publish goes to `Rosbridge.heard`, and w
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import re
+import reprlib
 import socket
 import time
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, cast
+from collections.abc import Mapping, Sequence
+from typing import Any
 
+import cbor2
+import msgspec
 from websockets import Origin
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
-from swarm_pz.errors import CommandError, ProtocolError, require_extra
+from swarm_pz.errors import CommandError, ProtocolError, nearest
 from swarm_pz.play.ros.connection import Client, Subscription
-from swarm_pz.play.ros.definitions import DEFINITIONS, definition, full_name, plain_name, serialise
+from swarm_pz.play.ros.definitions import definition, full_name, plain_name, serialise
 from swarm_pz.play.ros.messages import LOG, Message
 from swarm_pz.play.ros.messages import log as log_line
 from swarm_pz.play.server.serve import names_of
@@ -28,16 +30,16 @@ from swarm_pz.play.server.serve import names_of
 MAX_MESSAGE_BYTES = 2**20
 """Room for an image of 200 x 200 cells, every number written out; the tablet app's has a tenth of that at most."""
 MAX_CLIENTS = 64
-_MOST_TOPICS = 256
-"""That one client may advertise, or subscribe to, or subscriptions to one topic; and characters of a name."""
-_MOST_OTHERS = 2048
-"""Topics without a meaning here that all clients together may advertise: `topics` lists them all."""
+_MOST_IDS = 256
+"""Subscriptions of one client to one topic."""
+_MOST_CHARACTERS = 256
+"""Length of a name, type or id."""
 _BUFFER_BYTES = 2**16
 """The system's buffer for a client that does not read; messages in it grow old."""
-_LARGE_NUMBERS = {2, 3}
-_KNOWN_TAGS = 2**16
-"""Of CBOR, that a decoder may know: some are texts to be compiled, or numbers of a million digits, in few bytes."""
-_COMPRESSIONS = ("none", "cbor", "cbor-raw")
+_COMPRESSIONS = ("none", "cbor-raw")
+"""Foxglove and Lichtblick read cbor-raw alone: CDR in CBOR."""
+_IGNORED = ("unadvertise", "advertise_service", "unadvertise_service", "service_response", "status", "set_level")
+"""Operations of clients that ask for nothing here."""
 
 Origins = Sequence[Origin | re.Pattern[str] | None]
 """Origins of pages that may connect; None stands for programs, which send no origin."""
@@ -62,18 +64,16 @@ def origins_of(host: str, others: Sequence[str] = ()) -> Origins:
 
 
 class Rosbridge:
-    """The server; a subclass says what messages mean.
+    """The server; a subclass gives messages their meaning.
 
-    `topics` and `inputs` are what is published and what is listened to, with the types, written as `pkg/Type`; of the
-    topics in `every` a subscriber is sent every message, not only the latest.
+    `topics` are published and `inputs` are listened to; their types are written as `pkg/Type`. Of the topics in `every`
+    a subscriber is sent every message, not only the latest.
     """
 
     def __init__(self, topics: Mapping[str, str], inputs: Mapping[str, str], every: frozenset[str]) -> None:
         self._topics, self._types, self._every = topics, {**inputs, **topics}, every
         self._clients: set[Client] = set()
         self._server: Server | None = None
-        self._cbor = require_extra("cbor2", "lab")
-        self._no_tags = dict.fromkeys(set(range(_KNOWN_TAGS)) - _LARGE_NUMBERS, _refuse_tag)
 
     def heard(self, client: Client, topic: str, message: Message) -> None:
         """Take what a client publishes, or raise ProtocolError with words that say what was expected."""
@@ -82,7 +82,7 @@ class Rosbridge:
         """Learn that a client has gone."""
 
     async def open(self, listening: socket.socket, origins: Origins | None = None) -> None:
-        """Begin to meet those that come to a socket: programs, and pages of origins, if not given of this machine."""
+        """Begin to serve at a socket: programs, and pages of `origins`, by default those of this machine."""
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)  # and so each that comes in
         self._server = await serve(
             self._meet,
@@ -122,12 +122,11 @@ class Rosbridge:
             client.put(frames[how], None if topic in self._every else topic)
 
     def _encode(self, topic: str, message: Message, how: str) -> str | bytes:
-        told = {"op": "publish", "topic": topic, "msg": message}
-        if how == "cbor-raw":
-            seconds, nanoseconds = divmod(time.time_ns(), 1_000_000_000)
-            raw = serialise(self._topics[topic], message)
-            told["msg"] = {"secs": seconds, "nsecs": nanoseconds, "bytes": raw}
-        return json.dumps(told) if how == "none" else cast("bytes", self._cbor.dumps(told))
+        if how == "none":
+            return _json({"op": "publish", "topic": topic, "msg": message})
+        seconds, nanoseconds = divmod(time.time_ns(), 1_000_000_000)
+        raw = {"secs": seconds, "nsecs": nanoseconds, "bytes": serialise(self._topics[topic], message)}
+        return cbor2.dumps({"op": "publish", "topic": topic, "msg": raw})
 
     # --- from clients ---------------------------------------------------------------------------
 
@@ -153,116 +152,88 @@ class Rosbridge:
             self.left(client)
 
     def _obey(self, client: Client, frame: str | bytes) -> None:
-        told: Message = {}
+        """Do what a message asks, or say why not in the log of its sender: many clients take no status messages."""
         try:
-            told = self._read(frame)
-            if told["op"] not in self._operations:
-                raise ProtocolError(f"op must be one of {', '.join(self._operations)}, got {_shown(told['op'])}")
-            self._operations[told["op"]](self, client, told)
+            self._do(client, _read(frame))
+            return
         except ProtocolError as error:
-            self._refuse(client, str(error))
+            reason = str(error)
         except Exception:  # whatever it is, it is refused to this client alone
             log.exception("a message was not obeyed")
-            self._refuse(client, "the server could not do that")
-
-    def _refuse(self, client: Client, reason: str) -> None:
-        """Say why a message was refused, in the log of its sender alone: many clients take no status messages."""
+            reason = "the server could not do that"
         self.publish(LOG, log_line(reason, time.time(), True), to=client)
 
-    def _read(self, frame: str | bytes) -> Message:
-        is_cbor = isinstance(frame, bytes) and not frame.startswith(b"{")
-        try:
-            told = self._of_cbor(frame) if is_cbor else json.loads(frame, parse_constant=_refuse_constant)
-        except Exception as error:  # whatever a decoder makes of it, it is refused to this client alone
-            raise ProtocolError(f"a message must be a JSON object, got {_shown(frame)}: {error}") from error
-        if not isinstance(told, dict) or not isinstance(told.get("op"), str):
-            raise ProtocolError(f"a message must be an object with an op, got {_shown(frame)}")
-        name = told.get("id", "")
-        fits = len(name) <= _MOST_TOPICS if isinstance(name, str) else isinstance(name, int) and name.bit_length() <= 64
-        if not fits:
-            raise ProtocolError(f"id must be a text of at most {_MOST_TOPICS} characters, got {_shown(name)}")
-        return told
+    def _do(self, client: Client, request: Message) -> None:
+        match request.get("op"):
+            case "publish":
+                message = request.get("msg", {})
+                if not isinstance(message, dict):
+                    raise ProtocolError(f"msg must be an object, got {reprlib.repr(message)}")
+                self.heard(client, _topic(request), message)
+            case "advertise":
+                self._check_type(request)
+            case "subscribe":
+                self._subscribe(client, request)
+            case "unsubscribe":
+                self._unsubscribe(client, request)
+            case "call_service":
+                self._call(client, request)
+            case op if op not in _IGNORED:
+                known = "publish, advertise, subscribe, unsubscribe or call_service"
+                raise ProtocolError(f"op must be {known}, got {reprlib.repr(op)}")
 
-    def _of_cbor(self, frame: str | bytes) -> Any:
-        """Return a CBOR message that JSON could express: without tags, and with texts as keys."""
-        rules = {"semantic_decoders": self._no_tags, "tag_hook": _refuse_tag, "strict_hashable_types": True}
-        return self._cbor.loads(frame, **rules)
-
-    def _advertise(self, client: Client, told: Message) -> None:
-        topic, kind = _topic(told), plain_name(_text(told, "type"))
-        self._check_type(topic, kind)
-        if topic not in client.advertised and len(client.advertised) >= _MOST_TOPICS:
-            raise ProtocolError(f"a client may advertise {_MOST_TOPICS} topics")
-        others = sum(len(one.advertised.keys() - self._types) for one in self._clients)
-        if topic not in self._types and others >= _MOST_OTHERS:
-            raise ProtocolError(f"clients may advertise {_MOST_OTHERS} topics that mean nothing here")
-        client.advertised[topic] = kind
-
-    def _unadvertise(self, client: Client, told: Message) -> None:
-        client.advertised.pop(_topic(told), None)
-
-    def _publish(self, client: Client, told: Message) -> None:
-        message = told.get("msg", {})
-        if not isinstance(message, dict):
-            raise ProtocolError(f"msg must be an object, got {_shown(message)}")
-        self.heard(client, _topic(told), message)
-
-    def _subscribe(self, client: Client, told: Message) -> None:
-        topic, compression = _topic(told), told.get("compression") or "none"
-        if compression not in _COMPRESSIONS:
-            raise ProtocolError(f"compression must be one of {', '.join(_COMPRESSIONS)}, got {_shown(compression)}")
-        throttle = told.get("throttle_rate") or 0
-        if not isinstance(throttle, int | float) or isinstance(throttle, bool) or not 0 <= throttle <= 1e9:
-            raise ProtocolError(f"throttle_rate must be milliseconds, 0 or more, got {_shown(throttle)}")
-        if told.get("type"):
-            self._check_type(topic, plain_name(_text(told, "type")))
-        if compression == "cbor-raw" and topic not in self._topics:
-            raise ProtocolError(f"compression cbor-raw is for the topics that are published here, got {topic}")
-        if topic not in client.subscriptions and len(client.subscriptions) >= _MOST_TOPICS:
-            raise ProtocolError(f"a client may subscribe to {_MOST_TOPICS} topics")
-        known = client.subscriptions.setdefault(topic, Subscription(compression, throttle / 1000.0))
-        if len(known.ids) >= _MOST_TOPICS:
-            raise ProtocolError(f"a client may subscribe to a topic {_MOST_TOPICS} times")
-        known.compression, known.throttle_s = compression, min(known.throttle_s, throttle / 1000.0)
-        known.ids.add(str(told.get("id", "")))
-
-    def _check_type(self, topic: str, kind: str) -> None:
+    def _check_type(self, request: Message) -> None:
+        topic, kind = _topic(request), plain_name(_text(request, "type"))
         if self._types.get(topic, kind) != kind:
-            raise ProtocolError(f"{topic} is of type {self._types[topic]}, got {_shown(kind)}")
+            raise ProtocolError(f"{topic} is of type {self._types[topic]}, got {reprlib.repr(kind)}")
 
-    def _unsubscribe(self, client: Client, told: Message) -> None:
-        topic = _topic(told)
+    def _subscribe(self, client: Client, request: Message) -> None:
+        topic, compression = _topic(request), request.get("compression") or "none"
+        if topic not in self._topics:
+            raise ProtocolError(f"nothing is published on {topic}; {nearest(topic, self._topics)}")
+        if compression not in _COMPRESSIONS:
+            expected = " or ".join(_COMPRESSIONS)
+            raise ProtocolError(f"compression must be {expected}, got {reprlib.repr(compression)}")
+        throttle = request.get("throttle_rate") or 0
+        if not isinstance(throttle, int | float) or not 0 <= throttle <= 1e9:
+            raise ProtocolError(f"throttle_rate must be milliseconds, 0 or more, got {reprlib.repr(throttle)}")
+        if request.get("type"):
+            self._check_type(request)
+        known = client.subscriptions.setdefault(topic, Subscription(compression, throttle / 1000.0))
+        if len(known.ids) >= _MOST_IDS:
+            raise ProtocolError(f"a client may subscribe to a topic {_MOST_IDS} times")
+        known.compression, known.throttle_s = compression, min(known.throttle_s, throttle / 1000.0)
+        known.ids.add(_id(request))
+
+    def _unsubscribe(self, client: Client, request: Message) -> None:
+        topic = _topic(request)
         if (known := client.subscriptions.get(topic)) is not None:
-            known.ids.discard(str(told.get("id", "")))
-            if "id" not in told or not known.ids:
+            known.ids.discard(_id(request))
+            if "id" not in request or not known.ids:
                 del client.subscriptions[topic]
 
-    def _call(self, client: Client, told: Message) -> None:
-        service, arguments = _full(_text(told, "service")), told.get("args") or {}
-        answer: Message = {"op": "service_response", "service": told["service"]}
-        answer |= {"id": told["id"]} if "id" in told else {}
+    def _call(self, client: Client, request: Message) -> None:
+        service, arguments = _full(_text(request, "service")), request.get("args") or {}
+        response: Message = {"op": "service_response", "service": request["service"], "result": True}
+        response |= {"id": request["id"]} if "id" in request else {}
         try:
-            if not isinstance(arguments, dict | list):
-                raise ProtocolError(f"args must be an object or a list, got {_shown(arguments)}")
-            named = arguments if isinstance(arguments, dict) else {"topic": arguments[0]} if arguments else {}
-            client.put(json.dumps(answer | {"values": self._answer(service, named), "result": True}))
+            response["values"] = self._values(service, arguments if isinstance(arguments, dict) else {})
         except ProtocolError as error:
-            client.put(json.dumps(answer | {"values": str(error), "result": False}))
+            response |= {"values": str(error), "result": False}
+        client.put(_json(response))
 
-    def _answer(self, service: str, arguments: Message) -> Message:
-        types = {**{topic: kind for one in self._clients for topic, kind in one.advertised.items()}, **self._types}
+    def _values(self, service: str, arguments: Message) -> Message:
         match service:
             case "/rosapi/topics_and_raw_types":
-                known = {topic: kind for topic, kind in types.items() if kind in DEFINITIONS}
                 return {
-                    "topics": list(known),
-                    "types": [full_name(kind) for kind in known.values()],
-                    "typedefs_full_text": [definition(kind) for kind in known.values()],
+                    "topics": list(self._types),
+                    "types": [full_name(kind) for kind in self._types.values()],
+                    "typedefs_full_text": [definition(kind) for kind in self._types.values()],
                 }
             case "/rosapi/topics":
-                return {"topics": list(types), "types": list(types.values())}
+                return {"topics": list(self._types), "types": list(self._types.values())}
             case "/rosapi/topic_type":
-                return {"type": types.get(_topic(arguments), "")}
+                return {"type": self._types.get(_topic(arguments), "")}
             case "/rosapi/nodes":
                 return {"nodes": ["/swarm_pz"]}
             case "/rosapi/get_time":
@@ -271,18 +242,16 @@ class Rosbridge:
                 return {"time": ros1 | ros2}
         raise ProtocolError(f"there is no service {service}; a seat is taken by publishing on /red_connection_service")
 
-    def _pass(self, client: Client, told: Message) -> None:
-        """Take what asks for nothing here: an answer, a status or its level, a service of the client's own."""
 
-    _operations: Mapping[str, Callable[[Rosbridge, Client, Message], None]] = {
-        "advertise": _advertise,
-        "unadvertise": _unadvertise,
-        "publish": _publish,
-        "subscribe": _subscribe,
-        "unsubscribe": _unsubscribe,
-        "call_service": _call,
-        **dict.fromkeys(("service_response", "advertise_service", "unadvertise_service", "status", "set_level"), _pass),
-    }
+def _json(message: Message) -> str:
+    return msgspec.json.encode(message).decode()
+
+
+def _read(frame: str | bytes) -> Message:
+    try:
+        return msgspec.json.decode(frame, type=dict[str, Any])
+    except (ValueError, RecursionError) as error:
+        raise ProtocolError(f"a message must be a JSON object, got {reprlib.repr(frame)}: {error}") from error
 
 
 def _full(name: str) -> str:
@@ -290,29 +259,16 @@ def _full(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def _topic(told: Message) -> str:
-    return _full(_text(told, "topic"))
+def _topic(request: Message) -> str:
+    return _full(_text(request, "topic"))
 
 
-def _text(told: Message, key: str) -> str:
-    value = told.get(key)
-    if not isinstance(value, str) or not 0 < len(value) <= _MOST_TOPICS:
-        raise ProtocolError(f"{key} must be a text of 1 to {_MOST_TOPICS} characters, got {_shown(value)}")
+def _id(request: Message) -> str:
+    return _text(request, "id") if "id" in request else ""
+
+
+def _text(request: Message, key: str) -> str:
+    value = request.get(key)
+    if not isinstance(value, str) or not 0 < len(value) <= _MOST_CHARACTERS:
+        raise ProtocolError(f"{key} must be a text of 1 to {_MOST_CHARACTERS} characters, got {reprlib.repr(value)}")
     return value
-
-
-def _refuse_constant(constant: str) -> float:
-    raise ValueError(f"{constant} is no number of JSON")
-
-
-def _refuse_tag(*_: object) -> object:
-    raise ValueError("tags mean nothing here")
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, int) and value.bit_length() > 64:
-        return "a large number"
-    if not isinstance(value, str | bytes | int | float | None):
-        return f"a {type(value).__name__}"
-    text = repr(value[:60] if isinstance(value, str | bytes) else value)
-    return text if len(text) <= 80 else f"{text[:77]}..."

@@ -11,13 +11,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import cbor2
 import numpy as np
 import pytest
 from websockets.asyncio.client import connect
 
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import CommandError, MissingExtraError, RecordingError
+from swarm_pz.errors import CommandError, RecordingError
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import InForceMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
@@ -157,22 +156,12 @@ def is_of(line, image):
 
 
 @met()
-async def test_the_tablets_sequence_plays_a_game_and_of_images_that_come_at_once_the_last_is_the_target(meeting, table):
+async def test_of_images_that_come_at_once_the_last_becomes_the_target(meeting, table):
     tablet = await meeting.join()
-    await tablet.subscribe("/swarm/red/poses", "/agent_team_status")
     await tablet.connect_player("red")
-    room = await meeting.room()
-    await tablet.hear("/swarm/red/poses", lambda message: message["header"]["stamp"]["nanosec"])
-    for number in range(2):
+    for number in range(5):
         await tablet.deploy("red", spot(number))
-        await recorded(table, room, InForceMessage, number + 1)
-    for number, line in enumerate(await recorded(table, room, SeatCommand, 2)):
-        assert is_of(line, spot(number))
-    told = [one["msg"]["data"] for one in tablet.heard if one.get("topic") == "/agent_team_status"]
-    assert told[:20] == [f"agent{drone} {'red' if drone < 10 else 'blue'}" for drone in range(20)]
-    for number in range(2, 6):
-        await tablet.deploy("red", spot(number))
-    while not is_of((await recorded(table, room, SeatCommand, 3))[-1], spot(5)):
+    while not is_of((await recorded(table, await meeting.room(), SeatCommand))[-1], spot(4)):
         await asyncio.sleep(0.05)
     assert not [line for line in meeting.lines if "refused" in line], "no command came too soon"
 
@@ -213,10 +202,8 @@ async def test_a_side_is_played_by_the_client_that_last_spoke_for_it(meeting, ta
     assert "by the policy uniform" in await stranger.refused("blue_connection_service")
     assert "nobody has taken blue" in await stranger.refused("/swarm/blue/density", **image)
     assert "got 'green'" in await stranger.refused("/tablet_comm", team="green", **image)
-    await stranger._there.send(
-        cbor2.dumps({"op": "publish", "topic": "/tablet_comm", "msg": {"team": 10**5000} | image})
-    )
-    assert "got a int" in await stranger.refused("/tablet_comm", team=1, **image), "no text can be made of 10**5000"
+    assert "got ['red']" in await stranger.refused("/tablet_comm", team=["red"], **image)
+    assert "2499 values" in await stranger.refused("/tablet_comm", team="red", data=[1.0] * 2499)
     tablet._there.transport.pause_reading()  # its loss is not noticed
     again = await meeting.join()
     await again.deploy("red", spot(1))  # it does not press its button again
@@ -314,45 +301,12 @@ def test_what_is_refused_stands_in_the_log_of_who_said_it_and_a_table_that_is_no
     meet(Nowhere, conversation, opponent=None)
 
 
-TABLET = {"name": "attract data", "team": "red", "map_width": 50, "map_height": 50}
-HOSTILE = [
-    ("/tablet_comm", TABLET | {"data": [0.1] * 2499}),
-    ("/tablet_comm", TABLET | {"data": [1e400] * 2500}),
-    ("/tablet_comm", TABLET | {"data": None}),
-    ("/tablet_comm", TABLET | {"team": ["red"], "data": [0.1] * 2500}),
-    ("/swarm/red/attractors", {"poses": [{"position": {"x": "here"}}]}),
-    ("/swarm/red/target", {"data": {"0": 1}}),
-]
-
-
-@met()
-async def test_hostile_messages_are_refused_and_reach_nobody(meeting, table):
-    tablet, watcher = await meeting.join(), await meeting.join()
-    await tablet.connect_player("red")
-    room = await meeting.room()
-    await watcher.subscribe("/clock")
-    await watcher.hear("/clock", lambda message: message["clock"]["nanosec"])
-    stranger = await meeting.join()
-    for topic, message in 20 * HOSTILE:
-        assert await stranger.refused(topic, **message)
-    await tablet.deploy("red", spot(1))
-    await recorded(table, room, InForceMessage)
-    assert [line.number for line in await recorded(table, room, SeatCommand)] == [1]
-    assert not [line for line in meeting.lines if "refused" in line], "nothing of it reached the table"
-
-
 # --- the process beside a table ---------------------------------------------------------------------------
 
 
-def test_a_port_that_is_taken_and_a_missing_extra_are_said(monkeypatch):
-    with (
-        socket.create_server(("127.0.0.1", 0)) as taken,
-        pytest.raises(CommandError, match="another rosbridge"),
-    ):
+def test_a_port_that_is_taken_is_said():
+    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(CommandError, match="another rosbridge"):
         process.listen("127.0.0.1", taken.getsockname()[1])
-    monkeypatch.setitem(sys.modules, "cbor2", None)
-    with pytest.raises(MissingExtraError, match=r"cbor2 is not installed.*lab\]"):
-        process.listen("127.0.0.1", 0)
 
 
 def test_the_tablets_library_comes_back_after_a_loss_and_the_documentations_program_plays_on(tmp_path):

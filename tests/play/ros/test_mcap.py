@@ -1,4 +1,4 @@
-"""A recorded game as MCAP, read by the format's own reader."""
+"""A recorded game as MCAP, read by the format's own reader and by the definitions in the file alone."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections import defaultdict
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from mcap_ros2.decoder import DecoderFactory
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import OutputError
@@ -24,16 +24,35 @@ def read(tmp_path_factory):
     """Give a recording, and its messages by topic: pairs of nanoseconds and message."""
     folder = tmp_path_factory.mktemp("mcap")
     record(folder / "a.jsonl", ticks=330, seed=4)
-    count, found, types = mcap.write(Recording.read(folder / "a.jsonl"), folder / "a.mcap"), defaultdict(list), {}
+    recording, found, stores = Recording.read(folder / "a.jsonl"), defaultdict(list), {}
+    count, told = mcap.write(recording, folder / "a.mcap"), mcap.told(recording)
     with (folder / "a.mcap").open("rb") as file:
-        reader = make_reader(file, decoder_factories=[DecoderFactory()])
-        for schema, channel, message, decoded in reader.iter_decoded_messages():
+        for place, (schema, channel, message) in enumerate(make_reader(file).iter_messages()):
+            kind, store = schema.name, stores.setdefault(schema.name, get_typestore(Stores.EMPTY))
+            if kind not in store.types:
+                store.register(get_types_from_msg(schema.data.decode(), kind))
+            decoded = store.deserialize_cdr(message.data, kind)
             found[channel.topic].append((message.log_time, decoded))
-            types[channel.topic] = schema.name
-    assert sum(map(len, found.values())) == count
-    told = {topic: kind.replace("/", "/msg/", 1) for topic, kind in messages.TOPICS.items()}
-    assert set(found) == set(told) - {"/rosout"} and types.items() <= told.items()
-    return Recording.read(folder / "a.jsonl"), found
+            if place < 100:
+                _, topic, original = next(told)
+                assert (channel.topic, kind) == (topic, messages.TOPICS[topic].replace("/", "/msg/"))
+                check_same(decoded, original)
+    assert sum(map(len, found.values())) == count and set(found) == set(messages.TOPICS) - {"/rosout"}
+    return recording, found
+
+
+def check_same(decoded, original):
+    """Check that a message that was read is the one that was made, numbers as a float32 holds them."""
+    if isinstance(original, dict):
+        for name, value in original.items():
+            check_same(getattr(decoded, name), value)
+    elif isinstance(original, list) and original and isinstance(original[0], dict):
+        for pair in zip(decoded, original, strict=True):
+            check_same(*pair)
+    elif isinstance(original, list | float):
+        np.testing.assert_allclose(decoded, original, rtol=1e-7)
+    else:
+        assert decoded == original
 
 
 def test_every_moment_is_told_as_the_recording_has_it(read):

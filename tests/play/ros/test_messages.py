@@ -1,60 +1,26 @@
-"""Messages as ROS programs understand them: rows, strides, colours, times; and as bytes, read by another's reader."""
+"""Messages as ROS programs understand them: rows, strides, colours, times; and when they are sent."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from mcap.records import Schema
-from mcap_ros2.decoder import DecoderFactory
 
-from swarm_pz.play.frames import Frame
+from swarm_pz.config import GameConfig
+from swarm_pz.play.frames import Frame, decode_frame
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.ros import messages
-from swarm_pz.play.ros.definitions import definition, full_name, serialise
+from swarm_pz.play.ros.bridge import Bridge
+from swarm_pz.play.server.views import frame_of
+from swarm_pz.simulator import Simulator
 
 
-def frame(teams):
-    """Return a moment of drones of these teams."""
+def moment(tick, teams=(0, 0, 1)):
+    """Return a frame of drones of these teams."""
     positions, velocities = np.random.default_rng(1).random((2, len(teams), 2))
     teams = np.array(teams, np.int8)
-    return Frame(sequence=0, tick=45, server_ms=0.0, positions=positions, velocities=velocities, teams=teams)
-
-
-FRAME = frame([0, 1, 1, 0, 1])
-FIELD = np.arange(2500, dtype=np.uint8).reshape(50, 50)
-MESSAGES = {
-    "rosgraph_msgs/Clock": messages.clock(31),
-    "tf2_msgs/TFMessage": messages.transforms(FRAME),
-    "visualization_msgs/MarkerArray": messages.markers(FRAME),
-    "std_msgs/String": {"data": "Käfer"},
-    "std_msgs/Int32MultiArray": messages.sizes(FRAME),
-    "geometry_msgs/PoseArray": messages.poses(FRAME, 1),
-    "nav_msgs/OccupancyGrid": messages.capture_field(FIELD, 31),
-    "std_msgs/Float32MultiArray": messages.ck_plot(FIELD),
-    "rcl_interfaces/Log": messages.log("red: plays", 12.5, is_fault=True),
-}
-
-
-def leaves(decoded, path=""):
-    """Yield what a message holds, with its place in it; numbers as a float32 holds them."""
-    if hasattr(decoded, "__slots__"):
-        decoded = {name: getattr(decoded, name) for name in decoded.__slots__}
-    if isinstance(decoded, dict):
-        for name, value in decoded.items():
-            yield from leaves(value, f"{path}.{name}")
-    elif isinstance(decoded, list | tuple | bytes):
-        yield path, len(decoded)
-        for place, value in enumerate(decoded):
-            yield from leaves(value, f"{path}[{place}]")
-    else:
-        yield path, float(np.float32(decoded)) if isinstance(decoded, float) else decoded
-
-
-@pytest.mark.parametrize("kind", MESSAGES)
-def test_a_message_is_read_as_it_was_written_with_the_definition_that_viewers_are_told(kind):
-    assert MESSAGES.keys() == set(messages.TOPICS.values())
-    schema = Schema(id=1, name=full_name(kind), encoding="ros2msg", data=definition(kind).encode())
-    read = DecoderFactory().decoder_for("cdr", schema)(serialise(kind, MESSAGES[kind]))
-    assert list(leaves(read)) == list(leaves(MESSAGES[kind]))
+    return Frame(sequence=0, tick=tick, server_ms=0.0, positions=positions, velocities=velocities, teams=teams)
 
 
 def test_a_map_is_of_one_metre_with_its_rows_from_the_bottom():
@@ -69,12 +35,68 @@ def test_a_map_is_of_one_metre_with_its_rows_from_the_bottom():
 def test_numbers_mean_what_ros_takes_them_for():
     field = np.array([[0, 191], [192, 255]], np.uint8)
     assert messages.capture_field(field, 0)["data"] == [0, 74, 76, 100], "above 75 exactly where it captures"
-    (dim,) = messages.sizes(FRAME)["layout"]["dim"]
-    assert dim == {"label": "team", "size": 2, "stride": 2} and messages.sizes(FRAME)["data"] == [2, 3]
+    sizes = messages.sizes(moment(45, [0, 1, 1, 0, 1]))
+    assert sizes["layout"]["dim"] == [{"label": "team", "size": 2, "stride": 2}] and sizes["data"] == [2, 3]
     told = messages.ck_plot(field)
     assert told["layout"]["dim"][0]["stride"] == 4
     assert [value >= 0.75 for value in told["data"]] == [False, False, True, True], "row after row"
-    red, blue = (marker["color"] for marker in messages.markers(frame([0, 1]))["markers"])
+    red, blue = (marker["color"] for marker in messages.markers(moment(45, [0, 1]))["markers"])
     assert red["r"] > red["b"] and blue["b"] > blue["r"] and red["a"] == blue["a"] == 1.0
     told, wrong = (messages.log("x", 12.5, is_fault) for is_fault in (False, True))
     assert told["stamp"] == {"sec": 12, "nanosec": 500_000_000} and (told["level"], wrong["level"]) == (20, 30)
+
+
+class Everybody(Bridge):
+    """A bridge of which everything is wanted."""
+
+    def __init__(self):
+        super().__init__("", None, TableConfig(), print)
+        self.told = []
+
+    def wanted(self, topic):
+        return True
+
+    def publish(self, topic, message, but=None):
+        self.told.append((topic, message))
+
+    def of(self, topic):
+        return [message for name, message in self.told if name == topic]
+
+
+def test_a_moment_is_shown_once_and_teams_as_they_change_and_in_a_new_game_anew():
+    everybody = Everybody()
+    for frame in (moment(0), moment(0), moment(3), moment(6, [0, 1, 1])):
+        everybody.publish_frame(frame)
+    assert len(everybody.of("/clock")) == 3
+    told = [message["data"] for message in everybody.of("/agent_team_status")]
+    assert told == ["agent0 red", "agent1 red", "agent2 blue", "agent1 blue"]
+    everybody.told.clear()
+    everybody.publish_frame(moment(0))
+    assert [message["data"] for message in everybody.of("/agent_team_status")] == told[:3]
+
+
+def test_altitudes_of_the_keyframe_hold_for_all_messages_of_its_game():
+    everybody, heights = Everybody(), np.array([0.5, 1.0, 1.5])
+    everybody.publish_frame(replace(moment(0), altitudes=heights))
+    everybody.publish_frame(moment(3))
+    for message in everybody.of("/tf"):
+        assert [one["transform"]["translation"]["z"] for one in message["transforms"]] == heights.tolist()
+    everybody.publish_frame(replace(moment(0, [0, 1]), altitudes=2 * heights[:2]))
+    *_, last = everybody.of("/tf")
+    assert [one["transform"]["translation"]["z"] for one in last["transforms"]] == [1.0, 2.0], "of the next game"
+
+
+@pytest.mark.parametrize("preset", ["paper", "released"])
+def test_a_ck_plot_is_the_capture_field_by_which_the_rules_decide(preset):
+    simulator, everybody = Simulator(GameConfig.preset(preset)), Everybody()
+    simulator.reset([3])
+    simulator.advance(150)
+    everybody.publish_frame(decode_frame(frame_of(simulator, 0, 0.0, fields=True)))
+    for team, name in enumerate(("red", "blue")):
+        (plot,) = everybody.of(f"/{name}_ck_plot")
+        values = np.array(plot["data"]).reshape(50, 50)
+        np.testing.assert_array_equal(values >= 0.75, simulator.captures_here[0, team])
+        field = simulator.capture_field[0, team]
+        wanted = field / field.max()
+        np.testing.assert_allclose(values, wanted, atol=1.01 / 255)
+        assert values.max() == 1.0
