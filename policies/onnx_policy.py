@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from gymnasium import spaces
@@ -61,16 +60,10 @@ class OnnxCard(Config):
     system: str = ""
     """The control system that it commands; if empty, any that takes such commands."""
     observation: ObservationConfig = field(default_factory=ObservationConfig)
-    observation_dtype: Literal["uint8", "float32"] = "uint8"
-    """Images from 0 to 255, or from 0 to 1."""
-    channels_last: bool = False
-    """Images (G, G, C) in place of (C, G, G)."""
     action: ActionKind = "normalised"
     """As of `Format`; outputs are clipped to its limits. A discrete output is a command's number, or a value for each
     command, of which the largest counts."""
     action_cells: Annotated[int, Range(2, GRID_CELLS)] | None = None
-    flatten_actions: bool = False
-    """Outputs are flat vectors."""
     state: Mapping[str, str] = field(default_factory=dict)
     """Memory: the output that is fed to an input at the next step; zeros at first."""
 
@@ -86,16 +79,8 @@ class OnnxCard(Config):
         check(is_map, "card.state", self.state, "inputs to outputs")
 
     def format(self, config: GameConfig, system: ControlSystem) -> Format:
-        """Return the format of a game's observations and of the answers, but for flat vectors and images' form."""
+        """Return the format of a game's observations and of the answers."""
         return Format(config, self.observation, system, action=self.action, action_cells=self.action_cells)
-
-    def in_form(self, observations: Observations) -> Observations:
-        """Return observations as the model takes them."""
-        if self.observation.kind != "grids":
-            return observations
-        images = np.ascontiguousarray(np.moveaxis(observations, -3, -1)) if self.channels_last else observations
-        is_float = self.observation_dtype == "float32"
-        return np.divide(images, np.float32(255.0), dtype=np.float32) if is_float else images
 
 
 def digest_of(card: OnnxCard, model: bytes) -> str:
@@ -202,8 +187,7 @@ class OnnxPolicy:
             expected = {name: TensorSpec(str(part.dtype), (rows, *(part.shape or ()))) for name, part in space.items()}
             fits = bool(seen) and all(expected.get(name) == spec for name, spec in seen.items())
         else:
-            shown = self.card.in_form(np.zeros((rows, *(space.shape or ())), space.dtype))
-            expected = {"observation": TensorSpec(str(shown.dtype), shown.shape)}
+            expected = {"observation": TensorSpec(str(space.dtype), (rows, *(space.shape or ())))}
             fits = list(seen.values()) == list(expected.values())
         if not fits:
             raise self._lie(f"in this game it is to be shown {_listed(expected)}, the model takes {_listed(seen)}")
@@ -216,8 +200,7 @@ class OnnxPolicy:
             fits = is_number or (spec.shape == (rows, space.n) and np.issubdtype(spec.dtype, np.floating))
             expected = f"whole numbers ({rows},), or values ({rows}, {space.n})"
         else:
-            inner = space.shape or ()
-            shape = (rows, math.prod(inner)) if self.card.flatten_actions else (rows, *inner)
+            shape = (rows, *(space.shape or ()))
             fits = spec.shape == shape and np.issubdtype(spec.dtype, np.floating)
             expected = f"fractions {shape}"
         if not fits:
@@ -254,15 +237,15 @@ class OnnxPolicy:
             answers = answers.argmax(axis=1) if answers.ndim == 2 else answers
         elif isinstance(form.action_space, spaces.Box):
             low, high = form.action_space.low, form.action_space.high
-            answers = answers.reshape(len(rows), *low.shape).astype(np.float64).clip(low, high)
+            answers = answers.astype(np.float64).clip(low, high)
         return form.read(answers, len(rows), f"the answers of policy {self.name}")
 
     def answers_to(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[Any]:
         """Return the model's outputs (n, ...) for n observations; raises as `act`."""
         self._told_format()
-        shown = self.card.in_form(observations)
         seen = [name for name in self.network.signature.inputs if name not in self.card.state]
-        given: Arrays = {name: shown[name] for name in seen} if isinstance(shown, dict) else {seen[0]: shown}
+        shown = observations if isinstance(observations, dict) else {seen[0]: observations}
+        given: Arrays = {name: shown[name] for name in seen}
         size, count = self.network.signature.rows, len(rows)
         starts = range(0, count, size)
         self._clock.start()

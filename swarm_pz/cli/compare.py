@@ -140,7 +140,7 @@ def tournament(
         games: Games of every two players, even, half from each side.
         seed: Seed of the tournament; all pairings play the same starts.
         budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
-        out: Folder of the tournament: games.jsonl, ladder.md, ladder.json and ladder.png.
+        out: Folder of the tournament: games.jsonl, ladder.json and ladder.png.
         game: The rules.
     """
     need("cli", "choix", "matplotlib")
@@ -173,16 +173,12 @@ def _write_ladder(field: Tournament) -> dict[str, Any]:
     print_rules(field.config.game)
     with progress("players", "rating players"):
         figures = ladder.make_ladder(field)
-    for name, text in (
-        ("ladder.json", json_module.dumps(figures, indent=2) + "\n"),
-        ("ladder.md", ladder.to_markdown(figures, "ladder.png")),
-    ):
-        with draft_of(field.folder / name) as draft:
-            draft.write_text(text, encoding="utf-8")
+    with draft_of(field.folder / "ladder.json") as draft:
+        draft.write_text(json_module.dumps(figures, indent=2) + "\n")
     with draft_of(field.folder / "ladder.png") as draft:
         ladder.plot(figures, draft)
     tables.print_ladder(figures)
-    print("ladder: " + ", ".join(str(field.folder / f"ladder.{kind}") for kind in ("md", "json", "png")))
+    print("ladder: " + ", ".join(str(field.folder / f"ladder.{kind}") for kind in ("json", "png")))
     return figures
 
 
@@ -202,7 +198,7 @@ def season(
     Called again, it plays only what is new: see docs/season.md.
 
     Args:
-        folder: Holds the folder `entries`; gets games.jsonl, index.html, ladder.md, ladder.json and ladder.png.
+        folder: Holds the folder `entries`; gets games.jsonl, index.html, ladder.json and ladder.png.
         games: Games of every two players, even, half from each side.
         seed: Seed of the season; all pairings play the same starts.
         budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.

@@ -163,7 +163,6 @@ def export(
     out: Path,
     /,
     trust: bool = False,
-    card: bool = False,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Write a learned policy, or a model that Stable-Baselines3 saved, as an ONNX file with its card.
@@ -172,7 +171,6 @@ def export(
         policy: Name of a learned policy, a folder that training wrote, or a file.zip of Stable-Baselines3.
         out: Folder to write, which is then a policy's name.
         trust: Open the file.zip. It is a pickle, and opening it runs whatever code it holds: say so of your own alone.
-        card: Write a README.md, too, with training, results, and the metadata that model hubs read.
         game: The game that it plays: its number of drones, what is seen, and the control system.
     """
     from swarm_pz.policies.onnx_policy import check_new
@@ -194,10 +192,6 @@ def export(
             exporting.export_model(exporting.load_model(Path(policy)), game, system, out, Path(policy).stem)
         else:
             exporting.export_learned(learned, game, system, out)
-        if card:
-            from swarm_pz.cli import model_card
-
-            model_card.write(out, out.name, {} if learned is None else learned.card)
     print(f"wrote {out}; try it: {program()} evaluate {out}")
 
 

@@ -1,4 +1,4 @@
-"""The ladder of a tournament as plain values, a Markdown page and a picture."""
+"""The ladder of a tournament as plain values and a picture."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.provenance import provenance
-from swarm_pz.evaluation.ratings import ANCHOR, intransitivity, nash_average, rate
+from swarm_pz.evaluation.ratings import intransitivity, nash_average, rate
 from swarm_pz.evaluation.tournament import Tournament
 
 _ANCHOR = "uniform"
@@ -73,54 +73,6 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
 def _count(games: float) -> int | float:
     """Return a number of games, with a half only where there is one."""
     return int(games) if games == int(games) else games
-
-
-def to_markdown(ladder: dict[str, Any], picture: str) -> str:
-    """Return the ladder as a Markdown page."""
-    count = len(ladder["players"])
-    anchor = f"`{ladder['anchor']}` is {ANCHOR:g}" if ladder["anchor"] else f"the mean is {ANCHOR:g}"
-    lines = [
-        "# The ladder",
-        "",
-        f"{count} players, each against every other in {ladder['games_per_pairing']} games: half from each side, all "
-        f"from the same starts, seed {ladder['seed']}.",
-        f"Ratings are Bradley-Terry strengths on Elo's scale: 400 points are odds of ten to one, and {anchor}.",
-        "A draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. If both games of a pair are",
-        "identical, they count as one. `planned` players read the simulator itself, which sides may not.",
-        "The mixture is the Nash equilibrium of the game in which both sides choose a player: nobody takes more than",
-        "50 % of the points from it. Ratings depend on who else plays; points against the mixture do not.",
-        f"Rules: `{ladder['rules_hash']}`, of swarm-pz {ladder['versions']['swarm-pz']}.",
-        "",
-        "```bash",
-        ladder["command"],
-        "```",
-        "",
-        f"![Ratings, and each player's share of the points against each other]({picture})",
-        "",
-        "| | player | kind | rating | 95 % | share of the mixture, % | points against the mixture, % | won | drawn "
-        "| lost | forfeits | median s | ms a command |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    for rank, entry in enumerate(ladder["players"], 1):
-        low, high = entry["rating_ci95"]
-        lines.append(
-            f"| {rank} | `{entry['player']}` | {entry['kind']} | {entry['rating']:.0f} | {low:.0f} to {high:.0f} "
-            f"| {100 * entry['mixture_share']:.1f} | {100 * entry['points_against_mixture']:.1f} "
-            f"| {entry['wins']} | {entry['draws']} | {entry['losses']} | {entry['forfeits']} "
-            f"| {figure(entry['median_seconds'], 0)} | {figure(entry['thinking_ms'], 1)} |"
-        )
-    field = ladder["intransitivity"]
-    cycle = field["strongest_cycle"]
-    lines += [
-        "",
-        "## What ratings cannot explain",
-        "",
-        f"{100 * field['cyclic_share']:.0f} % of the squared log-odds between players are cyclic: ratings cannot",
-        f"explain them. Chance alone would give {100 * field['cyclic_share_of_a_ladder']:.0f} % in as many games.",
-        f"{field['cycles']} of {field['decided_triples']} triples of players with three clear results are cycles"
-        + (f". The clearest: `{cycle[0]}` beats `{cycle[1]}` beats `{cycle[2]}` beats `{cycle[0]}`." if cycle else "."),
-    ]
-    return "\n".join(lines) + "\n"
 
 
 def figure(value: float | None, digits: int) -> str:

@@ -62,28 +62,19 @@ def test_it_serves_systems_that_take_densities_or_the_one_that_it_was_made_for(f
         load(folder.parent / "m", GAME)
 
 
-@pytest.mark.parametrize("other", [False, True])
-def test_every_form_of_images_and_densities_plays(tmp_path, other):
-    """Bytes, channels first, answers in rows and columns; and the other form of each."""
+def test_answers_are_clipped_logarithms_of_densities(tmp_path):
     model = parsed(
-        "float[n,5,5,2] x" if other else "uint8[n,2,5,5] x",
-        "float[n,9] y" if other else "float[n,3,3] y",
-        f"""int64[3] axes = {{1,2,3}}, int64[2] column = {{-1,1}}, float[1,9] w = {{9,0,0,0,0,0,0,0,0}},
-        int64[{2 if other else 3}] shape = {{{"-1,9" if other else "-1,3,3"}}}""",
+        "uint8[n,2,5,5] x",
+        "float[n,3,3] y",
+        """int64[3] axes = {1,2,3}, int64[2] column = {-1,1}, float[1,9] w = {9,0,0,0,0,0,0,0,0},
+        int64[3] shape = {-1,3,3}""",
         """f = Cast<to = 1>(x) m = ReduceMean<keepdims = 0>(f, axes) c = Reshape(m, column) flat = MatMul(c, w)
         y = Reshape(flat, shape)""",
     )
-    card = OnnxCard(
-        name="m",
-        observation=ObservationConfig(grid=5, channels=("own_positions", "time_left")),
-        observation_dtype="float32" if other else "uint8",
-        channels_last=other,
-        action_cells=3,
-        flatten_actions=other,
-    )
-    write(tmp_path / "m", model, card)
+    seen = ObservationConfig(grid=5, channels=("own_positions", "time_left"))
+    write(tmp_path / "m", model, OnnxCard(name="m", observation=seen, action_cells=3))
     answered = load(tmp_path / "m", GAME).act(np.full((2, 2, 5, 5), 255, np.uint8), np.arange(2))
-    assert answered[0, 0, 0] == answered.max() == 1.0  # 9 times a mean of 1 or 255 is clipped to 1
+    assert answered[0, 0, 0] == answered.max() == 1.0  # 9 times a mean of 255 is clipped to 1
     assert answered[0, 9, 9] == pytest.approx(np.exp(-4.0))
 
 
@@ -109,9 +100,9 @@ def test_discrete_answers_are_numbers_of_commands_or_what_each_is_worth(tmp_path
 def test_lists_of_drones_and_commands_of_other_systems_play(tmp_path):
     lists = parsed(
         "float[n,4,2] own_positions",
-        "float[n,4] flat",
-        "int64[1] axis = {1}, float[2,4] w = {1,0,0,0, 0,1,0,0}",
-        "middle = ReduceMean<keepdims = 0>(own_positions, axis) flat = MatMul(middle, w)",
+        "float[n,2,2] y",
+        "int64[1] axis = {1}, float[2,4] w = {1,0,0,0, 0,1,0,0}, int64[3] shape = {-1,2,2}",
+        "middle = ReduceMean<keepdims = 0>(own_positions, axis) flat = MatMul(middle, w) y = Reshape(flat, shape)",
     )
     rows = parsed(
         "float[n,4,5] x",
@@ -120,7 +111,7 @@ def test_lists_of_drones_and_commands_of_other_systems_play(tmp_path):
         "places = Slice(x, from, to, axis) y = Neg(places)",
     )
     seen, direct = ObservationConfig(kind="entities"), GAME.replace(controllers="direct")
-    card = OnnxCard(name="lists", observation=seen, action="command", action_cells=2, flatten_actions=True)
+    card = OnnxCard(name="lists", observation=seen, action="command", action_cells=2)
     write(tmp_path / "lists", lists, card, GAME)
     card = OnnxCard(name="rows", answers="accelerations", system="direct", observation=ObservationConfig(kind="drones"))
     write(tmp_path / "rows", rows, card, direct)
@@ -134,14 +125,15 @@ def test_lists_of_drones_and_commands_of_other_systems_play(tmp_path):
 def test_what_a_model_remembers_belongs_to_one_game(tmp_path):
     model = parsed(  # it answers 1 / 10 more at every step of a game
         "uint8[n,1,5,5] x, float[n,1] memory",
-        "float[n,4] y, float[n,1] remembered",
+        "float[n,2,2] y, float[n,1] remembered",
         """int64[3] axes = {1,2,3}, int64[2] column = {-1,1}, float[1] zero = {0}, float[1] tenth = {0.1},
-        float[1,4] w = {1,1,1,1}""",
+        float[1,4] w = {1,1,1,1}, int64[3] shape = {-1,2,2}""",
         """f = Cast<to = 1>(x) most = ReduceMax<keepdims = 0>(f, axes) c = Reshape(most, column) nothing = Mul(c, zero)
-        more = Add(memory, tenth) remembered = Add(more, nothing) y = MatMul(remembered, w)""",
+        more = Add(memory, tenth) remembered = Add(more, nothing) flat = MatMul(remembered, w)
+        y = Reshape(flat, shape)""",
     )
     state = {"memory": "remembered"}
-    card = OnnxCard(name="m", observation=SEEN, action="command", action_cells=2, flatten_actions=True, state=state)
+    card = OnnxCard(name="m", observation=SEEN, action="command", action_cells=2, state=state)
     write(tmp_path / "m", model, card)
     policy = load(tmp_path / "m", GAME)
 
@@ -254,8 +246,7 @@ def test_what_may_not_play_is_not_written(tmp_path, model, fields, error, messag
 def test_a_card_is_checked():
     for name, value in (
         ("name", ""), ("name", 5), ("name", "a\nb"), ("answers", ""), ("action", "jump"), ("action_cells", 1),
-        ("observation_dtype", "int8"), ("channels_last", "no"), ("flatten_actions", 1), ("observation", {}),
-        ("state", [1]), ("state", {"a": "c", "b": "c"}),
+        ("observation", {}), ("state", [1]), ("state", {"a": "c", "b": "c"}),
     ):  # fmt: skip
         with pytest.raises(ConfigError, match=f"card.{name} must be"):
             OnnxCard(**({"name": "m"} | {name: value}))
