@@ -21,17 +21,10 @@ def names() -> list[str]:
 def load(name: str | Path, config: GameConfig | None = None, system: ControlSystem | None = None) -> Player:
     """Return the policy of a name, or of a folder that holds one: `swarm_pz.policy.load`.
 
-    Raises a PolicyError if there is no such name, with the nearest one, or its commands cannot fly that system; a
-    CheckpointError if the folder's files are missing or corrupt, or do not fit the game.
-
-    Parameters
-    ----------
-    name : str or Path
-        One of `names()`, or a folder that holds ``policy.json`` and ``policy.safetensors`` or ``policy.onnx``.
-    config : GameConfig, optional
-        The game that it will play.
-    system : ControlSystem, optional
-        Flies its team: the first of `config.controllers` if not given.
+    `name` is one of `names()`, or a folder with ``policy.json`` and ``policy.safetensors`` or ``policy.onnx``. Without
+    `config` it plays the default game. Raises a PolicyError if there is no such name, with the nearest one, or its
+    commands cannot fly that system; a CheckpointError if the folder's files are missing or corrupt, or do not fit the
+    game.
     """
     return _load(name, config if config is not None else GameConfig(), system)
 

@@ -142,12 +142,7 @@ class Commander:
 class Script:
     """A script by name: called with a game, it makes a policy that plays it.
 
-    Parameters
-    ----------
-    play : callable
-        From a `GameState` to a command.
-    answers : str
-        The kind of its commands, as of `ControlSystem.takes`.
+    `play` maps a `GameState` to a command of the kind `answers`, as of `ControlSystem.takes`.
     """
 
     def __init__(self, play: Play, answers: str) -> None:

@@ -32,14 +32,7 @@ def head_of(shape: tuple[int, ...], drones: int) -> Head:
 class DronesActor(nn.Module):
     """The part that plays: observations (n, N, 5) to mean actions (n, *shape).
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Of an action.
-    head : {"vector", "drones", "image"}
-        How it is decided; see `head_of`.
-    width : int
-        Features of the hidden layers.
+    `head` says how an action is decided (see `head_of`); `width` is of the hidden layers.
     """
 
     def __init__(self, shape: tuple[int, ...], head: Head, width: int) -> None:

@@ -95,9 +95,7 @@ def _network(card: dict[str, Any]) -> tuple[ObservationConfig, Actor | DronesAct
 
 
 class LearnedPolicy:
-    """Plays the mean action of a trained actor.
-
-    Raises a CheckpointError if card or weights are corrupt.
+    """Plays the mean action of a trained actor; raises a CheckpointError if card or weights are corrupt.
 
     Parameters
     ----------
@@ -107,17 +105,8 @@ class LearnedPolicy:
         `answers`, shape and head, as of `DronesActor`. A policy with a `system` commands no other.
     weights : dict of array
         The actor's parameters by name.
-    config : GameConfig
-    name : str
     system : ControlSystem, optional
         Flies its team; needed unless it answers densities.
-
-    Attributes
-    ----------
-    answers : str
-        The kind of its commands.
-    noise : float
-        Standard deviation of noise on its actions; not 0 in a league, whose members explore.
     """
 
     def __init__(

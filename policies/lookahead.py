@@ -26,18 +26,9 @@ _ELITES = 0.1
 
 
 class Lookahead:
-    """Proposes commands and tries them, under one game's rules.
+    """Proposes commands and tries them, under one game's rules; numbers are those of `PlannerConfig`.
 
-    Parameters
-    ----------
-    config : GameConfig
-    horizon, drone_steps, promise
-        As of `PlannerConfig`.
-
-    Attributes
-    ----------
-    candidates, rounds : int
-        Candidates of a round, and affordable rounds.
+    A round has `candidates`, and a decision can afford `rounds`.
     """
 
     def __init__(self, config: GameConfig, horizon: float, drone_steps: int, promise: float) -> None:

@@ -19,21 +19,11 @@ LARGEST = 2560
 
 
 class GroupConv(nn.Module):
-    """A convolution whose outputs turn with its inputs.
+    """A convolution whose outputs turn with its inputs, of a kernel with `size` cells a side.
 
-    Channels are ordered by orientation, then by feature.
-
-    Parameters
-    ----------
-    inputs, outputs : int
-        Features; each output, and each input unless `lifts`, has eight channels.
-    size : int
-        Cells a side of the kernel.
-    padding : int, optional
-        Empty cells around the image, over which the kernel moves cell by cell. Without, it is set down block beside
-        block, and the image is a whole number of blocks a side.
-    lifts : bool
-        Inputs are plain images, one channel each.
+    Channels are ordered by orientation, then by feature: each output, and each input unless it `lifts` plain images,
+    has eight. The kernel moves cell by cell over the image and `padding` empty cells around it. Without padding it is
+    set down block beside block, and the image is a whole number of blocks a side.
     """
 
     def __init__(
@@ -72,20 +62,11 @@ class GroupConv(nn.Module):
 
 
 class GridTrunk(nn.Module):
-    """Convolutions over the board, shared by actor and critic.
+    """Convolutions over the board, shared by actor and critic, with `width` hidden channels, a multiple of eight.
 
-    The first one shrinks the observation to the action's cells, so that every cell of the action is
-    decided from the ground around it by the same weights, and from a summary of the whole board. A
-    plane with the distance from the centre tells where the walls are.
-
-    Parameters
-    ----------
-    observation_shape : (int, int, int)
-        Channels, rows and columns of the observation.
-    action_cells : int
-        Cells a side of the action.
-    width : int
-        Channels of the hidden layers, a multiple of eight.
+    The first one shrinks an observation (channels, rows, columns) to the action's cells, so that every cell of the
+    action is decided from the ground around it by the same weights, and from a summary of the whole board. A plane with
+    the distance from the centre tells where the walls are.
     """
 
     def __init__(self, observation_shape: tuple[int, ...], action_cells: int, width: int) -> None:
@@ -121,14 +102,7 @@ class GridTrunk(nn.Module):
 
 
 class Actor(nn.Module):
-    """The part of a network that plays: observations to mean actions.
-
-    Parameters
-    ----------
-    observation_shape : (int, int, int)
-    action_cells, width : int
-        As of `GridTrunk`.
-    """
+    """The part of a network that plays: observations to mean actions; arguments as of `GridTrunk`."""
 
     def __init__(self, observation_shape: tuple[int, ...], action_cells: int, width: int) -> None:
         super().__init__()

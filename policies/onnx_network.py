@@ -51,14 +51,9 @@ _known: dict[str, Signature] = {}
 
 
 class Network:
-    """A model that runs.
+    """A model that runs, from the bytes of its file.
 
     Raises a CheckpointError if it does not run as a policy's model must; the message follows the model's name.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
     """
 
     def __init__(self, data: bytes) -> None:

@@ -126,22 +126,9 @@ def _read(path: Path, most: int) -> bytes:
 
 
 class OnnxPolicy:
-    """Plays a model from an ONNX file.
+    """Plays a model from an ONNX file for a team that `system` flies, which may be left out if it answers densities.
 
     Raises a CheckpointError if inputs and outputs do not fit the card or the game.
-
-    Parameters
-    ----------
-    card : OnnxCard
-    network : Network
-    config : GameConfig
-    system : ControlSystem, optional
-        Flies its team; needed unless it answers densities.
-
-    Attributes
-    ----------
-    digest : str
-        Of card and model.
     """
 
     def __init__(
@@ -280,19 +267,11 @@ class OnnxPolicy:
 
 
 def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig | None = None) -> None:
-    """Try a model, and write it into a folder with its card.
+    """Try a model, the bytes of an ONNX file, and write it into a folder with its card.
 
-    Raises a CheckpointError if the model does not fit its card, a PolicyError if the game's control system does not
-    take its commands, an OutputError if the folder cannot be written to, or holds something.
-
-    Parameters
-    ----------
-    folder : Path or str
-    model : bytes
-        An ONNX file.
-    card : OnnxCard
-    config : GameConfig, optional
-        A game that it plays, with the control system that it commands.
+    `config` is a game that it plays, with the control system that it commands. Raises a CheckpointError if the model
+    does not fit its card, a PolicyError if the game's control system does not take its commands, an OutputError if the
+    folder cannot be written to, or holds something.
     """
     folder, config = Path(folder), GameConfig() if config is None else config
     check_new(folder)

@@ -68,20 +68,10 @@ class _Bench(NamedTuple):
 class Planner:
     """Plays the best density that it finds in the simulator, by the rules of the game.
 
-    Raises a KindError if no team's control system serves densities, or the model cannot command any opposing system.
-
-    Parameters
-    ----------
-    config : GameConfig
-    model : str, optional
-        The policy that its opponent is taken for, or "guess" for the known one that explains the opponent's latest
-        commands best. Without one, the opponent keeps its last command. Models begin anew at every decision.
-    settings : PlannerConfig, optional
-
-    Attributes
-    ----------
-    milliseconds : list of float
-        Of each decision.
+    `model` is the policy that its opponent is taken for, or "guess" for the known one that explains the opponent's
+    latest commands best. Without one, the opponent keeps its last command. Models begin anew at every decision;
+    `milliseconds` has the time of each. Raises a KindError if no team's control system serves densities, or the model
+    cannot command any opposing system.
     """
 
     def __init__(self, config: GameConfig, model: str | None = None, settings: PlannerConfig | None = None) -> None:

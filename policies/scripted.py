@@ -89,13 +89,7 @@ class View:
 
 
 class ScriptedPolicy:
-    """A policy that plays a tactic.
-
-    Parameters
-    ----------
-    tactic : Tactic
-    config : GameConfig
-    """
+    """A policy that plays a tactic."""
 
     def __init__(self, tactic: Tactic, config: GameConfig) -> None:
         self.name = tactic.__name__
@@ -143,12 +137,7 @@ class ScriptedPolicy:
 class Tactic:
     """A tactic by name: called with a game, it makes a policy that plays it.
 
-    Parameters
-    ----------
-    play : callable
-        From a `View` of n games to densities (n, A, A), not negative.
-    observation : ObservationConfig
-        What it sees.
+    `play` maps a `View` of n games, with the channels of `observation`, to densities (n, A, A), not negative.
     """
 
     def __init__(self, play: Callable[[View], Array], observation: ObservationConfig) -> None:
@@ -177,18 +166,10 @@ def tactic(*, sees: tuple[str, ...] = CHANNELS, grid: int = 10) -> Callable[[Cal
 def tactic(
     play: Callable[[View], Array] | None = None, /, *, sees: tuple[str, ...] = CHANNELS, grid: int = 10
 ) -> Tactic | Callable[[Callable[[View], Array]], Tactic]:
-    """Turn a function from a `View` to densities into a tactic that makes policies.
+    """Turn a function from a `View` to densities into a tactic that makes policies, with or without parentheses.
 
-    Raises a PolicyError if something else than a function is decorated.
-
-    Parameters
-    ----------
-    play : callable, optional
-        The function, where the decorator is used without parentheses.
-    sees : tuple of str
-        Channels that the view offers; to name only those looked at saves time.
-    grid : int
-        Cells a side of these images.
+    `sees` are the channels that the view offers, on a grid of `grid` cells a side: to name only those looked at saves
+    time. Raises a PolicyError if something else than a function is decorated.
     """
 
     def decorate(play: Callable[[View], Array]) -> Tactic:

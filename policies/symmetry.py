@@ -28,15 +28,8 @@ def _relative() -> NDArray[np.int64]:
 def kernel_places(shape: tuple[int, ...]) -> NDArray[np.int64]:
     """Return where each entry of a full kernel stands in the weights that it is made of, flattened.
 
-    Parameters
-    ----------
-    shape : (outputs, inputs, sources, size, size)
-        Of the weights; sources are 8, or 1 where inputs are plain images.
-
-    Returns
-    -------
-    int64 array (8 * outputs, sources * inputs, size, size)
-        Channels are ordered by orientation, then by feature.
+    Weights have the shape (outputs, inputs, sources, size, size), with 8 sources, or 1 where inputs are plain images.
+    The kernel's is (8 * outputs, sources * inputs, size, size); channels are ordered by orientation, then by feature.
     """
     outputs, inputs, sources, size, _ = shape
     places = np.arange(np.prod(shape)).reshape(shape)

@@ -55,14 +55,8 @@ class KindError(PolicyError):
 class FlightError(SwarmError, RuntimeError):
     """A control system raised, returned invalid accelerations, or took too long.
 
-    Attributes
-    ----------
-    team : int
-        0 red, 1 blue.
-    system : str
-        Its name.
-    rows : tuple of int
-        The games in which it did; those that were solved for together with them, too, if it raised.
+    `team` is 0 for red and 1 for blue. `rows` are the games in which it did, or, if it raised, all that were solved for
+    together.
     """
 
     def __init__(self, team: int, system: str, rows: tuple[int, ...], reason: str) -> None:

@@ -118,13 +118,7 @@ class ControlSystem(Config):
         return {}
 
     def solve(self, flight: Flight, config: GameConfig) -> NDArray[Any]:
-        """Choose accelerations.
-
-        Parameters
-        ----------
-        flight : Flight
-            The games; not to be written to.
-        config : GameConfig
+        """Choose accelerations for the games of a flight, which is not to be written to.
 
         Returns
         -------

@@ -146,22 +146,11 @@ def play_match(
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> MatchResult:
-    """Play a match, half of the games from each side.
+    """Play a match of `games`, an even number, half of them from each side; by the rules of `config`, as of `Rollout`.
 
-    A side whose control system or program fails or takes too long forfeits the game. Raises a ConfigError if `games` is
-    odd or below 2, and a PolicyError if a policy is unknown or answers nonsense.
-
-    Parameters
-    ----------
-    policy, opponent : str or Policy
-    games : int
-        Even.
-    seed : int
-    config : GameConfig, optional
-        The rules, as of `Rollout`.
-    threads : int
-    progress : callable, optional
-        Called with games finished and games in all after every step.
+    `progress` is called with games finished and games in all after every step. A side whose control system or program
+    fails or takes too long forfeits the game. Raises a ConfigError if `games` is odd or below 2, and a PolicyError if a
+    policy is unknown or answers nonsense.
     """
     games = check_count(games, "games", 2, 10**9)
     check(games % 2 == 0, "games", games, "an even number, half for each side")
@@ -190,12 +179,8 @@ def play_match(
 def paired_difference(first: MatchResult, second: MatchResult) -> tuple[float, float, float]:
     """Compare the mean final fraction of two policies that played the same opponent on the same seeds.
 
+    Returns the mean of first - second, and the low and high ends of its 95 % interval from a bootstrap over seeds.
     Raises a CommandError if the matches do not share opponent, seed, number of games and rules.
-
-    Returns
-    -------
-    difference, low, high : float
-        Mean of first - second, and its 95 % interval from a bootstrap over seeds.
     """
     keys = [(match.opponent, match.seed, len(match.games), match.config.rules_hash) for match in (first, second)]
     if keys[0] != keys[1]:

@@ -168,25 +168,16 @@ def intransitivity(results: Results) -> Intransitivity:
 
 
 def nash_average(shares: Array) -> tuple[Array, Array]:
-    """Return the equilibrium mixture of a field, and every player's skill against it.
+    """Return the equilibrium mixture (n,) of a field, and every player's skill (n,) against it.
 
     Of several equilibria of the game in which both sides choose a player, linear programs choose one: they minimise the
     largest skill, then the next largest, and so on, and then likewise the shares. Both results are unique, and clones
     of a player change no skill (Marris et al., "Deviation ratings", arXiv 2502.11645, 2025), which maximum entropy does
-    not grant (Balduzzi et al., "Re-evaluating evaluation", NeurIPS 2018). Raises a ResultsError if rounding keeps the
-    linear programs from being solved.
+    not grant (Balduzzi et al., "Re-evaluating evaluation", NeurIPS 2018).
 
-    Parameters
-    ----------
-    shares : ndarray (n, n)
-        Each player's (row) share of the points against each other (column). The diagonal does not count.
-
-    Returns
-    -------
-    mixture : ndarray (n,)
-        Share of each player; the sum is 1.
-    skills : ndarray (n,)
-        Each player's share of the points against the mixture less one half, at most 0 within 1e-6.
+    `shares` (n, n) are each player's (row) of the points against each other (column); the diagonal does not count. A
+    skill is a share of the points against the mixture less one half, at most 0 within 1e-6. Raises a ResultsError if
+    rounding keeps the linear programs from being solved.
     """
     linprog = require_extra("scipy.optimize", "cli").linprog
     n = len(shares)

@@ -1,7 +1,7 @@
 """A Ray cluster as a pool of workers.
 
-Ray repeats a task if its worker or machine dies. Folders of players travel once. A machine with other versions is left
-out and named.
+Ray repeats a task if its worker or machine dies. Folders of players travel once. A machine with other versions ends the
+work.
 """
 
 from __future__ import annotations
@@ -32,41 +32,35 @@ P = ParamSpec("P")
 Result = TypeVar("Result")
 
 
-def _print(line: str) -> None:
-    print(line, flush=True)  # noqa: T201
-
-
 class RayPool(ThreadPoolExecutor):
     """The machines of the Ray cluster of this one; each task has a thread here that waits for it.
 
-    `address` is "auto", or HOST:PORT of the cluster's head; `say` takes lines about machines, from any thread. A
-    WorkerError is raised if there is no such cluster, or it runs another version of Ray or Python.
+    `address` is "auto", or HOST:PORT of the cluster's head. Raises a WorkerError if there is no such cluster, or it
+    runs another version of Ray or Python.
     """
 
     elsewhere = True
     """Workers may lack this machine's files."""
 
-    def __init__(self, address: str, say: Callable[[str], None] = _print) -> None:
+    def __init__(self, address: str) -> None:
         super().__init__(_MOST_TASKS, thread_name_prefix="ray-pool")
         with _handlers_kept():
             self._ray: Any = require_extra("ray", "cluster")
             self._is_ours = not self._ray.is_initialized()
             if self._is_ours:
                 _connect(self._ray, address)
-        self._say, self._expected = say, required_versions()
+        self._expected = required_versions()
         self._run = self._ray.remote(_make_runner()).options(num_cpus=1, max_retries=_RETRIES)
         self._bundles: dict[PolicyBundle, Any] = {}
         self._running: set[Any] = set()
-        self._refused: dict[str, str] = {}
-        self._lock = threading.Lock()
         self._is_over = False
         machines = self._machines()
-        say(f"Ray: {len(machines)} machine(s), {int(sum(machines.values()))} processor(s)")
+        print(f"Ray: {len(machines)} machine(s), {int(sum(machines))} processor(s)", flush=True)  # noqa: T201
 
     @property
     def slots(self) -> int:
         """Tasks that may wait: one more than processors, so that a cluster grows."""
-        return int(sum(self._machines().values())) + 1
+        return int(sum(self._machines())) + 1
 
     def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
         """Give a task to the cluster."""
@@ -93,82 +87,68 @@ class RayPool(ThreadPoolExecutor):
             self._bundles[bundle] = self._ray.put((bundle.name, bundle.files))
         return self._bundles[bundle]
 
-    def _machines(self) -> dict[str, float]:
-        """Return the processors of each machine that may work, by its id."""
+    def _machines(self) -> list[float]:
+        """Return the processors of each machine that has some."""
         try:
-            nodes = [node for node in self._ray.nodes() if node["Alive"] and node["NodeID"] not in self._refused]
+            nodes = [node for node in self._ray.nodes() if node["Alive"]]
         except Exception as error:
             raise WorkerError(
                 f"the Ray cluster cannot be reached any more ({error!r}); run it again to go on"
             ) from error
-        return {node["NodeID"]: node["Resources"]["CPU"] for node in nodes if node["Resources"].get("CPU", 0.0)}
+        return [node["Resources"]["CPU"] for node in nodes if node["Resources"].get("CPU", 0.0)]
 
     def _do(self, work: bytes, places: list[int], bundles: list[Any]) -> Any:
-        """Return the result of a task, from a machine with the same versions."""
-        while True:
-            run = self._run
-            if self._refused:
-                run = run.options(label_selector={"ray.io/node-id": f"!in({','.join(self._refused)})"})
-            ref = run.remote(self._expected, work, places, *bundles)
-            self._running.add(ref)
-            try:
-                # Ray may miss a call to cancel a task whose worker is just starting, so `end` is repeated here.
-                while not self._ray.wait([ref], timeout=_LOOK_S)[0]:
-                    if self._is_over:
-                        self._ray.cancel(ref, force=True)
-                node, host, found, result = self._ray.get(ref)
-            except self._ray.exceptions.RayTaskError as error:
-                raise (error.cause if isinstance(error.cause, Exception) else error) from None
-            except self._ray.exceptions.RayError as error:
-                raise LostTaskError(f"its workers died: {error}") from error
-            finally:
-                self._running.discard(ref)
-            if found is None:
-                return result
-            self._refuse(node, host, found)
-
-    def _refuse(self, node: str, host: str, found: dict[str, str]) -> None:
-        """Leave a machine out from now on; raise a WorkerError if none is left."""
-        with self._lock:
-            if node not in self._refused:
-                differing = [
-                    f"{name} {found.get(name, 'not at all')}, here {version}"
-                    for name, version in self._expected.items()
-                    if found.get(name) != version
-                ]
-                self._refused[node] = (
-                    f"{host} is left out, since it has {', '.join(differing)}: install the same versions there, and "
-                    "start its Ray again"
-                )
-                self._say(self._refused[node])
-        if not self._machines():
-            raise WorkerError("; ".join(self._refused.values()))
+        """Return the result of a task; raise a WorkerError if its machine has other versions."""
+        ref = self._run.remote(self._expected, work, places, *bundles)
+        self._running.add(ref)
+        try:
+            # Ray may miss a call to cancel a task whose worker is just starting, so `end` is repeated here.
+            while not self._ray.wait([ref], timeout=_LOOK_S)[0]:
+                if self._is_over:
+                    self._ray.cancel(ref, force=True)
+            host, found, result = self._ray.get(ref)
+        except self._ray.exceptions.RayTaskError as error:
+            raise (error.cause if isinstance(error.cause, Exception) else error) from None
+        except self._ray.exceptions.RayError as error:
+            raise LostTaskError(f"its workers died: {error}") from error
+        finally:
+            self._running.discard(ref)
+        if found is None:
+            return result
+        differing = [
+            f"{name} {found.get(name, 'not at all')}, here {version}"
+            for name, version in self._expected.items()
+            if found.get(name) != version
+        ]
+        raise WorkerError(
+            f"{host} has {', '.join(differing)}: install the same versions there, and start its Ray again; what is "
+            "finished is kept"
+        )
 
 
-def _make_runner() -> Callable[..., tuple[str, str, dict[str, str] | None, Any]]:
+def _make_runner() -> Callable[..., tuple[str, dict[str, str] | None, Any]]:
     def run(
         expected: dict[str, str], work: bytes, places: list[int], *bundles: Any
-    ) -> tuple[str, str, dict[str, str] | None, Any]:
-        """Return node, host, the versions where they differ, and the result of a task; travels as code."""
-        import importlib
+    ) -> tuple[str, dict[str, str] | None, Any]:
+        """Return the host, its versions where they differ, and the result of a task; travels as code."""
         import os
         import pickle
         import platform
 
-        node, host = importlib.import_module("ray").get_runtime_context().get_node_id(), platform.node()
+        host = platform.node()
         try:
             from swarm_pz.evaluation.bundles import PolicyBundle
             from swarm_pz.evaluation.provenance import required_versions
         except ImportError:  # it is not there, or another one
-            return node, host, {}, None
+            return host, {}, None
         found = required_versions()
         if any(found.get(name) != version for name, version in expected.items()):
-            return node, host, found, None
+            return host, found, None
         os.environ["OMP_NUM_THREADS"] = "1"  # as in `prepare_process`
         function, arguments, keywords = pickle.loads(work)  # noqa: S301 - from the driver, as all that Ray runs
         for place, bundle in zip(places, bundles, strict=True):
             arguments[place] = PolicyBundle(*bundle)
-        return node, host, None, function(*arguments, **keywords)
+        return host, None, function(*arguments, **keywords)
 
     return run
 

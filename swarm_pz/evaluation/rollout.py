@@ -110,7 +110,6 @@ class Rollout:
 
     Parameters
     ----------
-    policy, opponent : str or Policy
     numbers : sequence of int
         The games, as of `game_number`. A game does not depend on the games beside it.
     seed : int
@@ -118,7 +117,6 @@ class Rollout:
     config : GameConfig, optional
         The rules. Handicaps belong to red and blue. The first of two controllers flies for the policy, the second for
         its opponent, on either side.
-    threads : int
     clock : callable, optional
         From a number of games and whether they begin, to a context for a policy's reset or commands, which raises if
         they take too long.
@@ -127,7 +125,6 @@ class Rollout:
     ----------
     batch : BatchEnv
         The games, in the order of `numbers`.
-    simulator : Simulator
     rows : int64 array (n,)
         Games that ran before the latest step; all at the start.
     """

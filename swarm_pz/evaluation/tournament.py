@@ -70,18 +70,9 @@ def play_block(
 ) -> list[PlayedGame]:
     """Play some games of two players; a policy that fails forfeits the game in which it did.
 
-    Raises a WorkerError if a player cannot be made here, or has another digest: nobody has lost by that.
-
-    Parameters
-    ----------
-    loader : callable
-    one, other : str
-    numbers : sequence of int
-    config : TournamentConfig
-    digests : dict of str to str
-        Expected digests of players; others are not checked.
-    *bundles : PolicyBundle or None
-        On another machine, the files of `one` and of `other`, where they come from a folder.
+    Players without an entry in `digests` are not checked. On another machine, `bundles` have the files of `one` and of
+    `other` where they come from a folder. Raises a WorkerError if a player cannot be made here, or has another digest:
+    nobody has lost by that.
     """
     carried = {name: bundle for name, bundle in zip((one, other), bundles, strict=False) if bundle is not None}
     make = VerifyingLoader(loader, digests, carried)
@@ -117,27 +108,12 @@ def _line(one: str, other: str, number: int, game: Game) -> PlayedGame:
 
 
 class Tournament:
-    """A tournament in a folder, new or continued; one process plays in a folder at a time.
+    """A tournament of two or more players in a folder, new or continued; one process plays in a folder at a time.
 
-    Raises a PolicyError if a player is unknown or cannot be made, and a ResultsError if the folder holds another
-    tournament, or its files are corrupt.
-
-    Parameters
-    ----------
-    players : sequence of str
-        At least two.
-    config : TournamentConfig
-    folder : Path
-        Holds ``tournament.json``, the settings, and ``games.jsonl``, the finished games.
-    loader : callable
-        From a name and a game to a policy; picklable. It may have a method `folder_of` from a name to its folder.
-    command : str
-        The command line, for the tournament's files.
-
-    Attributes
-    ----------
-    sorts : dict of str to str
-        The `sort_of` each player.
+    The folder holds ``tournament.json``, the settings with the `command` line, and ``games.jsonl``, the finished games.
+    `loader` makes a policy for a name and a game; it can be pickled, and may have a method `folder_of` from a name to
+    its folder. `sorts` has the `sort_of` each player. Raises a PolicyError if a player is unknown or cannot be made,
+    and a ResultsError if the folder holds another tournament, or its files are corrupt.
     """
 
     def __init__(

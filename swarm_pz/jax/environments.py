@@ -153,10 +153,8 @@ class OneSide:
     ) -> tuple[Any, State, Array, Array, Array, dict[str, Array]]:
         """Hold the learner's density (10, 10) for a command period.
 
-        Returns
-        -------
-        observation, state, reward, terminated, truncated, info
-            After an end the first two are of the next game, and `info["final_observation"]` of the one that ended.
+        Returns observation, state, reward, terminated, truncated and info. After an end the first two are of the next
+        game, and `info["final_observation"]` of the one that ended.
         """
         env = TwoSides(params or self.default_params, opponent=self.opponent, final_observation=True)
         seen, state, rewards, dones, infos = env.step(key, state, {_RED: action})

@@ -54,18 +54,12 @@ class Params:
 
 
 def make_params(config: GameConfig | None = None, *, drones: int | None = None) -> Params:
-    """Return the parameters of a game.
+    """Return the parameters of a game, the default one if no `config` is given.
 
-    Raises a ConfigError that names the rule if one is not the default one, or is not there in JAX.
-
-    Parameters
-    ----------
-    config : GameConfig, optional
-        The default one if not given. Its teams' sizes, times, threshold and observation may be any that fit; games
-        that differ in the first three can be stacked and mapped over, and share what was compiled.
-    drones : int, optional
-        Places for drones, at least the drones of both teams, which is the default. Games of all sizes up to it share
-        what was compiled.
+    Its teams' sizes, times, threshold and observation may be any that fit; games that differ in the first three can be
+    stacked and mapped over, and share what was compiled. So do games of all sizes with as many places for `drones`, at
+    least the drones of both teams, which is the default. Raises a ConfigError that names the rule if one is not the
+    default one, or is not there in JAX.
     """
     rules, default = GameConfig() if config is None else config, GameConfig()
     for field in dataclasses.fields(GameConfig):

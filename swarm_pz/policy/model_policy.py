@@ -39,9 +39,6 @@ class ModelPolicy:
 
     Parameters
     ----------
-    model : Model
-    config : GameConfig
-        The game that it will play.
     observation : ObservationConfig, optional
         What it was trained to see. If not given, it follows from the space: all nine channels, or those of
         the game's own observation if they are as many.

@@ -160,16 +160,9 @@ def load(policy: str | Path | Player | Model, config: GameConfig, system: Contro
 
     A name may carry an argument after a colon, which its factory takes besides the game: ``planner:ring`` is a planner
     that models its opponent as `ring`. A folder is one that training wrote. A model with `predict` and spaces, as those
-    of Stable-Baselines3, becomes a `ModelPolicy`. Raises a PolicyError if there is no such name or folder, its policy
-    cannot be made, or its commands cannot fly that system, and a CheckpointError if a folder's files are missing,
-    corrupt, or do not fit the game.
-
-    Parameters
-    ----------
-    policy : str, Path, Player or Model
-    config : GameConfig
-    system : ControlSystem, optional
-        What flies its team: the first of `config.controllers` if not given.
+    of Stable-Baselines3, becomes a `ModelPolicy`. `system` flies its team: the first of `config.controllers` if not
+    given. Raises a PolicyError if there is no such name or folder, its policy cannot be made, or its commands cannot
+    fly that system, and a CheckpointError if a folder's files are missing, corrupt, or do not fit the game.
     """
     system = config.team_systems[0] if system is None else system
     if isinstance(policy, (str, Path)):

@@ -58,13 +58,7 @@ _FAILED: dict[str, str] = {}
 
 
 class GameClock:
-    """The time that a player has left in each game, like a chess clock.
-
-    Parameters
-    ----------
-    now : callable, optional
-        Returns seconds.
-    """
+    """The time that a player has left in each game, like a chess clock; `now` returns seconds."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now, self._began, self._left = now, 0.0, dict[int, float]()
@@ -89,26 +83,11 @@ class GameClock:
 class Program:
     """Plays the densities that a program answers.
 
-    Raises a PolicyError if there is no such program, or its folder is too large.
-
-    Parameters
-    ----------
-    config : GameConfig
-        The game that it will play.
-    line : str
-        The program and its arguments, as for a shell, but none runs it. Words `NAME=VALUE` before the program are its
-        environment.
-    folder : Path, optional
-        Where it runs, which then belongs to the program; the working folder if not given.
-    clock : callable, optional
-        Returns seconds; a game's time is measured by it.
-
-    Attributes
-    ----------
-    observation : ObservationConfig
-        What it asked to see.
-    digest : str
-        Of its words, of the files among them, and of the folder that these are in.
+    `line` is the program and its arguments, as for a shell, but none runs it; words `NAME=VALUE` before the program are
+    its environment. It runs in `folder`, which then belongs to the program, or in the working folder. `clock` returns
+    seconds, by which a game's time is measured. `observation` is what it asked to see; `digest` is of its words, of the
+    files among them, and of the folder that these are in. Raises a PolicyError if there is no such program, or its
+    folder is too large.
     """
 
     answers = "density"

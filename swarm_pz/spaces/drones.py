@@ -49,26 +49,18 @@ DroneAction = Literal["acceleration", "discrete"]
 
 
 class DroneView:
-    """The observations of drones, each from its own place.
+    """The observations of drones, each from its own place; `space` is of one, `parts` has place and shape of each part.
 
     Raises a ConfigError if a number is out of range.
 
     Parameters
     ----------
-    config : GameConfig
     neighbours : int
         Others of each side that a drone sees: k above.
     grid : int
         Coarse cells a side of the square; divides 50.
     patch : int
         Coarse cells a side of what a drone sees of the ground, p above; odd, the drone's own in the middle.
-
-    Attributes
-    ----------
-    space : Box
-        Of one drone's observation.
-    parts : dict of (slice, tuple of int)
-        Place and shape of each part.
     """
 
     def __init__(self, config: GameConfig, *, neighbours: int = 5, grid: int = 10, patch: int = 5) -> None:

@@ -28,23 +28,9 @@ from swarm_pz.spaces.observation import observation_space
 class Format:
     """One player's spaces, and how its actions become commands.
 
+    `system` flies the player's team: the first of `config.controllers` if not given. `action_cells` are the cells a
+    side of a density, as many as the command has if not given. `command_names` has the names of discrete actions.
     Raises a ConfigError if an option is unknown or does not fit the others.
-
-    Parameters
-    ----------
-    config : GameConfig
-    observation : ObservationConfig
-    system : ControlSystem, optional
-        The system that flies the player's team; the first of `config.controllers` if not given.
-    action : {"normalised", "command", "modes", "discrete"}
-    action_cells : int, optional
-        Cells a side of a density; as many as the command has if not given.
-
-    Attributes
-    ----------
-    observation_space, action_space : gymnasium.spaces.Space
-    command_names : tuple of str
-        Names of discrete actions; empty for actions of other kinds.
     """
 
     def __init__(

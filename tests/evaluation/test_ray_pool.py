@@ -1,4 +1,4 @@
-"""A Ray cluster plays the same games; a worker that dies, or a machine with other versions, costs none."""
+"""A Ray cluster plays the same games; a worker that dies costs none."""
 
 import os
 import pickle
@@ -33,28 +33,22 @@ class Pretended:
 
     exceptions, cloudpickle = ray.exceptions, ray.cloudpickle
 
-    def __init__(self, fates, machines):
-        self.fates, self.machines = list(fates), machines
-        self.put_here, self.options_given = [], []
+    def __init__(self, fates):
+        self.fates = list(fates)
 
     def is_initialized(self):
         return True
 
     def nodes(self):
-        return [{"NodeID": name, "Alive": True, "Resources": {"CPU": 2.0}} for name in self.machines]
+        return [{"Alive": True, "Resources": {"CPU": 2.0}}]
 
     def remote(self, _):
-        def options(**given):
-            def begin(*arguments):
-                self.options_given.append(given)
-                return Ref(arguments=arguments, fate=self.fates.pop(0) if self.fates else "here")
+        def begin(*arguments):
+            return Ref(arguments=arguments, fate=self.fates.pop(0) if self.fates else "here")
 
-            return SimpleNamespace(options=lambda **more: options(**given | more), remote=begin)
-
-        return SimpleNamespace(options=options)
+        return SimpleNamespace(options=lambda **_: SimpleNamespace(remote=begin))
 
     def put(self, value):
-        self.put_here.append(value)
         return value
 
     def wait(self, refs, timeout):
@@ -74,41 +68,30 @@ class Pretended:
         if fate == "die":
             raise ray.exceptions.WorkerCrashedError
         if fate.startswith("refuse "):
-            return fate[-1], f"host {fate[-1]}", expected | {"numba": "0.1"}, None
+            return f"host {fate[-1]}", expected | {"numba": "0.1"}, None
         function, arguments, keywords = pickle.loads(work)  # noqa: S301
         for place, bundle in zip(places, bundles, strict=True):
             arguments[place] = PolicyBundle(*bundle)
-        return "a", "host a", None, function(*arguments, **keywords)
+        return "host a", None, function(*arguments, **keywords)
 
 
 @pytest.fixture
 def pretend(monkeypatch):
-    def pretend(*fates, machines=("a", "b")):
-        ray_of_tests = Pretended(fates, machines)
+    def pretend(*fates):
+        ray_of_tests = Pretended(fates)
         monkeypatch.setattr(ray_pool, "require_extra", lambda module, extra: ray_of_tests)
         return ray_of_tests
 
     return pretend
 
 
-def test_a_machine_with_other_versions_is_left_out(pretend):
-    pretended, said = pretend("refuse a"), []
-    with RayPool("auto", said.append) as pool:
-        assert pool.slots == 5
-        assert [pool.submit(len, word).result() for word in ("a", "bb")] == [1, 2]
-    assert said[0] == "Ray: 2 machine(s), 4 processor(s)"
-    assert said[1].startswith("host a is left out, since it has numba 0.1, here ")
-    assert pretended.options_given[-1]["label_selector"] == {"ray.io/node-id": "!in(a)"}
-    assert len(said) == 2
-
-
 @pytest.mark.parametrize(
     ("fates", "error", "message"),
-    [(["refuse a"], WorkerError, "host a is left out"), (["die"], LostTaskError, "its workers died")],
+    [(["refuse a"], WorkerError, "host a has numba 0.1, here "), (["die"], LostTaskError, "its workers died")],
 )
 def test_a_task_that_no_machine_can_do_is_an_error(fates, error, message, pretend):
-    pretended = pretend(*fates, machines=["a"])
-    with RayPool("auto", lambda _: None) as pool:
+    pretended = pretend(*fates)
+    with RayPool("auto") as pool:
         with pytest.raises(error, match=message):
             pool.submit(len, "a").result()
         pretended.nodes = lambda: 1 / 0
@@ -118,7 +101,7 @@ def test_a_task_that_no_machine_can_do_is_an_error(fates, error, message, preten
 
 def test_a_task_is_ended_although_its_first_cancellation_was_missed(pretend):
     pretend("endless")
-    with RayPool("auto", lambda _: None) as pool:
+    with RayPool("auto") as pool:
         future = pool.submit(len, "a")
         while not pool._running:
             time.sleep(0.01)
