@@ -16,16 +16,17 @@ from starlette.requests import Request
 from swarm_pz.errors import ConfigError
 from swarm_pz.play import protocol
 from swarm_pz.play.factors import Factors
-from swarm_pz.play.game import TableConfig
 from swarm_pz.play.server import studies
-from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.studies import StudyHost, Visitor
-from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S, StudyGames
+from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S
 from swarm_pz.play.studies import progress
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step
 from swarm_pz.play.studies.withdrawal import withdraw
 from tests.play.conftest import Client
+from tests.play.server.test_client_handler import Hall
+from tests.play.server.test_room import Client as Connection
+from tests.play.server.test_room import playing
 from tests.play.studying import Participant, StudyTable
 
 pytestmark = pytest.mark.anyio
@@ -78,46 +79,12 @@ def lines_of(study, code):
 # --- asked, where nobody plays --------------------------------------------------------------------
 
 
-class Room:
-    """A room whose game somebody else plays."""
-
-    def __init__(self, plan):
-        self.code, self.plan, self.phase, self.connections = "ABCD", plan, "waiting", []
-        self.seats = tuple(Seat(team, plan.config, self.code, None) for team in range(2))
-        self.policies, self.session = [], SimpleNamespace(recorder=self)
-
-    def reserve(self, team):
-        self.seats[team].take("person")
-
-    def place_policy(self, side, policy):
-        self.policies.append((side, policy))
-
-    def join(self):
-        """Wait for nothing: what there is of the recording is on the disk."""
-
-
-class Rooms:
-    """A lobby of such rooms."""
-
-    def __init__(self):
-        self.context, self.rooms = SimpleNamespace(table=TableConfig()), {}
-
-    def open_hosted(self, plan):
-        self.rooms["ABCD"] = Room(plan)
-        return self.rooms["ABCD"]
-
-    def close_room(self, room):
-        was_running, room.phase = room.phase == "playing", "over"
-        del self.rooms[room.code]
-        if was_running:
-            room.plan.hosted.over()
-
-
 @contextlib.contextmanager
 def begun(tmp_path, plan=PLAN):
-    """Give the folder of a study."""
-    with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan", plan), tmp_path / "data")) as folder:
-        yield folder
+    """Give the host of a study, and its folder."""
+    begin = StudyFolder.begin(planned(tmp_path / "plan", plan), tmp_path / "data")
+    with contextlib.closing(begin) as folder, contextlib.closing(Hall(tmp_path)) as hall:
+        yield StudyHost(folder, hall), folder
 
 
 async def posted(host, act, code="P01", data=None, **said):
@@ -147,8 +114,7 @@ def walk(walked, until):
 
 
 async def test_a_participant_is_led_from_consent_to_a_game(tmp_path):
-    with begun(tmp_path) as folder:
-        host = StudyHost(folder, Rooms())
+    with begun(tmp_path) as (host, folder):
         state = await asked(host, "state", code="p01")  # in either case
         assert (state["title"], state["step"]["kind"]) == ("A pilot", "consent")
         assert "<h2>Will you?</h2>" in state["step"]["html"]
@@ -176,8 +142,7 @@ async def test_a_window_is_the_participants_until_it_falls_silent_or_another_is_
     assert not visitor.claim("b", 4.0, 15.0, **free)
     assert not visitor.claim("b", 4.0, 30.0, takes_over=False, is_busy=True)  # it is in a game
     assert visitor.claim("b", 4.0, 30.0, **free)
-    with begun(tmp_path) as folder:
-        host = StudyHost(folder, Rooms())
+    with begun(tmp_path) as (host, _):
         await asked(host, "state")
         told = await asked(host, "done", window="another", step="consent")
         assert told == {"code": "P01", "title": "A pilot", "elsewhere": True}
@@ -189,8 +154,7 @@ async def test_a_window_is_the_participants_until_it_falls_silent_or_another_is_
 async def test_a_window_stays_the_participants_while_it_plays_though_it_says_nothing(tmp_path, monkeypatch):
     now = [1000.0]
     monkeypatch.setattr(studies, "time", SimpleNamespace(time=time.time, monotonic=lambda: now[0]))
-    with begun(tmp_path) as folder:
-        host = StudyHost(folder, Rooms())
+    with begun(tmp_path) as (host, folder):
         assert (await asked(host, "state"))["step"]["id"] == "consent"
         host.games.open((0,), Step("block1.game1", "game", folder.study.conditions[0]))
         seat = host.games.of(0).room.seats[0]
@@ -206,8 +170,8 @@ async def test_a_break_begins_when_what_came_before_was_done_and_cannot_be_cut_s
     for module in (progress, studies):
         monkeypatch.setattr(module, "time", SimpleNamespace(time=lambda: now[0], monotonic=time.monotonic))
     plan = PLAN.replace("break_s = 0.01", "break_s = 60.0").replace('[[forms]]\nname = "nasa-tlx"', "")
-    with begun(tmp_path, plan) as folder:
-        host, step = StudyHost(folder, Rooms()), walk(folder.progress(0), "break")
+    with begun(tmp_path, plan) as (host, folder):
+        step = walk(folder.progress(0), "break")
         now[0] += 20.0
         assert (await asked(host, "state"))["step"]["seconds"] == 40.0
         early = await asked(host, "done", step=step.id)
@@ -226,8 +190,7 @@ async def test_what_one_of_two_asks_waits_for_the_other(tmp_path, monkeypatch):
         time.sleep(0.02)
         at_work.remove(number // 2)
 
-    with begun(tmp_path) as folder:
-        host = StudyHost(folder, Rooms())
+    with begun(tmp_path) as (host, folder):
         monkeypatch.setattr(folder, "settle", settle)
         told = await asyncio.gather(*(asked(host, "state", f"P0{n}") for n in range(1, 9)))
     assert [one["step"]["id"] for one in told] == ["consent"] * 8
@@ -237,8 +200,7 @@ async def test_what_one_of_two_asks_waits_for_the_other(tmp_path, monkeypatch):
 
 
 async def test_who_is_nobody_what_no_page_says_and_what_is_corrupt_is_told_to_that_page_alone(tmp_path, monkeypatch):
-    with begun(tmp_path) as folder:
-        host = StudyHost(folder, Rooms())
+    with begun(tmp_path) as (host, _):
         for code, said in (("P99", "the code P99"), ("Monitor", "letters"), ("a.b", "letters"), ("x" * 33, "letters")):
             status, told = await posted(host, "state", code)
             assert status == 404 and said in told["fault"]
@@ -259,8 +221,7 @@ async def test_whatever_goes_wrong_a_page_hears_words(tmp_path, monkeypatch, cap
         raise faults.pop(0)
 
     faults = [OSError(28, "full"), ZeroDivisionError()]
-    with begun(tmp_path) as folder:
-        host = StudyHost(folder, Rooms())
+    with begun(tmp_path) as (host, folder):
         monkeypatch.setattr(folder, "settle", fail)
         for status in (503, 500):
             told = await posted(host, "state")
@@ -270,8 +231,7 @@ async def test_whatever_goes_wrong_a_page_hears_words(tmp_path, monkeypatch, cap
 
 def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, clock):
     """Without a limit of wrong codes whoever tries many finds a session, and takes it over."""
-    with begun(tmp_path) as folder:
-        host = StudyHost(folder, Rooms())
+    with begun(tmp_path) as (host, _):
         host._visitors[1].window = "known"
 
         def status(code, window, address):
@@ -297,8 +257,7 @@ async def test_who_has_withdrawn_is_told_so_and_the_partner_is_asked_no_game_of_
     with begun(tmp_path):
         pass
     withdraw(tmp_path / "data", "P01")
-    with begun(tmp_path) as folder:
-        host = StudyHost(folder, Rooms())
+    with begun(tmp_path) as (host, folder):
         status, told = await posted(host, "state")
         assert status == 410 and "has withdrawn" in told["fault"] and host._row(0)["step"] == "withdrawn"
         assert "block2.game1" not in [step.id for step in folder.progress(1).steps]
@@ -307,49 +266,50 @@ async def test_who_has_withdrawn_is_told_so_and_the_partner_is_asked_no_game_of_
 # --- its games ------------------------------------------------------------------------------------
 
 
-def test_a_condition_is_of_its_participants_seats_and_its_speed_of_the_table(tmp_path):
+async def test_a_condition_is_of_its_participants_seats_and_its_speed_of_the_table(tmp_path):
     plan = PLAN.replace('title = "alone"', 'title = "alone"\nside = "blue"\ncommand_delay_ms = 300\nspeed = 0.5')
     plan = plan.replace('opponent = "person"', 'opponent = "person"\nspeed = 2.0\nhide = ["opponents"]')
     plan = plan.replace("rules = {", "rules = { controller = { target_mass = 10.0 },")
-    with begun(tmp_path, plan) as folder:
-        games, (alone, together) = StudyGames(folder, Rooms()), folder.study.conditions
+    with begun(tmp_path, plan) as (host, folder):
+        games, (alone, together) = host.games, folder.study.conditions
         practice, game = (Step(f"block1.{kind}1", kind, alone) for kind in ("practice", "game"))
         opened = []
         for players, step in (((0,), practice), ((0,), game), ((2, 3), Step("block1.game1", "game", together))):
             games.open(players, step)
             opened.append(games.of(players[-1]).room)
-    assert [room.policies for room in opened] == [[("red", "corners")], [("red", "uniform")], []]
-    assert {room.plan.config.mapping for room in opened} == {"paper"}, "as these rules need it"
-    for room in opened[:2]:
-        assert room.plan.config.factors == (Factors(speed=0.5), Factors(command_delay_ms=300, speed=0.5))
-        assert [bool(seat.token) for seat in room.seats] == [False, True]
-    assert opened[2].plan.config.factors == (Factors(speed=2.0, hide=("opponents",)),) * 2
-    assert [games.of(number).seat_of(number)["seat"] for number in (0, 2, 3)] == ["blue", "red", "blue"]
-    now = time.monotonic()
-    opened[2].seats[0].away_since, opened[2].seats[1].away_since = now - 20.0, now - 1.0
-    assert games.of(2).away_s >= 20.0, "as long as who is away for longest"
+        assert [[seat.policy for seat in room.seats] for room in opened] == [["corners", ""], ["uniform", ""], ["", ""]]
+        assert {room.plan.config.mapping for room in opened} == {"paper"}, "as these rules need it"
+        for room in opened[:2]:
+            assert room.plan.config.factors == (Factors(speed=0.5), Factors(command_delay_ms=300, speed=0.5))
+            assert [bool(seat.token) for seat in room.seats] == [False, True]
+        assert opened[2].plan.config.factors == (Factors(speed=2.0, hide=("opponents",)),) * 2
+        assert [games.of(number).seat_of(number)["seat"] for number in (0, 2, 3)] == ["blue", "red", "blue"]
+        now = time.monotonic()
+        opened[2].seats[0].away_since, opened[2].seats[1].away_since = now - 20.0, now - 1.0
+        assert games.of(2).away_s >= 20.0, "as long as who is away for longest"
 
 
 @pytest.mark.parametrize(("phase", "away_s"), [("waiting", UNUSED_S), ("playing", AWAY_S)])
 async def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again(phase, away_s, tmp_path):
-    with begun(tmp_path) as folder:
-        walked, lobby = folder.progress(0), Rooms()
-        step, games = walk(walked, "practice"), StudyGames(folder, lobby)
+    with begun(tmp_path) as (host, folder):
+        games, walked, player = host.games, folder.progress(0), Connection()
+        step = walk(walked, "practice")
         games.open((0,), step)
-        room = lobby.rooms["ABCD"]
+        room = games.of(0).room
         assert (room.plan.seed, room.plan.hosted.path) == (folder.seed_of(step), folder.recording(0, step))
-        room.phase = phase
+        if phase == "playing":
+            room.resume(player, room.seats[0])
+            await playing(room)
+            room.disconnect(player)
         room.seats[0].away_since = time.monotonic() - away_s + 5.0
         games.look()
-        assert lobby.rooms and games.of(0) is not None, "they may come back"
-        room.plan.hosted.path.write_text("{")
+        assert games.of(0) is not None, "they may come back"
         room.seats[0].away_since -= 10.0
         games.look()
         await games.close()
-        assert not lobby.rooms and games.of(0) is None and walked.next == step
-        assert room.plan.hosted.path.exists() == (phase == "waiting")
+        assert games.of(0) is None and walked.next == step
     aside = tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl"
-    assert aside.exists() == (phase == "playing")
+    assert aside.exists() == (phase == "playing") and not room.plan.hosted.path.exists()
 
 
 # --- served ---------------------------------------------------------------------------------------
