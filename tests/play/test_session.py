@@ -5,13 +5,10 @@ import dataclasses
 import json
 from pathlib import Path
 
-import pytest
-
 from swarm_pz.play import protocol
 from tests.play.server.test_client_handler import Guest, Hall
 from tests.play.server.test_room import until
 
-pytestmark = pytest.mark.anyio
 STEPS = json.loads((Path(__file__).parent / "session.json").read_text())
 
 

@@ -6,11 +6,20 @@ from types import SimpleNamespace
 import pytest
 
 from swarm_pz.play.server import rate_limit
+from tests.play.server.test_client_handler import Hall
 
 
 @pytest.fixture
 def anyio_backend():
     return "asyncio"
+
+
+@pytest.fixture
+async def hall(tmp_path):
+    """Give a lobby in which nobody thinks."""
+    made = Hall(tmp_path)
+    yield made
+    made.close()
 
 
 @pytest.fixture

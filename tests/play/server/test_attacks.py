@@ -23,11 +23,10 @@ from swarm_pz.play.server.room import MOST_WATCHERS
 from swarm_pz.play.server.room_settings import RoomPlan
 from tests.play.recordings.games import record
 from tests.play.recordings.test_playback import CALM
-from tests.play.server.test_client_handler import Guest, Hall
+from tests.play.server.test_client_handler import Guest
 from tests.play.server.test_connection import Socket
 from tests.play.server.test_room import Client, code_of, until
 
-pytestmark = pytest.mark.anyio
 ALONE = protocol.Create(settings=protocol.Settings(blue=0, time_limit=None))
 LARGE = protocol.CommandMessage(
     1, strokes=[protocol.StrokeMessage("attract", 0.3, [(k % 2 + 0.01, round(k / 4500, 4)) for k in range(300)] * 12)]
@@ -50,13 +49,6 @@ class Attacker:
         """Count the refusals that wait to be sent to it."""
         messages = [protocol.decode_server(data) for data in self.connection._waiting if isinstance(data, str)]
         return Counter(message.code for message in messages if isinstance(message, protocol.Refused))
-
-
-@pytest.fixture
-async def hall(tmp_path):
-    made = Hall(tmp_path)
-    yield made
-    made.close()
 
 
 def peaceful(hall):

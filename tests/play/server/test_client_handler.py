@@ -22,7 +22,6 @@ from swarm_pz.play.strokes import density_of
 from tests.play.recordings.games import record
 from tests.play.server.test_room import CALM, Client, Workers, playing, read, until
 
-pytestmark = pytest.mark.anyio
 ALONE = protocol.Create(settings=protocol.Settings(blue=0))
 EYE = np.eye(10).tolist()
 

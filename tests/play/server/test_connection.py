@@ -8,8 +8,6 @@ from starlette.websockets import WebSocketDisconnect
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import Connection
 
-pytestmark = pytest.mark.anyio
-
 
 class Socket:
     """Keeps what it is sent; with a fault, raises it instead."""

@@ -13,7 +13,6 @@ from swarm_pz.play.server.delays import DelayLine, Measured
 from swarm_pz.play.server.seat_view import SeatView
 from tests.play.server.test_room import Client
 
-pytestmark = pytest.mark.anyio
 TEAMS = np.array([0, 1, 1, 0], np.int8)
 PLACES = np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6], [0.7, 0.8]])
 FIELDS = (np.arange(5000) % 251).astype(np.uint8).reshape(2, 50, 50)

@@ -27,8 +27,6 @@ from tests.play.server.test_room import (
     watched,
 )
 
-pytestmark = pytest.mark.anyio
-
 
 async def test_policies_are_asked_once_a_command_period_and_only_when_they_have_answered(tmp_path):
     answered = asyncio.Event()

@@ -21,7 +21,6 @@ from tests.play.recordings.games import record
 from tests.play.server.test_client_handler import Hall
 from tests.play.server.test_room import Client
 
-pytestmark = pytest.mark.anyio
 HERE, THERE, FEW = "192.0.2.1", "192.0.2.2", 8
 
 

@@ -4,7 +4,6 @@ import pytest
 
 from swarm_pz.play.server.middleware import AccessMiddleware
 
-pytestmark = pytest.mark.anyio
 LAB = ("https://lab.example", "http://localhost:3000")
 
 

@@ -17,7 +17,6 @@ from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
 from swarm_pz.simulator import Simulator
 from tests.play.faulty import Faulty, loader
 
-pytestmark = pytest.mark.anyio
 SEED = 5
 
 

@@ -13,10 +13,9 @@ from swarm_pz.play.protocol import InForceMessage, Response, Rule, SeatCommand, 
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.server.responses import SAVED, ReadyRule, Responses, TeamView, check_rules
-from tests.play.server.test_client_handler import Guest, Hall
+from tests.play.server.test_client_handler import Guest
 from tests.play.server.test_room import playing, read, until
 
-pytestmark = pytest.mark.anyio
 EVEN = np.ones((10, 10)).tolist()
 DOT = [protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])]
 SILENT, ALWAYS = When(silent_s=0.5), When(silent_s=0.0)
@@ -91,13 +90,6 @@ def test_a_saved_command_that_cannot_fly_the_team_as_it_is_now_is_told_of_and_no
 
 
 # --- at a table -----------------------------------------------------------------------------------
-
-
-@pytest.fixture
-async def hall(tmp_path):
-    made = Hall(tmp_path)
-    yield made
-    made.close()
 
 
 @pytest.fixture

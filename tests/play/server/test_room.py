@@ -26,7 +26,6 @@ from swarm_pz.play.server.room_settings import RoomPlan, table_config
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.strokes import Stroke, density_of
 
-pytestmark = pytest.mark.anyio
 CALM = TableConfig(game=GameConfig(capture=CaptureConfig(enabled=False)))
 EYE = np.eye(10).tolist()
 

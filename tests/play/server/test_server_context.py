@@ -7,8 +7,6 @@ import pytest
 from swarm_pz.play.server import server_context
 from swarm_pz.play.server.server_context import GameClock
 
-pytestmark = pytest.mark.anyio
-
 
 async def test_ticks_are_caught_up_two_at_a_time_and_then_time_slips(monkeypatch):
     now = [100.0]

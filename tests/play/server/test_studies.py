@@ -29,7 +29,6 @@ from tests.play.server.test_room import Client as Connection
 from tests.play.server.test_room import playing
 from tests.play.studying import Participant, StudyTable
 
-pytestmark = pytest.mark.anyio
 STUDY = Path(__file__).parents[3] / "docs/examples/study"
 PLAN = """
 title = "A pilot"

@@ -14,11 +14,10 @@ from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.server import live_session
 from swarm_pz.play.server.room_settings import settings_of, table_config
-from tests.play.server.test_client_handler import Guest, Hall
+from tests.play.server.test_client_handler import Guest
 from tests.play.server.test_room import EYE, give, opened, playing, read, running, starting, ticks, until
 from tests.play.systems import Escaping, Hanging, Magnet, Raising, Unready, install
 
-pytestmark = pytest.mark.anyio
 DOT = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])
 PUSH = [[0.5, 0.0], [-0.5, 0.0], [0.0, 0.0], [0.0, 0.0]]
 SETTINGS = {"red": 2, "blue": 2, "time_limit": 600.0, "speed": 2.0}
@@ -27,13 +26,6 @@ SETTINGS = {"red": 2, "blue": 2, "time_limit": 600.0, "speed": 2.0}
 def table(*controllers):
     calm = CaptureConfig(enabled=False)
     return TableConfig(game=GameConfig(drones_per_team=2, capture=calm, controllers=controllers))
-
-
-@pytest.fixture
-async def hall(tmp_path):
-    made = Hall(tmp_path)
-    yield made
-    made.close()
 
 
 # --- rooms ----------------------------------------------------------------------------------------

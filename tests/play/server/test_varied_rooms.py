@@ -32,7 +32,6 @@ from tests.play.server.test_room import (
     watched,
 )
 
-pytestmark = pytest.mark.anyio
 NONE = Factors()
 HELPED = Factors(share=0.25, helper="two")
 CORNER, RIM = np.zeros((10, 10)), np.ones((10, 10))

@@ -7,8 +7,6 @@ import pytest
 
 from swarm_pz.play.server.worker import Worker
 
-pytestmark = pytest.mark.anyio
-
 
 @pytest.fixture
 def worker():
