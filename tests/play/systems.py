@@ -35,36 +35,23 @@ class Magnet(ControlSystem):
         pass
 
 
-@dataclass(frozen=True, kw_only=True)
-class Raising(Magnet):
-    name: ClassVar[str] = "raising"
-    corners: ClassVar[list[None]] = []
-
-    def fail(self):
-        raise RuntimeError("lost in a corner")
+def failing(name, fail):
+    """Return a system that works until it is asked into a corner, where it fails."""
+    return dataclass(frozen=True, kw_only=True)(type(name, (Magnet,), {"name": name, "fail": fail}))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Hanging(Magnet):
-    """Does not come back for long."""
-
-    name: ClassVar[str] = "hanging"
-    corners: ClassVar[list[None]] = []
-
-    def fail(self):
-        self.corners.append(None)
-        time.sleep(6.0)
+def _raise(error):
+    raise error
 
 
-@dataclass(frozen=True, kw_only=True)
-class Escaping(Magnet):
-    """Wants to end more than its game."""
+def _hang(system):
+    system.corners.append(None)
+    time.sleep(6.0)
 
-    name: ClassVar[str] = "escaping"
-    corners: ClassVar[list[None]] = []
 
-    def fail(self):
-        raise KeyboardInterrupt
+Raising = failing("raising", lambda system: _raise(RuntimeError("lost in a corner")))
+Escaping = failing("escaping", lambda system: _raise(KeyboardInterrupt()))
+Hanging = failing("hanging", _hang)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,23 +62,6 @@ class Unready(Magnet):
 
     def default(self, config):
         raise RuntimeError("not written yet")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Fields(Magnet):
-    """Takes what attracts and what repels, and does nothing."""
-
-    name: ClassVar[str] = "fields"
-    takes: ClassVar[str] = "attraction"
-
-    def space(self, config):
-        return spaces.Box(0.0, 1.0, (2, config.command_cells, config.command_cells), np.float32)
-
-    def default(self, config):
-        return np.zeros((2, config.command_cells, config.command_cells))
-
-    def solve(self, flight, config):
-        return np.zeros_like(flight.positions)
 
 
 class _Point:
@@ -109,8 +79,8 @@ def install(monkeypatch, *systems):
     points = importlib.metadata.entry_points
 
     def found(**what):
-        more = [_Point(one) for one in systems] if what.get("group") == registry.GROUP else []
-        return [*points(**what), *more]
+        more = [_Point(one) for one in systems]
+        return [*points(**what), *more] if what.get("group") == registry.GROUP else points(**what)
 
     monkeypatch.setattr(importlib.metadata, "entry_points", found)
     registry.system_class.cache_clear()

@@ -66,15 +66,11 @@ def test_captures_are_told_with_their_tick():
     np.testing.assert_array_equal(teams, game.simulator.teams[0])
 
 
-def test_a_game_ends_when_time_is_up_or_one_team_has_all():
+def test_a_game_ends_when_time_is_up_and_one_without_an_opponent_does_not():
     short = LiveGame(TableConfig(game=GameConfig(time_limit=1.0)), seed=0)
     assert short.outcome is None
     short.advance(100)
     assert short.over and short.tick == 30 and short.outcome == "draw"
-    fast = LiveGame(TableConfig(game=GameConfig(drones_per_team=(19, 1), capture=CaptureConfig(threshold=0.5))), seed=0)
-    fast.advance(30 * 300)
-    assert min(fast.sizes) == 0
-    assert fast.outcome == ("red" if fast.sizes[RED] else "blue")
     alone = LiveGame(TableConfig(game=GameConfig(drones_per_team=(10, 0), capture=CaptureConfig(enabled=False))), 0)
     alone.advance(60)
     assert not alone.over

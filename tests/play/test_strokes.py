@@ -78,14 +78,6 @@ def test_ground_that_repels_is_empty_up_to_its_edge_and_nothing_flows_into_it(ce
     assert kept < 0.3 * alone
 
 
-def test_later_strokes_paint_over_earlier_ones_and_rows_are_y():
-    place = (0.85, 0.15)
-    one = density_of([line(place), line(place, brush="repel")], 10, "paper")
-    np.testing.assert_array_equal(one, density_of([line(place, brush="repel")], 10, "paper"))
-    density = density_of([line(place)], 10)
-    assert np.unravel_index(density.argmax(), density.shape) == (1, 8)
-
-
 NO_STROKES = [
     {"brush": "attrackt"}, {"width": 0.5}, {"width": float("nan")}, {"points": ()}, {"points": ((0.5, float("nan")),)},
     {"points": ((7.0, 0.5),)}, {"points": ((0.5, 0.5),) * (MOST_POINTS + 1)},

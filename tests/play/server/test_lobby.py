@@ -17,7 +17,6 @@ from swarm_pz.play.server.lobby import EMPTY_S, MOST_ROOMS, MOST_ROOMS_OF_ADDRES
 from swarm_pz.play.server.rate_limit import AddressLimits
 from swarm_pz.play.server.room import AWAY_S
 from swarm_pz.play.server.room_settings import RoomPlan, cost_of, table_config
-from tests.play.recordings.games import record
 from tests.play.server.test_client_handler import Hall
 from tests.play.server.test_room import Client
 
@@ -153,12 +152,3 @@ def test_only_regular_files_of_the_folder_itself_are_served(lobby, tmp_path):
         with pytest.raises(RecordingError):
             lobby.find_recording(name)
     assert lobby.find_recording("game.jsonl") == tmp_path / "game.jsonl"
-
-
-async def test_a_recorded_game_is_told_as_rows_of_an_experiment_once_it_is_over(lobby, tmp_path):
-    record(tmp_path / "a.jsonl", outcome="draw")
-    rows = await lobby.trial("a.jsonl")
-    assert [row["side"] for row in rows] == ["red", "blue"]
-    assert {"outcome", "seconds", "captured", "lost", "commands", "recording", "opponent", "seed"} <= set(rows[0])
-    with pytest.raises(RecordingError, match="no recording"):
-        await lobby.trial("b.jsonl")

@@ -3,16 +3,14 @@
 import asyncio
 
 import numpy as np
-import pytest
 
 from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
-from swarm_pz.errors import PolicyError
 from swarm_pz.play import protocol
 from swarm_pz.play.commands import as_followed
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.protocol import InForceMessage, SeatCommand, SeatMessage
+from swarm_pz.play.protocol import InForceMessage, SeatCommand
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.shared import mixture
@@ -139,14 +137,11 @@ async def test_a_shared_command_is_mixed_recorded_and_shown_as_such(tmp_path):
     assert Playback(recording).verify().verified
 
 
-@pytest.mark.parametrize("fault", ["", "no idea"])
-async def test_a_game_waits_for_the_helper_and_one_that_cannot_play_is_named(fault, tmp_path):
+async def test_a_game_waits_for_the_helper(tmp_path):
     there = asyncio.Event()
 
     async def loading(seat):
         await there.wait()
-        if fault:
-            raise PolicyError(fault)
 
     with opened(tmp_path, Workers(loading=loading), varied(HELPED), time_limit=None) as room:
         red, blue = seated(room, "red", "blue")
@@ -155,32 +150,7 @@ async def test_a_game_waits_for_the_helper_and_one_that_cannot_play_is_named(fau
         room.ready(blue, True)
         assert room.phase == "waiting"
         there.set()
-        if fault:
-            await until(lambda: room.seats[0].policy_state == "failed")
-            with pytest.raises(Exception, match="two cannot play: no idea"):
-                room.ready(red, True)
-        else:
-            await playing(room)
-
-
-async def test_a_helper_that_fails_keeps_its_share_and_the_room_says_so(tmp_path):
-    async def answer(seat):
-        if len(workers.asked) > 2:
-            raise PolicyError("lost")
-        return RIM if len(workers.asked) == 1 else CORNER
-
-    workers, table = Workers(answer), varied(HELPED, game=CALM.game.replace(command_period=0.2))
-    with opened(tmp_path, workers, table, time_limit=None) as room:
-        red, _ = await helped(room)
-        await until(lambda: red.notices)
-        give(room, red, command(1))
-        await until(lambda: any(message.number == 1 for message in red.heard(protocol.InForceMessage)))
-        room.stop()
-        recording = read(room)
-    assert red.notices[0] == "two keeps its last share of the command: lost"
-    assert {line.team for line in recording.of(SeatMessage) if line.event == "failed"} == {0}
-    np.testing.assert_array_equal(recording.in_force()[-1][1].values, mixture(CORNER, CORNER, 0.25))
-    assert Playback(recording).verify().verified
+        await playing(room)
 
 
 async def test_a_shared_seat_is_a_players_without_automatic_responses(tmp_path):

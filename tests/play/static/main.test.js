@@ -65,20 +65,6 @@ for (const [hash, asked] of [["#room=!!", null], ["#what", null], ["#room=zzzz",
   });
 }
 
-test("a link to a room leads into its free seat, and who only watches takes none", async () => {
-  await load("#room=abcd");
-  at("label").value = "Ann";
-  await hear(room({ phase: "waiting", blue: FREE }));
-  assert.deepEqual(said("join"), { type: "join", room: "ABCD", seat: "blue", label: "Ann" });
-  reload();
-  Socket.all = [];
-  await load("#watch=ABCD");
-  await hear(room({ phase: "waiting", blue: FREE }));
-  assert.deepEqual([said("join").seat, location.hash, at("sit").hidden], ["watch", "#watch=ABCD", false]);
-  await click("sit");
-  assert.equal(said("join").seat, "blue");
-});
-
 test("the token of a seat goes to its own room alone", async () => {
   await load("#room=ABCD", { saved: SAVED, welcome: null });
   assert.equal(said("hello").token, SAVED.token);
@@ -96,21 +82,6 @@ test("a seat that is wanted before the table has answered is returned to", async
   time.pass(250);
   await Socket.last.open();
   assert.equal(said("hello").token, SAVED.token);
-});
-
-// --- leaving ----------------------------------------------------------------------------------------
-
-test("who leaves a running game gives up its seat, and of a game that ends meanwhile nothing is asked", async () => {
-  await load();
-  await hear(SEAT, room());
-  await click("leave");
-  assert.equal(at("leaving").open, true);
-  await hear(room({ phase: "over" }));
-  assert.equal(at("leaving").open, false, "nothing is left to ask about");
-  await hear(room());
-  await click("leave");
-  await click("leave-now");
-  assert.deepEqual([view(), said("leave"), at("return").hidden], ["lobby", { type: "leave" }, true]);
 });
 
 // --- the start --------------------------------------------------------------------------------------

@@ -165,8 +165,6 @@ test("further taps add attractors where that is asked, and no more than there ma
   assert.equal(new Set(commands().map(({ number }) => number)).size, commands().length);
 });
 
-// --- leaders ----------------------------------------------------------------------------------------
-
 // --- formations -------------------------------------------------------------------------------------
 
 test("a formation is chosen, dropped, sized and turned, and stays on the board", async () => {
