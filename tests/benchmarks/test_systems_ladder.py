@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks import systems_ladder
 from benchmarks.systems_ladder import Contest, candidates, choose, standings
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.ledger import PlayedGame
@@ -59,12 +58,3 @@ def test_the_table_counts_a_draw_as_no_win(tmp_path):
     assert [(row[1], row[3], row[4], row[6], *row[7:]) for row in rows] == [
         ("ergodic", "ring", "50.0", "100.0", "1", "1", "0"), ("direct", "hold", "0.0", "0.0", "0", "1", "1")
     ]  # fmt: skip
-
-
-def test_each_entrant_flies_by_its_own_system(tmp_path):
-    made = Contest([("direct/hold", "ergodic/ring")], SHORT, tmp_path)
-    assert made.rules_of("direct/hold", "ergodic/ring").game.team_controllers == ("direct", "ergodic")
-    made.play(processes=1)
-    assert len(made.games) == 2 and not any(game.forfeit for game in made.games.values())
-    systems_ladder.draw(*standings(made, "hovering")[:2], tmp_path / "images/one.png")
-    assert (tmp_path / "images/one.png").stat().st_size > 0

@@ -12,7 +12,7 @@ import pytest
 from benchmarks.paper import claims
 from benchmarks.paper.__main__ import main
 from benchmarks.paper.claims import capture_geometry
-from benchmarks.paper.figure import Finding, Part, Setting, verdict
+from benchmarks.paper.figure import Finding, Part, Setting, above, asked, below, verdict
 from benchmarks.paper.page import tables, to_dict, write, write_page
 from swarm_pz.config import GameConfig
 
@@ -77,7 +77,9 @@ def test_pages_and_tables_tell_each_verdict_and_its_parts_and_which_are_ours_and
     assert found["parts"][3][5:] == ("", "never", "", "", "exact") and found["parts"][4][2] == "paper"
 
 
-def test_a_verdict_counts_the_papers_parts_alone():
+def test_a_part_holds_where_its_whole_interval_does_and_a_verdict_counts_the_papers_parts_alone():
+    tests = (below(0.5), below(0.51), above(0.3), above(0.29), None)
+    assert [asked("", (0.4, (0.3, 0.5)), test).holds for test in tests] == [False, True, False, True, None]
     yes, no = (Part("", 0.0, None, holds) for holds in (True, False))
     mine = no._replace(ours=True)
     assert [verdict(parts) for parts in ([yes, mine], [yes, no], [no])] == ["reproduced", "partly", "not reproduced"]

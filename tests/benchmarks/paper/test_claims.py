@@ -1,0 +1,307 @@
+"""Claims about games and about teams alone: each statistic on an answer known by hand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from benchmarks.paper import coverage
+from benchmarks.paper.claims import (
+    bunching_up,
+    capture_geometry,
+    comebacks,
+    ensemble_tactic,
+    flocking_comparison,
+    fluctuation,
+    permutation_invariance,
+    team_sizes,
+    wavefront,
+)
+from benchmarks.paper.coverage import ErgodicMetric, basis
+from benchmarks.paper.drawings import DRAWINGS, interpolated, painted
+from benchmarks.paper.figure import Setting
+from benchmarks.paper.players import Captures, Ensemble, Fixed, Person, most_within, player, shaped
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
+from swarm_pz.errors import MissingExtraError
+from swarm_pz.evaluation.rollout import Rollout
+from swarm_pz.simulator import Simulator
+
+SEED = 3
+SETTING, RELEASED = Setting("paper", SEED), Setting("released", SEED)
+
+
+# --- what stands still captures -------------------------------------------------------------------------
+
+
+def test_drones_that_stand_still_capture_by_either_field():
+    for setting in (SETTING, RELEASED):
+        field, captured = capture_geometry.probe([(7, 7)], capture_geometry.still(setting.config))
+        assert field.max() == 1.0 and captured.any()
+
+
+@pytest.mark.parametrize(("centre", "cells"), [((9, 9), 16), ((9, 0), 9), ((0, 0), 5), ((49, 25), 9), ((1, 1), 7)])
+def test_walls_shorten_the_ring_around_a_cell(centre, cells):
+    ring = capture_geometry.ring_around(centre)
+    assert len(ring) == len(set(ring)) == cells
+    assert all(max(abs(x - centre[0]), abs(y - centre[1])) == 2 for x, y in ring)
+
+
+# --- who wins --------------------------------------------------------------------------------------------
+
+
+def test_the_comeback_shown_is_a_won_one_and_players_that_cannot_be_loaded_are_left_out(monkeypatch):
+    histories = [[1, 1, 1, 0], [1, 2, 12, 20], [1, 2, 3, 20]]
+    assert comebacks.longest_behind(histories, ["loss", "win", "win"], 20) == 2
+    assert comebacks.longest_behind(histories, ["loss", "loss", "draw"], 20) is None
+
+    def load(name, config):
+        if name == "champion":
+            raise MissingExtraError("torch is not installed")
+
+    monkeypatch.setattr(comebacks, "load", load)
+    assert comebacks.installed(("ring", "champion"), SETTING) == ["ring"]
+
+
+def test_moments_of_a_game_and_of_its_last_stand():
+    sizes = [10] * 25 + [6] * 10 + [5] * 10 + [2] * 5 + [1] * 21 + [0]
+    assert ensemble_tactic.moments(sizes) == [20, 35, 60, 71]
+    assert ensemble_tactic.moments([4, 2, 0]) == [1, 1, 2, 2]
+    assert ensemble_tactic.last_stand([10, 1, 3, 1, 1, 0]) == 2
+    assert ensemble_tactic.last_stand([10, 4, 0]) == 0
+
+
+def test_the_tactic_of_two_commands_stays_in_the_centre_until_one_drone_is_left():
+    config, rows = GameConfig(), np.arange(2)
+    images = np.zeros((2, 2, 25, 25), np.uint8)
+    images[:, 0, 4, 20] = 64  # at the right, near the bottom
+    images[:, 1] = np.array([round(255 * 18 / 20), round(255 * 19 / 20)])[:, None, None]
+    make = shaped(config)
+    tracking, staying = (Ensemble(config, make, last).act(images, rows) for last in (1, 0))
+    np.testing.assert_array_equal(tracking[0], staying[0])
+    np.testing.assert_array_equal(staying[0], staying[1])
+    np.testing.assert_allclose(staying[0], staying[0][::-1, ::-1])
+    assert np.unravel_index(tracking[1].argmax(), (10, 10)) == (1, 8)
+
+
+# --- how sizes change ------------------------------------------------------------------------------------
+
+
+LATE, EARLY = [10, 12, 9, 11, 8, 9, 8, 9, 11, 15, 20], [10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20]
+"""Sizes of a team whose lead is gone within seconds, and of one that leads from the start."""
+CALM = [4 * (second // 20) for second in range(101)] + [20 + (second // 10) for second in range(60)]
+"""Captures so far, which come in bursts and then steadily."""
+
+
+def test_the_course_of_a_game():
+    before, near = team_sizes.unsteadiness(CALM)
+    assert before > near == 0.0 and team_sizes.unsteadiness([0, 1, 2]) is None
+    assert team_sizes.brief_lead(LATE, 20) and not team_sizes.brief_lead(EARLY, 20)
+    assert team_sizes.turns_of_lead([10, 11, 10, 12, 9, 10, 8, 13], 20) == 2, "equal teams do not count"
+
+
+# --- what costs drones ------------------------------------------------------------------------------------
+
+
+def test_rates_are_of_all_minutes_together_and_from_the_attackers_side(monkeypatch):
+    class Told(Rollout):
+        def play(self, after_step):
+            self.simulator.games.captures[:] = [[7, 2], [1, 3]]
+            self.simulator.games.ticks[:] = [1800, 900]
+            after_step(self)
+
+    monkeypatch.setattr(wavefront, "Rollout", Told)
+    monkeypatch.setattr(wavefront, "GAMES", 2)
+    counted, most = wavefront.counts("wavefront", "program", SETTING)
+    assert counted.tolist() == [[7, 2, 1.0], [1, 3, 0.5]] and most.tolist() == [[7, 2], [1, 3]]
+    assert wavefront.rates(counted[:, None]).tolist() == [[8 / 1.5, 5 / 1.5]]
+    totals = [np.array(pair) for pair in ((0, 0), (1, 0), (4, 0), (5, 5), (5, 6))]
+    assert most_within(totals, 2).tolist() == [4, 6] and len(Captures(3).totals) == 3
+
+
+def test_blue_starts_on_the_side_of_the_square_that_it_holds_and_red_where_it_would_have():
+    command = np.zeros((10, 10))
+    command[1, 8] = 1.0  # y = 0.1 to 0.2, x = 0.8 to 0.9
+    rollout, other = (Rollout("chase", Fixed(command), [0], seed=SEED) for _ in range(2))
+    bunching_up.place_blue(rollout, command, SEED)
+    np.testing.assert_array_equal(rollout.simulator.positions[:, :10], other.simulator.positions[:, :10])
+    x, y = rollout.simulator.positions[0, 10:].T
+    assert (x >= 0.8).all() and (x <= 0.9).all() and (y >= 0.1).all() and (y <= 0.2).all()
+
+
+def test_a_team_is_lost_whole_so_many_seconds_after_its_first_loss():
+    rollout = Rollout("chase", "uniform", [0, 2], seed=SEED)
+    simulator = rollout.simulator
+    simulator.games.positions[:, 10:] = [[0.5, 0.4], [0.5, 0.6]] * 5
+    losses = bunching_up.Losses(rollout)
+    for ticks, blue in ((30, 9), (60, 0)):  # the first game loses one drone after 1 s, and all after 2 s
+        simulator.games.ticks[:] = ticks
+        simulator.games.teams[0, : 20 - blue] = 0
+        losses(rollout)
+    assert losses.first.tolist() == [1.0, np.inf] and losses.last.tolist() == [2.0, np.inf]
+    assert losses.whole_within(1.0).tolist() == [True, False] and not losses.whole_within(0.9).any()
+    assert losses.spread[0] == pytest.approx(0.1)
+
+
+class Echo:
+    """Answers with what it sees."""
+
+    name = "echo"
+    observation = ObservationConfig()
+
+    def reset(self, seeds, rows):
+        pass
+
+    def act(self, observations, rows):
+        return np.full((len(rows), 2, 2), float(observations[0]))
+
+
+def test_a_person_sends_every_third_answer_and_holds_it_until_the_next():
+    player = Person(Echo())
+    for _ in range(2):  # the next games begin anew
+        player.reset([0, 1], np.arange(2))
+        sent = [player.act(np.full(2, step), np.arange(2))[1, 0, 0] for step in range(7)]
+        assert sent == [0, 0, 0, 3, 3, 3, 6]
+
+
+def test_a_person_paints_the_ground_that_a_tactic_wants_most_and_the_table_makes_the_command():
+    density = np.zeros((10, 10))
+    density[:, :2], density[:, 2] = 1.0, 0.4
+    firm, paper, repelling = (
+        painted(density, *given, repels=repels)
+        for given, repels in ((("firm",), False), (("paper",), False), (("firm",), True))
+    )
+    assert firm[5, 0] > 0.95 and firm[5, 3] < 0.05 and repelling[5, 3] < 0.01
+    assert 0.4 < paper[5, 9] / paper[5, 0] < 0.7, "ground that is left alone weighs half, and all is smoothed"
+    np.testing.assert_array_equal(painted(np.full((10, 10), 0.3), "paper"), np.ones((10, 10)))
+    drawn, raw = (player("centre", way, RELEASED) for way in ("person", "program"))
+    images = np.zeros((1, len(raw.observation.channels), raw.observation.grid, raw.observation.grid), np.uint8)
+    for one in (drawn, raw):
+        one.reset([0], np.zeros(1, int))
+    sent, wanted = (one.act(images, np.zeros(1, int))[0] for one in (drawn, raw))
+    np.testing.assert_array_equal(sent, painted(wanted, "paper"))
+    assert sent.min() > 0.4 > wanted.min()
+
+
+# --- one command, any team --------------------------------------------------------------------------------
+
+
+def test_a_permutation_moves_every_drone_with_all_that_is_its_own():
+    simulator = Simulator(GameConfig(drones_per_team=(2, 11)), num_games=2)
+    simulator.reset([0, 1])
+    simulator.advance(6)
+    order = np.random.default_rng(0).permutation(13)
+    there = permutation_invariance.permuted(simulator.snapshot(), order)
+    back = permutation_invariance.permuted(there, np.argsort(order))
+    for name, one, moved, again in zip(there._fields, simulator.games, there, back, strict=True):
+        axes = [axis for axis, length in enumerate(one.shape) if axis and length == 13]
+        np.testing.assert_array_equal(moved, np.take(one, order, axes[0]) if axes else one, name)
+        np.testing.assert_array_equal(again, one, name)
+    other = Simulator(simulator.config, num_games=2)
+    other.restore(there)
+    assert permutation_invariance.distance(simulator, other, order).tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("way", "expected"), [(0, [0] * 120), (1, [0] * 99 + [4] + [0] * 20), (2, ([0] * 9 + [1]) * 12)]
+)
+def test_drones_change_sides_when_it_is_said_and_as_many(monkeypatch, way, expected):
+    moved = []
+
+    def watched(simulator, *, then):
+        for number in range(1, 10 * 12 + 1):
+            before = simulator.teams.copy()
+            then(number)
+            moved.append((simulator.teams != before).sum(axis=1).tolist())
+
+    monkeypatch.setattr(fluctuation, "metric_over_time", watched)
+    config = GameConfig(drones_per_team=12, capture=CaptureConfig(enabled=False))
+    fluctuation.fly(config, [1, 2], "centre", [*fluctuation.CHANGES][way])
+    assert moved == [[number, number] for number in expected]
+
+
+def test_a_drone_that_is_handed_over_has_a_new_team_and_no_past_and_nobody_else_has():
+    simulator = coverage.start(GameConfig(drones_per_team=3), [4, 5], coverage.TARGETS["centre"])
+    simulator.advance(30)
+    before, chosen = simulator.snapshot(), np.zeros((2, 6), bool)
+    chosen[0, 1] = chosen[1, 4] = True
+    coverage.hand_over(simulator, chosen)
+    games = simulator.games
+    np.testing.assert_array_equal(games.teams != before.teams, chosen)
+    for drones, kept in ((chosen, 0.0), (~chosen, 1.0)):
+        for game in range(2):
+            now, then = (one.memory[game][..., drones[game]] for one in (games, before))
+            np.testing.assert_array_equal(now, kept * then)
+        np.testing.assert_array_equal(games.memory_weight[drones], kept * before.memory_weight[drones])
+    simulator.advance(30)
+    assert simulator.occupancy.sum() == 2 * 6 * 30, "fields say what trails add up to"
+
+
+# --- beside flocking --------------------------------------------------------------------------------------
+
+
+def test_attractors_take_turns_as_the_schedule_says():
+    sent = []
+    told = flocking_comparison.turns((4, 2), lambda mode: sent.append((second, mode)))
+    for second in range(1, 13):
+        told(second)
+    assert sent == [(4, 1), (6, 0), (10, 1), (12, 0)]
+
+
+def test_what_is_near_a_mode_and_when_a_metric_is_first_low_enough():
+    second = np.array(flocking_comparison.MODES[1])
+    squared = flocking_comparison.near_modes(np.array([[0.3, 0.4], second, [0.53, 0.53]]))
+    expected = [[0.01, np.nan], [np.nan, 0.0], [np.nan, np.nan]]
+    np.testing.assert_allclose(squared, expected, atol=1e-12)
+    places = np.array([[[[0.4, 0.3], [0.3, 0.5], [0.99, 0.01], [0.77, 0.67]]]])
+    sums = flocking_comparison.widths(SimpleNamespace(places=places))
+    np.testing.assert_allclose(sums, [[[0.05, 0.01], [2, 1]]])
+    assert flocking_comparison.diffuse_over_compact(sums) == pytest.approx(np.sqrt(0.025 / 0.01))
+    assert flocking_comparison.diffuse_over_compact(sums * [1, 0]) == 0.0
+    metric = np.array([[0.1, 0.004, 0.1], [0.1, 0.1, 0.1]])
+    assert flocking_comparison.first_reached(metric).tolist() == [2.0, np.inf]
+    for_good = flocking_comparison.kept_from(np.array([[0.1, 0.004, 0.004], [0.004, 0.004, 0.1], [0.001] * 3]))
+    assert for_good.tolist() == [2.0, np.inf, 1.0]
+
+
+def test_each_spot_of_the_drawing_lies_around_its_middle_and_the_target_is_what_drones_fly_for():
+    density, cells = DRAWINGS["two_spots"].density("firm"), 200
+    target, centres = interpolated(density, cells), (np.arange(cells) + 0.5) / cells
+    lower = np.add.outer(centres, centres) < 1.1
+    for mode, part in zip(flocking_comparison.MODES, (target * lower, target * ~lower), strict=True):
+        middle = (part.sum(axis=0) @ centres / part.sum(), part.sum(axis=1) @ centres / part.sum())
+        assert middle == pytest.approx(mode, abs=0.02)
+    simulator = Simulator()
+    simulator.command(0, density[None])
+    places = np.stack(np.meshgrid(centres, centres), axis=-1)
+    found = np.einsum("yx,yxkl->kl", target / target.sum(), basis(places, 4))
+    np.testing.assert_allclose(found, simulator.games.coefficients[0, 0, :4, :4], atol=2e-3)
+
+
+# --- flights ----------------------------------------------------------------------------------------------
+
+
+def test_the_metric_is_that_of_each_second_of_the_seeds_own_games():
+    config, target = coverage.lone_team(4), coverage.TARGETS["bimodal"]
+    found = coverage.metric_over_time(coverage.start(config, [5, 9], target), seconds=2)
+    simulator = Simulator(config, 2)
+    simulator.reset([5, 9])
+    simulator.command(0, np.stack([target] * 2))
+    metric = ErgodicMetric(simulator, 0)
+    for second in range(2):
+        for _ in range(10):
+            simulator.advance(3)
+            metric.observe()
+        np.testing.assert_array_equal(found[:, second], metric.value())
+
+
+def test_a_flight_is_told_of_second_by_second_and_its_maps_are_upright(monkeypatch):
+    monkeypatch.setattr(coverage, "SECONDS", 4)
+    upper_left, told = np.zeros((10, 10)), []
+    upper_left[9, 0] = 1.0
+    flight = coverage.Flight(coverage.start(coverage.lone_team(2), [0, 1, 2], upper_left), told.append)
+    assert told == [1, 2, 3, 4] and flight.metric.shape == (3, 4) and flight.places.shape == (3, 40, 2, 2)
+    for game, found in enumerate(flight.maps(5)):
+        cells = np.minimum(np.floor(5 * flight.places[game].reshape(-1, 2)), 4)
+        assert found.sum() == 1.0 and found[4, 0] == (cells == [0, 4]).all(axis=1).mean()
