@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import runpy
 import sys
 from pathlib import Path
@@ -26,20 +25,6 @@ def test_the_notebook_runs_as_it_is_without_a_warning(tmp_path, capsys):
         exec(compile("".join(cell["source"]), "first_steps.ipynb", "exec"), names)  # noqa: S102  (our own)
     names["plt"].close("all")
     assert capsys.readouterr().err == ""
-
-
-def test_the_container_copies_and_runs_files_that_are_there_and_is_not_root():
-    lines = [line.split() for line in (ROOT / "Dockerfile").read_text().splitlines() if line and line[0] != "#"]
-    steps = [(word, rest) for word, *rest in lines]
-    assert [rest for word, rest in steps if word == "FROM"] == [["python:3.11-slim"]]
-    order = [word for word, _ in steps]
-    assert order.index("USER") < order.index("COPY") and dict(steps)["USER"] != ["root"]
-    for word, rest in steps:
-        if word == "COPY":
-            assert all((ROOT / source).exists() for source in rest if not source.startswith("--"))
-    called = re.findall(r"scripts/\w+", (ROOT / "Dockerfile").read_text())
-    assert {"scripts/setup", "scripts/train", "scripts/test"} <= set(called)
-    assert all((ROOT / name).stat().st_mode & 0o100 for name in called)
 
 
 def shorter(algorithm, **settings):

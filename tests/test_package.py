@@ -6,7 +6,6 @@ import subprocess
 import sys
 import sysconfig
 import tarfile
-import types
 import zipfile
 from pathlib import Path, PurePosixPath
 
@@ -21,15 +20,6 @@ OURS = {".py", ".js", ".css", ".html", ".jinja", ".svg", ".json", ".safetensors"
 def printed_by(code, **how):
     command = [sys.executable, "-c", code]
     return subprocess.run(command, capture_output=True, text=True, check=True, **how).stdout  # noqa: S603
-
-
-def test_the_public_surface_is_what_all_says():
-    public = {
-        name
-        for name, value in vars(swarm_pz).items()
-        if not name.startswith("_") and not isinstance(value, types.ModuleType)
-    }
-    assert public - {"version"} == set(swarm_pz.__all__)
 
 
 def test_the_package_and_its_kernels_import_nothing_heavy_and_folders_of_the_users_own_do_not_hide_ours(tmp_path):

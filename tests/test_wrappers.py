@@ -241,17 +241,6 @@ def test_an_environment_pickled_in_mid_game_goes_on_as_the_one_that_was_not(make
     other.close()
 
 
-def test_an_aec_environment_is_pickled():
-    environment = swarm_pz.env(max_cycles=4)
-    environment.reset(seed=3)
-    environment.step(np.ones((10, 10), np.float32))
-    other = pickle.loads(pickle.dumps(environment))  # noqa: S301
-    assert other.agent_selection == "blue_0"
-    for one in (environment, other):
-        one.step(np.eye(10, dtype=np.float32))
-    np.testing.assert_array_equal(environment.observe("red_0"), other.observe("red_0"))
-
-
 @pytest.mark.parametrize("make", [DuelEnv, CaptureEnv])
 def test_np_random_is_what_later_games_come_from(make):
     one, other = make(), make()

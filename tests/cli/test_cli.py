@@ -31,8 +31,12 @@ def test_evaluate_names_lost_games_by_the_options_that_show_them(capsys):
     lost = figures["lost"][0]
     winner = {"red": "blue", "blue": "red"}[lost["side"]]
     assert f"{winner} won ({lost['seconds']:.1f} s" in capsys.readouterr().out
-    run("evaluate uniform --opponent halo --games 2 --game.time-limit 1")
+    words = "evaluate uniform --opponent halo --games 2 --preset released --game.time-limit 1 --json r.json"
+    run(words)
     assert "lost:" not in capsys.readouterr().out
+    figures, rules = json.loads(Path("r.json").read_text()), GameConfig.preset("released").replace(time_limit=1.0)
+    assert GameConfig.from_dict(figures["rules"]).rules_hash == figures["rules_hash"] == rules.rules_hash
+    assert figures["command"] == f"swarm-pz {words}" and figures["versions"]["numba"]
 
 
 def test_a_moment_of_a_game_is_drawn_as_a_picture(capsys):
@@ -63,8 +67,9 @@ def test_tournament_writes_the_ladder_and_goes_on(capsys):
     run(f"{arguments} 4")
     assert "rating" in capsys.readouterr().out and Path("ladder.png").stat().st_size > 0
     assert len(Path("games.jsonl").read_text().splitlines()) == 4
-    assert {entry["player"] for entry in json.loads(Path("ladder.json").read_text())["players"]} == {"ring", "uniform"}
-    assert json.loads(Path("ladder.json").read_text())["command"] == f"swarm-pz {arguments} 4"
+    ladder = json.loads(Path("ladder.json").read_text())
+    assert {entry["player"] for entry in ladder["players"]} == {"ring", "uniform"}
+    assert (ladder["rules_hash"], ladder["command"]) == (RULES.rules_hash, f"swarm-pz {arguments} 4")
 
 
 def test_bench_measures_every_api(capsys, monkeypatch):

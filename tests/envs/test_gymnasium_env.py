@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import threading
 
 import gymnasium
@@ -176,17 +175,3 @@ def test_gymnasiums_vector_wrappers_take_it():
     assert {values.dtype.kind for name, values in infos.items() if name != "episode"} <= set("bif")
     _, infos = DictInfoToList(gymnasium.make_vec(ID, num_envs=2)).reset(seed=0)
     assert [info["size"] for info in infos] == [10, 10]
-
-
-def test_in_the_step_in_which_one_game_ends_the_others_tell_what_they_took():
-    ring = [(row, col) for row, col in itertools.product(range(18, 23), range(28, 33)) if {row, col} & {18, 22, 28, 32}]
-    cells = np.array([*ring, (20, 30), (45, 5), (45, 5)])
-    quick = {"drones_per_team": (16, 3), "command_period": 0.1, "max_cycles": 100, "side": "red"}
-    envs = DuelVectorEnv(2, **quick, autoreset_mode="SameStep")
-    envs.reset(seed=0, options={"positions": (cells[:, ::-1] + 0.5) / 50})
-    envs.duel.batch.simulator.games.ticks[1] = 297
-    *_, truncated, infos = envs.step(zeros(2))
-    assert truncated.tolist() == [False, True]
-    assert (infos["captured"].tolist(), infos["lost"].tolist()) == ([1, 0], [0, 0])
-    assert (infos["final_info"]["captured"].tolist(), infos["final_info"]["time_s"].tolist()) == ([0, 1], [0.0, 10.0])
-    assert (infos["size"].tolist(), infos["final_info"]["size"].tolist()) == ([17, 16], [0, 17])

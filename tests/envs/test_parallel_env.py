@@ -135,24 +135,6 @@ def test_the_state_shows_each_team_in_its_own_channels():
     assert set(np.unique(state["time_left"])) == {254}
 
 
-def test_infos_tell_size_captures_time_and_outcome():
-    environment = parallel_env(drones_per_team=3, max_cycles=20)
-    _, infos = environment.reset(seed=2)
-    size, generator = infos["red_0"]["size"], np.random.default_rng(0)
-    for _ in range(20):
-        if not environment.agents:
-            break
-        actions = {agent: generator.random((10, 10)).astype(np.float32) ** 4 for agent in environment.agents}
-        *_, infos = environment.step(actions)
-        red, blue = infos["red_0"], infos["blue_0"]
-        size += red["captured"] - red["lost"]
-        assert red["size"] == size == 6 - blue["size"]
-        assert red["captured"] == blue["lost"]
-        assert 0 <= red["recaptured"] <= red["captured"]
-    assert not environment.agents
-    assert {red["outcome"], blue["outcome"]} in ({0}, {1, -1})
-
-
 @pytest.mark.parametrize(
     ("actions", "message"),
     [

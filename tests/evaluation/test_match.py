@@ -8,9 +8,9 @@ import pytest
 from scipy.stats import binomtest
 
 from swarm_pz import policies
-from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
+from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
 from swarm_pz.evaluation.rollout import Game
 
@@ -28,18 +28,6 @@ class Ones:
         self.seeds = list(seeds)
 
     def act(self, observations, rows):
-        return np.ones((len(rows), 10, 10))
-
-
-class Seer:
-    """Covers evenly, and sees the simulator."""
-
-    name = "seer"
-
-    def reset(self, seeds, rows):
-        pass
-
-    def plan(self, simulator, teams, rows):
         return np.ones((len(rows), 10, 10))
 
 
@@ -119,14 +107,6 @@ def test_a_summary_says_of_every_number_whose_it_is():
     assert match.score() == pytest.approx((1 + 3 * 0.5) / 5)
 
 
-def test_a_match_tells_how_far_it_is_and_who_sees_the_simulator(monkeypatch):
-    monkeypatch.setattr("swarm_pz.evaluation.match._BATCH", 4)
-    config, told = SHORT.replace(time_limit=2.0, capture=CaptureConfig(enabled=False)), []
-    match = play_match("uniform", Seer(), games=6, config=config, progress=lambda *now: told.append(now))
-    assert match.privileged == ("seer",) == play_match(Seer(), "uniform", games=2, config=config).privileged
-    assert told == [(0, 6), (4, 6), (4, 6), (6, 6)]
-
-
 def test_start_policy_and_opponent_have_a_stream_each_that_both_games_of_a_pair_share():
     policy, opponent = Ones(), Ones()
     starts = starts_of(policy, opponent, games=4, config=SHORT.replace(time_limit=1.0))
@@ -134,17 +114,6 @@ def test_start_policy_and_opponent_have_a_stream_each_that_both_games_of_a_pair_
     firsts = np.array([[np.random.default_rng(seed).random() for seed in seeds] for seeds in streams])
     np.testing.assert_array_equal(firsts[:, ::2], firsts[:, 1::2])
     assert len(np.unique(firsts)) == 6, "three streams of each of two pairs"
-
-
-def test_matches_do_not_begin_like_training_games():
-    from swarm_pz.training.vec_env import SwarmVecEnv
-
-    env = SwarmVecEnv(SHORT, 8, seed=0)
-    env.reset()
-    trained = {positions.tobytes() for positions in env.duel.batch.simulator.positions}
-    batch = BatchEnv(SHORT, 16)
-    batch.reset(starts_of(Ones(), Ones(), games=16, config=SHORT.replace(time_limit=1.0)))
-    assert not trained & {positions.tobytes() for positions in batch.simulator.positions}
 
 
 def test_matches_repeat_and_do_not_depend_on_batch_or_threads(monkeypatch):
@@ -182,16 +151,6 @@ def test_differences_are_paired_where_opponent_seeds_and_rules_are_the_same():
     for other in ({"opponent": "ring"}, {"seed": 1}, {"games": noise.games[:18]}, {"config": TINY}):
         with pytest.raises(CommandError, match="must share"):
             paired_difference(ring, dataclasses.replace(noise, **other))
-
-
-@pytest.mark.parametrize(
-    ("given", "error"),
-    [({"games": games}, ConfigError) for games in (0, 3, 2.0)]
-    + [({"seed": seed}, CommandError) for seed in (-1, np.random.SeedSequence(1))],
-)
-def test_numbers_that_no_match_has_are_refused(given, error):
-    with pytest.raises(error, match=next(iter(given))):
-        play_match("ring", "uniform", **{"games": 2} | given)
 
 
 def test_the_game_itself_has_its_order():

@@ -16,7 +16,7 @@ import pytest
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import ResultsError, Stopped, WorkerError
+from swarm_pz.errors import ResultsError, WorkerError
 from swarm_pz.evaluation import ladder
 from swarm_pz.evaluation.ledger import GAMES, SETTINGS, folder_lock
 from swarm_pz.evaluation.match import play_match
@@ -126,19 +126,6 @@ def test_an_interrupted_tournament_goes_on_without_losing_or_repeating_a_game(wh
     assert (folder / GAMES).read_bytes() == before and early.results().payoffs()[1].sum() > 0
 
 
-def test_a_tournament_that_should_stop_keeps_its_games_and_others_go_on(whole, tmp_path):
-    """The order of players changes no game."""
-    finished = []
-    tournament = Tournament(FOUR[::-1], CONFIG.replace(games=2), tmp_path, load)
-    with pytest.raises(Stopped) as stop:
-        tournament.play(1, lambda done, _: finished.append(done), lambda: finished[-1:] > [0])
-    kept = len(lines(tmp_path))
-    assert finished[-1] == kept and 0 < kept < 12
-    assert str(stop.value).startswith(f"{kept} games are in {tmp_path}, {12 - kept} are missing")
-    played(tmp_path)
-    assert without_times(tmp_path) == without_times(whole.folder)
-
-
 def test_a_player_that_learned_on_is_refused_even_after_others_played_in_the_folder(tmp_path):
     digest = ["a"]
 
@@ -239,14 +226,6 @@ def test_a_tactic_in_a_file_that_changed_is_another_player(tmp_path, monkeypatch
     assert len(lines(tmp_path / "out")) == 2
 
 
-def test_planned_games_are_dealt_out_first_and_a_few_at_a_time(tmp_path):
-    tournament = Tournament(("ring", "planner", "uniform"), CONFIG.replace(games=46), tmp_path, load)
-    assert (tournament.sorts["planner"], tournament.sorts["ring"]) == ("planned", "scripted")
-    blocks = tournament.missing()
-    assert all("planner" in block for block in blocks[:46])
-    assert [len(numbers) for *_, numbers in blocks] == [2] * 46 + [20, 20, 6]
-
-
 # --- forfeits -------------------------------------------------------------------------------------
 
 
@@ -334,21 +313,6 @@ def test_time_to_make_a_player_and_to_show_it_a_game_is_nobodys_thinking(clock, 
     monkeypatch.setattr(BatchEnv, "observe", late(BatchEnv.observe))
     (game,) = play_block(late(policies.load), "ring", "uniform", [1], CONFIG)
     assert not game.forfeit
-
-
-def test_a_player_that_cannot_be_made_has_lost_nothing(tmp_path):
-    made = []
-
-    def load_once(name, config):
-        made.append(name)
-        if name == "ring" and made.count(name) > 1:
-            raise AttributeError("partially initialized module")
-        return policies.load(name, config)
-
-    tournament = Tournament(("ring", "uniform"), CONFIG, tmp_path, load_once)
-    with pytest.raises(WorkerError, match="cannot load ring: AttributeError"):
-        tournament.play()
-    assert not (tmp_path / GAMES).exists()
 
 
 COMMAND = """

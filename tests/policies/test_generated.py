@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig
-from swarm_pz.policies.generated import TEST, TRAINING, generated, hide
+from swarm_pz.policies.generated import TEST, TRAINING, generated
 from swarm_pz.policy import registered
 
 GAMES = 40
@@ -30,18 +30,6 @@ def test_a_games_opponent_is_its_own_and_depends_on_no_other_game(kind):
     assert np.isfinite(answers).all() and answers.min() >= 0.0 and (answers.max(axis=(2, 3)) == 1.0).all()
     np.testing.assert_array_equal(played(kind, ROWS[7:8]), answers[:, 7:8])
     assert len(np.unique(answers.reshape(len(answers), GAMES, -1), axis=1)[0]) > GAMES // 2
-
-
-def test_hiding_places_are_in_all_corners_at_walls_and_inside():
-    rows = np.arange(400)
-    peaks = played(hide, rows, seconds=1)[0].reshape(len(rows), -1).argmax(axis=1)
-    row, column = peaks // 10, peaks % 10
-    at_row, at_column = np.isin(row, (0, 9)), np.isin(column, (0, 9))
-    corners = {(one, other) for one, other in zip(row, column, strict=True) if {one, other} <= {0, 9}}
-    assert len(corners) == 4
-    assert (
-        60 < (at_row & at_column).sum() < 160 and (at_row ^ at_column).sum() > 100 and (~at_row & ~at_column).sum() > 50
-    )
 
 
 def test_kinds_to_test_with_are_no_kinds_to_train_with_and_have_no_names():

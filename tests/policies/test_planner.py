@@ -87,7 +87,7 @@ def test_it_is_called_by_its_model_which_may_be_any_policy_or_a_guess_among_the_
 def test_it_beats_uniform_coverage_quickly():
     planner = Planner(GameConfig(time_limit=60.0), settings=PlannerConfig(drone_steps=20_000))
     summary = play_match(planner, "uniform", games=2, config=GameConfig(time_limit=60.0)).summary()
-    assert summary["wins"] == 2 and summary["restricted_mean_seconds"] < 40
+    assert summary["privileged"] == ["planner"] and summary["wins"] == 2 and summary["restricted_mean_seconds"] < 40
 
 
 @pytest.mark.parametrize(("name", "team"), [("ring", 0), ("halo", 1)])

@@ -8,7 +8,7 @@ import pytest
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import RenderError
 from swarm_pz.rendering import overlays
-from swarm_pz.rendering.board import TEAM_COLOURS, blank
+from swarm_pz.rendering.board import TEAM_COLOURS
 from swarm_pz.rendering.overlays import KINDS, make_overlays
 from swarm_pz.rendering.painter import ARENA, HEADER, MARGIN, draw
 from swarm_pz.simulator import Simulator
@@ -81,19 +81,6 @@ def test_an_overlay_is_of_its_own_team(mirrored, team):
     seen = ink("potential").max(axis=2).reshape(30, 20, 30, 20).mean(axis=(1, 3))[::-1]
     expected = heights if team == 0 else heights[:, ::-1]
     assert np.corrcoef(seen.ravel(), expected.ravel())[0, 1] > 0.5
-
-
-@pytest.mark.parametrize("team", [0, 1])
-def test_arrows_point_down_the_potential(mirrored, monkeypatch, team):
-    arrows = []
-    monkeypatch.setattr(overlays, "_arrow", lambda pen, start, end, *_: arrows.append((start, end)))
-    make_overlays(["potential"], [team])[0].paint(blank(600, 600), mirrored, 0, 600)
-    _, gradient = potential(mirrored, 0, team, 13)
-    assert len(arrows) > 30
-    for start, end in arrows:
-        x, y = (start + end) / 2 / (2 * 600) * 13  # the pen is twice as fine
-        way, slope = (end - start) * [1, -1], gradient[12 - int(y), int(x)]
-        assert way @ slope == pytest.approx(-np.linalg.norm(way) * np.linalg.norm(slope))
 
 
 def test_overlays_lie_in_their_order_and_those_that_nobody_could_read_are_refused():

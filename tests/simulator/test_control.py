@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig
-from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, FlightError
 from swarm_pz.simulator import CheckedCommands, Simulator
 from tests.systems_of_tests import Magnet, install
@@ -20,17 +19,7 @@ DENSITY = np.ones((10, 10))
 
 @pytest.fixture(autouse=True)
 def systems(monkeypatch):
-    install(monkeypatch, Magnet, Refuser, Faulty)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Refuser(Magnet):
-    """As the magnet, but densities mean nothing to it."""
-
-    name: ClassVar[str] = "refuser"
-
-    def from_densities(self, densities, config):
-        return None
+    install(monkeypatch, Magnet, Faulty)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,19 +122,6 @@ def test_a_captured_drone_is_flown_by_its_new_team_from_the_next_solve_on():
     assert not simulator.games.accelerations[0, 6:].any()
 
 
-def test_a_command_must_suit_the_drones_of_the_game_that_it_is_for(monkeypatch):
-    simulator = games(swapped=(True, False), controllers=("formation", "ergodic"))
-    commands = [DENSITY, {"points": [(-1, -1), (1, -1), (1, 1), (-1, 1)]}]
-    simulator.games.teams[0, 4:6] = 0  # red has six drones where the ergodic controller flies them
-    simulator.command(0, commands)
-    simulator.games.teams[0, 3:6], simulator.games.teams[1, 4] = 1, 0
-    with pytest.raises(CommandError, match="that is 5, got 4"):
-        simulator.command(0, commands)
-    monkeypatch.setattr(Magnet, "check_sizes", lambda *_: 1 / 0)
-    with pytest.raises(CommandError, match="cannot be read by the control system magnet: ZeroDivisionError"):
-        games(swapped=(False,)).command(0, [[0.5, 0.5]])
-
-
 def test_systems_solve_at_control_periods_however_a_game_is_advanced():
     whole, parts = (games(swapped=(False, True, False)) for _ in range(2))
     whole.advance(np.array([37, 41, 0]))
@@ -177,29 +153,6 @@ def test_a_bad_command_changes_no_game(commands, said):
         np.testing.assert_array_equal(array, former)
 
 
-def test_densities_are_served_by_a_system_that_knows_how():
-    simulator, rows = games(), np.arange(2)
-    dots = np.zeros((2, 10, 10))
-    dots[:, 4, 8] = 1.0
-    served = simulator.control.read(dots, simulator.games, rows, 0, "density", "answer")
-    np.testing.assert_allclose(served[0, :3], [0.85, 0.45, 0.0])
-    np.testing.assert_array_equal(served[1], dots[1].ravel())
-    refuser = games(controllers=("refuser", "ergodic"))
-    with pytest.raises(CommandError, match="'density' cannot fly refuser, which takes those of kind 'place'"):
-        refuser.control.read(dots, refuser.games, rows, 0, "density", "answer")
-    with pytest.raises(CommandError, match="'place' cannot fly ergodic"):
-        simulator.control.read(np.zeros((2, 2)), simulator.games, rows, 0, "place", "answer")
-
-
-def test_a_pair_of_commands_steps_a_batch():
-    batch = BatchEnv(GameConfig(**MIXED), num_games=2)
-    batch.reset([0, 1])
-    batch.step(([[0.2, 0.3]] * 2, np.ones((2, 10, 10))))
-    np.testing.assert_array_equal(batch.simulator.games.commands[:, 0, :2], [[0.2, 0.3]] * 2)
-    with pytest.raises(CommandError, match="pair"):
-        batch.step(np.ones((2, 2, 10, 10)))
-
-
 @pytest.mark.parametrize(
     ("fault", "said"),
     [
@@ -218,15 +171,6 @@ def test_a_system_at_fault_is_named(fault, said):
     with pytest.raises(FlightError, match=said) as caught:
         simulator.advance(30)
     assert (caught.value.team, caught.value.system, caught.value.rows) == (0, "faulty", (0,))
-
-
-def test_only_games_whose_answers_are_broken_are_named():
-    simulator = games(swapped=(False,) * 3, controllers=(Faulty(fault="nan"), "ergodic"))
-    for row, place in enumerate((0.2, 0.9, 0.3)):
-        simulator.games.positions[row] = place
-    with pytest.raises(FlightError) as caught:
-        simulator.advance(3)
-    assert caught.value.rows == (1,), "the others may go on"
 
 
 @pytest.mark.parametrize(

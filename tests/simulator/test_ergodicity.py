@@ -74,13 +74,6 @@ def test_the_gradient_is_that_of_the_potential():
         np.testing.assert_allclose(gradient[1:-1, 1:-1, axis], slope[1:-1, 1:-1], atol=2e-3 * scale)
 
 
-def test_a_smooth_density_comes_back_from_its_coefficients():
-    truth = np.exp(-((CENTRES[None] - 0.45) ** 2 + (CENTRES[:, None] - 0.6) ** 2) / (2 * 0.12**2))
-    truth /= truth.mean()
-    cosines = np.cos(np.pi * np.outer(np.arange(10), CENTRES))
-    np.testing.assert_allclose(reconstruct(cosines @ truth.T @ cosines.T / 50**2, 50), truth, atol=0.01 * truth.max())
-
-
 def test_the_smooth_picture_of_a_point_is_nowhere_negative():
     point = basis([0.31, 0.77], 10)
     assert reconstruct(point, 50).min() < -1.0
@@ -124,15 +117,3 @@ def test_a_flock_has_no_potential():
         with pytest.raises(CommandError, match=f"{side} is flown by flocking"):
             potential(simulator, 0, team, cells=5)
         assert np.isfinite(potential(simulator, 0, 1 - team, cells=5)[0]).all()
-
-
-def test_the_metric_compares_with_a_density_whatever_its_mass_is_to_the_controller():
-    found = []
-    for mass in (1.0, 10.0):
-        simulator = Simulator(GameConfig(controller=ControllerConfig(target_mass=mass)))
-        simulator.reset([0])
-        simulator.command(0, np.eye(10)[None])
-        metric = ErgodicMetric(simulator, 0)
-        metric.observe()
-        found.append(metric.value())
-    np.testing.assert_allclose(*found, rtol=1e-5)

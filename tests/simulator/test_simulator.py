@@ -20,7 +20,6 @@ from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, Dynamics
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.parameters import boards_of
-from swarm_pz.systems import FlockingCommand
 
 
 def play(simulator: Simulator, seconds: int, streams: list[int]) -> None:
@@ -239,8 +238,7 @@ def test_pytorchs_idle_threads_leave_the_cores_to_the_game(imported, monkeypatch
 
 # --- what is refused --------------------------------------------------------------------------------------------------
 
-MIXED = GameConfig(controllers=("ergodic", "flocking"))
-FLOCK, ONES = FlockingCommand(position=(0.2, 0.3), weight=60.0), np.ones((2, 10, 10))
+ONES = np.ones((2, 10, 10))
 DOUBTFUL = {
     "NaN": (lambda s: s.command(0, ONES * np.nan), "got nan at index"),
     "one command for two games": (lambda s: s.command(0, ONES[:1]), "shape"),
@@ -345,26 +343,6 @@ def test_a_decided_game_stays_as_it_is_and_takes_no_commands():
     assert simulator.games.ticks.tolist() == [3, 0, 7, 0]
     for row in range(4):
         assert_same_game(simulator, row, apart, row)
-
-
-def test_a_command_is_for_the_games_and_the_team_that_it_names():
-    simulator = Simulator(MIXED, num_games=4)
-    simulator.reset(range(4), swapped=[False, True, False, True])
-    before = simulator.snapshot()
-    simulator.command(1, [FLOCK, ONES[0] * np.linspace(0, 1, 10)], rows=[2, 1])
-    for name, array, then in zip(before._fields, simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array[[0, 3]], then[[0, 3]], err_msg=name)
-        if name in ("targets", "coefficients", "commands"):
-            np.testing.assert_array_equal(array[:, 0], then[:, 0], err_msg=name)
-            assert not np.array_equal(array[2, 1], then[2, 1]), name
-    np.testing.assert_allclose(simulator.games.commands[2, 1, :3], [0.2, 0.3, 60.0])
-    centres = (np.arange(10) + 0.5) / 10
-    shown = simulator.targets[2, 1]  # to those who watch
-    assert [shown.sum(axis=0) @ centres, shown.sum(axis=1) @ centres] == pytest.approx([0.2, 0.3])
-    for row in range(4):
-        flocks = 0 if row % 2 else 1
-        with pytest.raises(CommandError, match="for ergodic, which takes density"):
-            simulator.command(1 - flocks, [FLOCK], rows=[row])
 
 
 def test_what_can_be_seen_cannot_be_changed_and_is_what_the_games_hold():

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import CaptureConfig, GameConfig, SpawnConfig
+from swarm_pz.config import GameConfig, SpawnConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.spawn import check_seed, next_seed
@@ -114,9 +114,3 @@ def test_a_scenario_takes_the_place_of_what_it_names_and_of_nothing_else():
 def test_what_no_drone_can_have_is_refused(scenario, message):
     with pytest.raises(CommandError, match=message):
         Simulator(GameConfig(drones_per_team=2)).reset([0], scenario=scenario)
-
-
-def test_without_captures_all_drones_may_be_of_one_team():
-    simulator = Simulator(GameConfig(drones_per_team=2, capture=CaptureConfig(enabled=False)))
-    simulator.reset([0], scenario={"teams": [1, 1, 1, 1]})
-    assert simulator.sizes.tolist() == [[0, 4]]

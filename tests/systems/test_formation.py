@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from swarm_pz.envs import BatchEnv
-from swarm_pz.errors import CommandError, PolicyError
+from swarm_pz.errors import CommandError
 from swarm_pz.kernels.assignment import assign
 from swarm_pz.simulator import Simulator
-from swarm_pz.spaces.formats import Format
 from swarm_pz.systems.formation import Formation
-from swarm_pz.systems.shapes import SHAPES, unit_slots
+from swarm_pz.systems.shapes import unit_slots
 from tests.systems.flights import game_of
 
 CONFIG = game_of("formation", 20).replace(drones_per_team=10)
@@ -75,16 +73,6 @@ def test_five_numbers_and_a_mapping_say_the_same():
     assert drawn[4] == pytest.approx(0.7) and drawn[5] == 4
 
 
-def test_every_shape_has_an_equal_part_of_what_learners_send():
-    numbers = np.linspace(-1, 1, 1001)
-    made = Format(CONFIG, CONFIG.observations[0], action="normalised")
-    assert made.action_space.shape == (5,)
-    commands = made.read(np.stack([numbers, *[0 * numbers] * 4], axis=1), 1001)
-    counts = np.bincount(commands[:, 0].astype(int), minlength=len(SHAPES) + 1)
-    assert counts[-1] == 0 and counts[:-1].tolist() == [200] * 4 + [201]
-    assert Formation().slots(parse([5, 0.5, 0.5, 0.2, 0]), 9).shape == (9, 2)
-
-
 @pytest.mark.parametrize(
     ("command", "said"),
     [
@@ -131,23 +119,6 @@ def test_fewer_points_than_drones_are_refused_when_sent_and_the_game_is_unchange
     simulator.games.teams[0, 10] = 0  # the team grows: a drone shares a point
     simulator.advance(30)
     assert simulator.sizes[0, 0] == 11
-
-
-def test_environments_and_policies_cannot_send_fewer_points_than_drones():
-    batch, few = BatchEnv(CONFIG, num_games=1), {"points": SQUARE}
-    batch.reset([0])
-    with pytest.raises(CommandError, match=r"blue's commands: .* that is 10, got 4"):
-        batch.step(([{"shape": "ring"}], [few]))
-    batch.step(([{"shape": "ring"}], [{"shape": "disc"}]))
-
-    class Drawer:
-        observation, answers = CONFIG.observations[0], "formation"
-
-        def act(self, observations, rows):
-            return np.stack([parse(few) for _ in rows])
-
-    with pytest.raises(PolicyError, match="that is 10, got 4"):
-        batch.ask(Drawer(), np.array([0]), np.array([0]))
 
 
 def test_watchers_see_the_slots():

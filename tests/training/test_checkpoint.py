@@ -5,11 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 from safetensors.numpy import save_file
 
 from swarm_pz.errors import CheckpointError
-from swarm_pz.training import checkpoint
 from swarm_pz.training.checkpoint import read, read_story, write
 
 
@@ -50,19 +48,3 @@ def test_a_checkpoint_that_is_being_written_is_not_seen(tmp_path, monkeypatch):
     story, arrays = read(path)
     assert story["told"] == 1 and not arrays["numbers"].any()
     assert [file.name for file in tmp_path.iterdir()] == ["run"]
-
-
-def test_random_streams_that_were_put_back_give_the_same_numbers_again():
-    def draw():
-        return [np.random.normal(), np.random.random(), float(torch.rand(1)), float(torch.randn(1))]  # noqa: NPY002
-
-    with checkpoint.random_streams_kept():
-        np.random.normal()  # noqa: NPY002  (the second of a pair is kept for the next call)
-        found = checkpoint.random_streams()
-        first = draw()
-        with checkpoint.random_streams_kept():
-            second = draw()
-        assert second != first
-        assert draw() == second
-        checkpoint.set_random_streams(found)
-        assert draw() == first
