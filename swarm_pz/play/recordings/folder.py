@@ -1,20 +1,27 @@
-"""A folder of recorded games: only regular files of the folder itself, and none that is too large.
+"""A folder of recorded games: only regular files of the folder itself, none of them too large, and their summaries.
 
 A link may lead to somebody's private file, and opening a pipe waits for its writer.
 """
 
 from __future__ import annotations
 
+import contextlib
 import re
 import stat
 from pathlib import Path
 
-from swarm_pz.errors import ConfigError, RecordingError
+from msgspec import Struct
+
+from swarm_pz.config import TICKS_PER_SECOND
+from swarm_pz.errors import ConfigError, ProtocolError, RecordingError
 from swarm_pz.files import opened, read_bytes
+from swarm_pz.play.protocol import EndedBy, EndMessage, Header, Outcome, RecordedSeat, decode_log
 
 SUFFIX = ".jsonl"
 MOST_BYTES = 256 * 2**20
 """Largest file that is read."""
+END_BYTES = 8 * 2**10
+"""Bytes of a file's beginning and of its end that are read: its first and its last line have less."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.jsonl")
 
 
@@ -26,7 +33,7 @@ def checked_name(name: str) -> str:
 
 
 def is_regular(path: Path) -> bool:
-    """Tell whether a path is of a regular file, and no link to one."""
+    """Return True if a path is of a regular file, and no link to one."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except OSError:
@@ -50,3 +57,38 @@ def read_ends(path: Path, count: int) -> tuple[bytes, bytes]:
             return first, file.read(count)
     except ConfigError as error:
         raise RecordingError(f"{path} {error}") from error
+
+
+class Summary(Struct):
+    """A recorded game; a file that is no game, or unfinished, leaves fields empty.
+
+    `seconds` are of game, `sizes` the drones of red and blue at its end.
+    """
+
+    name: str
+    started: str | None = None
+    red: RecordedSeat | None = None
+    blue: RecordedSeat | None = None
+    lesson: bool = False
+    outcome: Outcome | None = None
+    ended_by: EndedBy | None = None
+    seconds: float | None = None
+    sizes: tuple[int, int] | None = None
+
+
+def summary_of(path: Path) -> Summary:
+    """Return the summary of a file, with as much as its first and its last line tell."""
+    summary = Summary(path.name)
+    with contextlib.suppress(RecordingError, ProtocolError):
+        first, last = read_ends(path, END_BYTES)
+        header = decode_log(first.partition(b"\n")[0])
+        if not isinstance(header, Header):
+            return summary
+        summary.started, summary.lesson = header.started, header.lesson
+        summary.red, summary.blue = header.red, header.blue
+        end = decode_log(last.removesuffix(b"\n").rpartition(b"\n")[2])
+        if not isinstance(end, EndMessage):
+            return summary
+        summary.outcome, summary.ended_by, summary.sizes = end.outcome, end.ended_by, end.sizes
+        summary.seconds = round(end.tick / TICKS_PER_SECOND, 1)
+    return summary

@@ -15,10 +15,9 @@ from swarm_pz.errors import OutputError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import installed_systems
 from swarm_pz.play.opponents import opponents_among
-from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
+from swarm_pz.play.recordings.folder import SUFFIX, Summary, checked_name, is_regular, summary_of
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import trial_rows
-from swarm_pz.play.recordings.summary import Summary, summary_of
 from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.rate_limit import AddressLimits
 from swarm_pz.play.server.replays import LoadedRecording, ReplaySession, bounded

@@ -14,7 +14,7 @@ import numpy as np
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError
 from swarm_pz.play.commands import CommandReader
-from swarm_pz.play.protocol import CapturedMessage, InForceMessage, SeatCommand
+from swarm_pz.play.protocol import CapturedMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.play.studies.design import Study
@@ -138,7 +138,7 @@ class _Person:
         own = TEAM_NAMES.index(line["side"])
         recording = self._recording(step, line["recording"])
         if recording is not None:
-            seat = _seat_of(recording, line["side"])
+            seat = next((row for row in seat_rows(recording) if row.side == line["side"]), None)
             sizes = recording.config.game.team_sizes
             told |= _told_by(seat) | {"drones": sizes[own], "opponent_drones": sizes[1 - own]}
             self._commands(step, recording, own)
@@ -163,14 +163,17 @@ class _Person:
                 raise RecordingError(f"its recording {path} is not in the study's folder")
             if self.is_alone and step.played.is_of_two and not path.exists():
                 return None  # it was deleted with what their partner did
-            return Recording.read(path)
+            recording = Recording.read(path)
+            recording.in_force()  # which raises if its commands are corrupt
+            return recording
         except RecordingError as error:
             self._fault(step.id, error)
             return None
 
     def _commands(self, step: Step, recording: Recording, own: int) -> None:
-        reader, ticks = CommandReader(recording.config.game), _ticks_in_force(recording)
-        for line, command, tick in zip(recording.of(SeatCommand), recording.commands, ticks, strict=True):
+        reader = CommandReader(recording.config.game)
+        ticks = {id(command): tick for tick, command in recording.in_force()}  # clients that come back reuse numbers
+        for line, command in zip(recording.of(SeatCommand), recording.commands, strict=True):
             picture = reader.picture(command)
             row = CommandRow(
                 participant=self.who,
@@ -182,7 +185,7 @@ class _Person:
                 kind=command.kind,
                 tick=line.tick,
                 seconds=line.tick / TICKS_PER_SECOND,
-                in_force_tick=tick,
+                in_force_tick=ticks.get(id(command)),
                 drawing_ms=line.timing.drawing_ms if line.timing is not None else None,
                 strokes=len(line.strokes) if line.strokes is not None else None,
                 centre_x=_centre(picture.sum(axis=0)),
@@ -237,28 +240,10 @@ class _Person:
             )
 
 
-def _seat_of(recording: Recording | None, side: str) -> SeatRow | None:
-    rows = seat_rows(recording) if recording is not None else []
-    return next((row for row in rows if row.side == side), None)
-
-
 def _told_by(seat: SeatRow | None) -> dict[str, Any]:
     """Return those columns of a game that its recording tells."""
     names = [one.name for one in fields(GameRow) if one.default is not MISSING]
     return {name: getattr(seat, name) for name in names if hasattr(seat, name)}
-
-
-def _ticks_in_force(recording: Recording) -> list[int | None]:
-    """Return the tick from which each command was in force. A client that comes back numbers its commands anew."""
-    ticks: list[int | None] = []
-    latest: dict[tuple[int, str, int], int] = {}
-    for line in recording.log:
-        if isinstance(line, SeatCommand):
-            latest[line.team, line.sender, line.number] = len(ticks)
-            ticks.append(None)
-        elif isinstance(line, InForceMessage) and (key := (line.team, line.sender, line.number)) in latest:
-            ticks[latest[key]] = line.tick
-    return ticks
 
 
 def _centre(sums: np.ndarray[Any, Any]) -> float | None:

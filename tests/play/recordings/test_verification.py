@@ -53,11 +53,9 @@ def place_of(lines, kind, nth=0, **fields):
     ("damage", "named"),
     [
         (lambda lines: lines[:-1], "unfinished"),
-        (lambda lines: [*lines[:9], b"\x00" * len(lines[9]), *lines[10:]], "line 10 of"),
         (lambda lines: [*lines[:9], lines[9][: len(lines[9]) // 2], *lines[10:]], "line 10 of"),
         (lambda lines: [line for line in lines if b'"tick":30' not in line], "differs at 30"),
         (lambda lines: [*lines, lines[-1]], "comes after the game's end"),
-        (lambda lines: [lines[0], *lines], "first line alone"),
     ],
 )
 def test_lines_that_are_cut_doubled_or_torn_are_named(damage, named, played, tmp_path):
@@ -126,18 +124,6 @@ def test_what_does_not_follow_from_commands_and_start_is_named(forge, named, pla
     assert forged != lines
     write_lines(tmp_path / "a.jsonl", forged)
     assert named in fault_of(tmp_path / "a.jsonl")
-
-
-def test_other_rules_play_another_game(played, tmp_path):
-    lines = plain_lines(played)
-    table = TableConfig.from_dict(lines[0]["table"])
-    for forged in (
-        table.replace(game=table.game.replace(controller=table.game.controller.replace(max_acceleration=0.5))),
-        table.replace(game=table.game.replace(time_limit=4.0)),
-        table.replace(min_command_interval=2.0),
-    ):
-        write_lines(tmp_path / "a.jsonl", [lines[0] | {"table": forged.to_dict()}, *lines[1:]])
-        assert fault_of(tmp_path / "a.jsonl")
 
 
 def leaves(value, path=()):

@@ -8,7 +8,7 @@ from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Progress
 from tests.play.recordings.games import record
-from tests.play.studies.playing import PLAIN, begun, walk, written
+from tests.play.studies.playing import PLAIN, begun, walk
 
 PAIR = """
 title = "Each other"
@@ -64,16 +64,6 @@ def test_codes_are_drawn_once_and_open_what_has_another_name(folder, tmp_path):
         (path / "codes.txt").write_text(text)
         with pytest.raises(ConfigError, match=r"codes\.txt"):
             StudyFolder(path)
-
-
-def test_a_link_in_the_place_of_the_draft_is_not_written_through(tmp_path):
-    written(tmp_path / "plan")
-    for name in ("data", "elsewhere"):
-        (tmp_path / name).mkdir()
-    (tmp_path / "data" / ".study.draft").symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(OutputError, match="cannot be kept"):
-        StudyFolder.begin(tmp_path / "plan" / "study.toml", tmp_path / "data")
-    assert not list((tmp_path / "elsewhere").iterdir())
 
 
 def test_a_game_that_was_over_when_the_power_went_counts(folder):

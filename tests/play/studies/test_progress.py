@@ -1,7 +1,6 @@
 """A participant's way through a study, over reloads, crashes and power cuts."""
 
 import json
-import os
 
 import numpy as np
 import pytest
@@ -122,9 +121,3 @@ def test_a_corrupt_line_is_named(line, tmp_path):
         file.write(line + "\n")
     with pytest.raises(RecordingError, match=r"line 2 of .* is corrupt"):
         Progress(study, path, 0)
-
-
-def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(tmp_path):
-    os.mkfifo(tmp_path / "p.jsonl")
-    with pytest.raises(RecordingError, match="a regular file"):
-        Progress(written(tmp_path), tmp_path / "p.jsonl", 0)
