@@ -30,11 +30,7 @@ def load(name: str | Path, config: GameConfig | None = None, system: ControlSyst
 
 
 def read_folder(folder: Path, config: GameConfig) -> Player:
-    """Return the policy in a folder, for the entry-point group of folders.
-
-    Raises a CheckpointError if the folder's files are missing or corrupt, or do not fit the game, and a
-    MissingExtraError if PyTorch, or ONNX Runtime, is not installed.
-    """
+    """Return the policy in a folder, as an entry point; raise a CheckpointError, or a MissingExtraError."""
     from swarm_pz.policies.onnx_policy import MODEL, OnnxPolicy
 
     is_learned = (folder / "policy.safetensors").exists()

@@ -132,10 +132,7 @@ def load_model(path: Path) -> Any:
 
 
 def export_model(policy: Any, config: GameConfig, system: ControlSystem, folder: Path, name: str) -> None:
-    """Write a policy of Stable-Baselines3, as of `load_model`, as an ONNX file with its card.
-
-    Raises a PolicyError if its spaces are none of this game, and a CheckpointError if the ONNX model cannot play.
-    """
+    """Write a policy of SB3, as of `load_model`, as ONNX; raise a PolicyError or CheckpointError if it cannot play."""
     observation, options = format_of(policy.observation_space, policy.action_space, config, system=system)
     shown = Format(config, observation, system, **options).observation_space
     if shown != policy.observation_space:

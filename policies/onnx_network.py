@@ -51,10 +51,7 @@ _known: dict[str, Signature] = {}
 
 
 class Network:
-    """A model that runs, from the bytes of its file.
-
-    Raises a CheckpointError if it does not run as a policy's model must; the message follows the model's name.
-    """
+    """A model that runs, from its file's bytes; raises a CheckpointError, to follow its name, if it cannot play."""
 
     def __init__(self, data: bytes) -> None:
         if len(data) > MOST_BYTES:
@@ -97,11 +94,7 @@ class Network:
             self._start()
 
     def run(self, feeds: Arrays) -> Arrays:
-        """Return all outputs for `Signature.rows` games.
-
-        Raises a ForfeitError if the process ends or takes too long, and a PolicyError if the model fails, or answers
-        NaN or infinity.
-        """
+        """Return all outputs for `Signature.rows` games; raise a ForfeitError or a PolicyError if the model fails."""
         packed = {
             name: [str(array.dtype), array.shape, base64.b64encode(array.tobytes()).decode()]
             for name, array in feeds.items()

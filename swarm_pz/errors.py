@@ -112,10 +112,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def require_extra(module: str, extra: str) -> ModuleType:
-    """Import `module`; the error names the extra of swarm-pz that has it, and the line that installs it.
-
-    Raises a MissingExtraError if the module is not installed.
-    """
+    """Import `module`; raise a MissingExtraError that names its extra of swarm-pz, and the line that installs it."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

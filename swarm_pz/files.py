@@ -73,10 +73,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def check_file(path: Path) -> None:
-    """Make the folder of a file, before the work whose results it will hold.
-
-    Raises an OutputError if the file could not be written: it is a folder, or its folder cannot be made or written to.
-    """
+    """Make the folder of a file, before work; raise an OutputError if the file could not be written."""
     check_folder(path.parent)
     if path.is_dir():
         raise OutputError(f"expected the name of a file to write, got the folder {str(path)!r}")
@@ -85,10 +82,7 @@ def check_file(path: Path) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """Make a folder that is to be written to.
-
-    Raises an OutputError if it or a folder above it is a file, or may not be written to.
-    """
+    """Make a folder that is to be written to; raise an OutputError if that cannot be."""
     try:
         place = next(place for place in (path, *path.absolute().parents) if place.exists())
         if not place.is_dir():
@@ -108,10 +102,7 @@ def check_folder(path: Path) -> None:
 
 @contextmanager
 def draft_of(path: Path) -> Iterator[Path]:
-    """Yield a draft beside a file, which takes the file's name when the block ends, and is deleted if it fails.
-
-    Raises an OutputError if the file cannot be written.
-    """
+    """Yield a draft beside a file, which takes the file's name at the end of the block, or is deleted if it fails."""
     check_file(path)
     draft = path.with_name(f".{path.stem}.draft{path.suffix}")
     try:
@@ -128,10 +119,7 @@ def draft_of(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def named_if_full(path: Path, written: Path) -> Iterator[None]:
-    """Turn errors of a full disk into one that names the file; `written` is the file or a draft of it.
-
-    Raises an OutputError if the disk or the user's quota is full.
-    """
+    """Raise an OutputError that names the file if the disk is full; `written` is the file or its draft."""
     try:
         yield
     except OSError as error:

@@ -42,11 +42,7 @@ class Shipped:
         self.__doc__ = _ABOUT.get(folder.name) or str(json.loads((folder / "policy.json").read_text()).get("about", ""))
 
     def __call__(self, config: GameConfig) -> LearnedPolicy:
-        """Make the policy for a game.
-
-        Raises a CheckpointError if its files are damaged or were changed, and a MissingExtraError if PyTorch is not
-        installed.
-        """
+        """Make the policy for a game; raise a CheckpointError, or a MissingExtraError without PyTorch."""
         require_extra("torch", "train")
         from swarm_pz.policies.learned import LearnedPolicy
 
@@ -63,10 +59,7 @@ class trained:  # noqa: N801  (reads like the policy's name that it is)
         self._config = config
 
     def for_system(self, system: ControlSystem) -> LearnedPolicy:
-        """Return the policy that was trained for a system.
-
-        Raises a KindError if there is none, and a MissingExtraError if PyTorch is not installed.
-        """
+        """Return the policy that was trained for a system; raise a KindError if there is none."""
         track = "fixed_wing" if self._config.dynamics.min_speed > 0 else "hovering"
         folder = _HERE / "systems" / track / system.name
         if not (folder / "policy.json").is_file():

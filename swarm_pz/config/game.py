@@ -98,10 +98,7 @@ class GameConfig(Config):
         return cls(**PRESETS[name])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the configuration as nested dicts, lists, numbers and strings.
-
-        Raises a ConfigError if a control system is not installed: nobody could read its name again.
-        """
+        """Return plain values; raise a ConfigError if a control system is not installed, since files name it."""
         for system in self._controllers:
             if isinstance(system, ControlSystem) and not is_installed(type(system)):
                 raise ConfigError(

@@ -45,10 +45,7 @@ def _said(point: importlib.metadata.EntryPoint) -> str:
 
 @functools.cache
 def system_class(name: str) -> type[ControlSystem]:
-    """Return the class of an installed control system.
-
-    Raises a ConfigError if it is unknown, cannot be imported, or is no control system of that name.
-    """
+    """Return the class of an installed control system; raise a ConfigError if it is unknown or broken."""
     point = _find(name)
     said = f"controllers: {_said(point)}"
     try:
@@ -91,10 +88,7 @@ def _find(name: str) -> importlib.metadata.EntryPoint:
 
 
 def system_of(choice: str | ControlSystem) -> ControlSystem:
-    """Return a control system by its name, with default parameters; an object is returned as it is.
-
-    Raises a ConfigError as `system_class` does, and if it cannot be made.
-    """
+    """Return a control system by its name, with default parameters; an object is returned as it is."""
     if not isinstance(choice, str):
         return choice
     return _make(system_class(choice), lambda: _said(_find(choice)))

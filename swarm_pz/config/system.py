@@ -85,10 +85,7 @@ class ControlSystem(Config):
         raise NotImplementedError(f"{type(self).__name__} must have a command to begin with")
 
     def parse(self, command: Any, config: GameConfig, name: str = "command") -> NDArray[np.float64]:
-        """Return one command, written in any form, as a float64 array of the space's shape.
-
-        Raises a CommandError if it is not of the space.
-        """
+        """Return one command, in any form, as float64 of the space's shape; raise a CommandError if it is not of it."""
         space = self.space(config)
         return check_values(command, space.shape, space.low, space.high, name)
 
@@ -100,10 +97,7 @@ class ControlSystem(Config):
     def check_sizes(
         self, commands: NDArray[np.float64], sizes: NDArray[np.int64], config: GameConfig, name: str
     ) -> None:
-        """Refuse parsed commands (n, *shape) that teams of `sizes` (n,) drones cannot fly.
-
-        Raises a CommandError if there is one.
-        """
+        """Raise a CommandError if teams of `sizes` (n,) drones cannot fly parsed commands (n, *shape)."""
 
     def from_densities(self, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
         """Return commands (n, *shape) for densities (n, A, A), with which policies of densities fly it; None: never."""
@@ -144,10 +138,7 @@ def serve(system: ControlSystem, densities: NDArray[np.float64], config: GameCon
 
 
 def serves_densities(system: ControlSystem, config: GameConfig) -> bool:
-    """Test that densities can be converted to a system's commands.
-
-    Raises a ConfigError if it cannot serve even coverage as it says it does.
-    """
+    """Test that densities can be converted to a system's commands; raise a ConfigError if that fails."""
     try:
         return serve(system, np.ones((1, config.command_cells, config.command_cells)), config) is not None
     except CommandError as error:

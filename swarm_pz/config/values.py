@@ -64,10 +64,7 @@ def check_values(
 
 
 def check_indices(given: ArrayLike, shape: tuple[int, ...], count: int, expected: str) -> NDArray[np.integer]:
-    """Return an array of this shape of whole numbers in [0, count).
-
-    Raises a CommandError that begins with `expected` if they are not.
-    """
+    """Return whole numbers in [0, count) of a shape; raise a CommandError that begins with `expected` otherwise."""
     try:
         numbers = np.array(given)
         fits = numbers.shape == shape and np.issubdtype(numbers.dtype, np.integer)

@@ -54,10 +54,7 @@ class PolicyBundle:
 
 @dataclass(frozen=True)
 class VerifyingLoader:
-    """Loads players, perhaps on another machine, and refuses those whose digest differs from the expected one.
-
-    `bundles` has the files of players from folders; `loader` loads the others.
-    """
+    """Loads players by `loader` or from `bundles`, perhaps elsewhere, and refuses those of an unexpected digest."""
 
     loader: Callable[[str, GameConfig], Player]
     digests: Mapping[str, str]

@@ -58,10 +58,7 @@ class Processes(ProcessPoolExecutor):
 
 
 def open_pool(processes: int = 1, ray: str | None = None) -> Executor:
-    """Return a pool, a context: this process (1), several, or a Ray cluster ("auto", or HOST:PORT of its head).
-
-    A WorkerError is raised if there is no such cluster.
-    """
+    """Return a pool, a context: this process (1), several, or a Ray cluster ("auto", or HOST:PORT of its head)."""
     check_count(processes, "processes", 1, 1024)
     if ray is not None:
         return RayPool(ray)

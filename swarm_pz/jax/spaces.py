@@ -88,10 +88,7 @@ def make_actions(kind: ActionKind) -> Actions:
 
 
 def make_observations(params: Params, *, is_vector: bool) -> Box:
-    """Return the space of a side's images, or of the same as a vector in [0, 1].
-
-    Raises a ConfigError if it sees lists of drones: spaces of these libraries have one shape.
-    """
+    """Return the space of images, or of the same as a vector in [0, 1]; raise a ConfigError for lists of drones."""
     check(params.grid > 0, "observation.kind", "entities", "'grids' here, an image of one shape")
     shape = (len(CHANNELS), params.grid, params.grid)
     if is_vector:

@@ -19,10 +19,7 @@ _COMMANDS = 8
 
 
 def make_jax_step(config: GameConfig, games: int, threads: int) -> Callable[[], object]:
-    """Return a step of many games at once, with the observations of both sides; as `swarm_pz.bench.MakeStep` does.
-
-    Raises a ConfigError if the device's memory is too small.
-    """
+    """Return a step of many games, with the observations of both sides; as `swarm_pz.bench.MakeStep` does."""
     del threads  # XLA takes those that it wants
     params = make_params(config)
     key, drawn = jax.random.split(jax.random.key(0))

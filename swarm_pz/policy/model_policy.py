@@ -100,10 +100,7 @@ def format_of(
     *,
     system: ControlSystem,
 ) -> tuple[ObservationConfig, dict[str, Any]]:
-    """Return the observation, and the options of `Format`, that a model's spaces belong to; arguments as `ModelPolicy`.
-
-    Raises a PolicyError if no wrapper of this game has such spaces.
-    """
+    """Return the observation, and options of `Format`, of a model's spaces; arguments and errors as `ModelPolicy`."""
     return _seen_of(observation_space, config, observation), _actions_of(action_space, config, system)
 
 

@@ -133,10 +133,7 @@ class Program:
             raise self._pipe.fault(f"asked to see what there is not: {error}") from error
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
-        """Begin new games, with the program started again if it has ended.
-
-        Raises a ForfeitError if it did not answer the greeting as the protocol says.
-        """
+        """Begin new games, with a program that ended started again; raise a ForfeitError if it failed the greeting."""
         if self._key not in _FAILED and self._pipe.is_over:
             self._open()
         if (fault := _FAILED.get(self._key)) is not None:
@@ -146,10 +143,7 @@ class Program:
             self._pipe.send({"begin": row, "seed": int(np.random.default_rng(seed).integers(2**31))})
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Show the program n observations, and return its n densities (n, A, A).
-
-        Raises a ForfeitError if an answer is late, wrong or missing; the program is ended.
-        """
+        """Return n densities (n, A, A) that the program answers; raise a ForfeitError for a wrong one, and end it."""
         first, densities = self._turn, []
         self._clock.start()
         for place, row in enumerate(rows.tolist()):
@@ -280,19 +274,21 @@ class Pipe:
         _limit(self._process.pid)
         guard = _guard(self._process.pid)
         self._outbox: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
-        self._inbox, self._errors = _Inbox(), deque[str](maxlen=_KEPT_LINES)
+        self._requests: queue.SimpleQueue[bool] = queue.SimpleQueue()
+        self._inbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self._errors = deque[str](maxlen=_KEPT_LINES)
         threads = [
-            threading.Thread(target=work, args=(stream, box), daemon=True)
-            for work, stream, box in (
+            threading.Thread(target=work, args=arguments, daemon=True)
+            for work, *arguments in (
                 (_write, self._process.stdin, self._outbox),
-                (_read_lines, self._process.stdout, self._inbox),
+                (_read_lines, self._process.stdout, self._requests, self._inbox),
                 (_keep_lines, self._process.stderr, self._errors),
             )
         ]
         for thread in threads:
             thread.start()
         self._keeper = threads[-1]
-        self._end = weakref.finalize(self, _end, self._process, guard, self._outbox, self._inbox)
+        self._end = weakref.finalize(self, _end, self._process, guard, self._outbox, self._requests)
 
     def send(self, message: dict[str, Any]) -> None:
         """Write a line, in the background."""
@@ -309,7 +305,8 @@ class Pipe:
         """Return the next object that the program writes; wait `SECONDS` if not given."""
         seconds = SECONDS if seconds is None else seconds
         try:
-            line = self._inbox.get(seconds)
+            self._requests.put(True)
+            line = self._inbox.get(timeout=seconds)
         except queue.Empty:
             raise self.fault(f"must {what} within {seconds:g} s") from None
         except BaseException:  # an alarm: what comes later is no answer to what is asked next
@@ -346,31 +343,6 @@ class Pipe:
         return ForfeitError(self._fault)
 
 
-class _Inbox:
-    """Lines that were read and not fetched, a few at most: the rest waits in the program."""
-
-    def __init__(self) -> None:
-        self._lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        self._room = threading.Semaphore(4)
-        self.is_closed = False
-
-    def put(self, line: bytes) -> None:
-        """Add a line, when there is room."""
-        self._room.acquire()
-        self._lines.put(line)
-
-    def get(self, seconds: float) -> bytes:
-        """Return the next line; raise `queue.Empty` if none comes in time."""
-        line = self._lines.get(timeout=seconds)
-        self._room.release()
-        return line
-
-    def close(self) -> None:
-        """Let the reader end."""
-        self.is_closed = True
-        self._room.release()
-
-
 def _limit(process: int) -> None:
     """Limit the memory and the files of a process, where the system can."""
     if sys.platform != "linux":
@@ -401,13 +373,11 @@ def _write(stream: IO[bytes], outbox: queue.SimpleQueue[bytes | None]) -> None:
             stream.flush()
 
 
-def _read_lines(stream: IO[bytes], inbox: _Inbox) -> None:
-    """Pass lines on, at most a byte longer than is allowed, and an empty one at the end."""
+def _read_lines(stream: IO[bytes], requests: queue.SimpleQueue[bool], inbox: queue.SimpleQueue[bytes]) -> None:
+    """Read a line for each request, at most a byte longer than is allowed, and an empty one at the end."""
     with stream:
-        line = b"begin"
-        while line and not inbox.is_closed:
-            line = stream.readline(LINE_BYTES + 1)
-            inbox.put(line)
+        while requests.get():
+            inbox.put(stream.readline(LINE_BYTES + 1))
 
 
 def _keep_lines(stream: IO[bytes], kept: deque[str]) -> None:
@@ -420,7 +390,7 @@ def _end(
     process: subprocess.Popen[bytes],
     guard: subprocess.Popen[bytes] | None,
     outbox: queue.SimpleQueue[bytes | None],
-    inbox: _Inbox,
+    requests: queue.SimpleQueue[bool],
 ) -> None:
     """Kill a program and what it started, and let the threads end."""
     if sys.platform == "win32":
@@ -433,4 +403,4 @@ def _end(
         guard.kill()
         guard.communicate()
     outbox.put(None)
-    inbox.close()
+    requests.put(False)

@@ -13,10 +13,7 @@ from swarm_pz.errors import RenderError, require_extra
 
 
 class Window:
-    """A window, opened by the first picture, with at most `rate` pictures a second.
-
-    Raises RenderError if this machine has no display, and MissingExtraError if pygame is not installed.
-    """
+    """A window, opened by the first picture, at most `rate` pictures a second; raises RenderError without a display."""
 
     def __init__(self, title: str, rate: int) -> None:
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")

@@ -45,10 +45,7 @@ class Actions(ABC):
 
 
 def make_actions(config: GameConfig, system: ControlSystem, kind: ActionKind, cells: int | None) -> Actions:
-    """Return the actions for commands of a system; arguments as of `swarm_pz.spaces.formats.Format`.
-
-    Raises a ConfigError if the options do not fit each other, or the system.
-    """
+    """Return the actions for a system's commands, arguments as of `Format`; raise a ConfigError if they do not fit."""
     check_choice(kind, "action", get_args(ActionKind))
     takes_densities = system.takes == "density"
     if kind == "discrete":

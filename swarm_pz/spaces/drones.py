@@ -120,10 +120,7 @@ class DroneActions:
         )
 
     def read(self, actions: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:
-        """Return actions of drones, an array of this shape, as accelerations (*shape, 2).
-
-        Raises a CommandError if one is not in the space.
-        """
+        """Return actions of a shape as accelerations (*shape, 2); raise a CommandError if one is not in the space."""
         if self._directions is None:
             return check_values(actions, (*shape, 2), -1.0, 1.0, name)
         known = len(self._directions)

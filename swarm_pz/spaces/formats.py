@@ -49,10 +49,7 @@ class Format:
         self.observation_space: spaces.Space[Any] = observation_space(config, observation)
 
     def read(self, actions: ArrayLike, count: int, name: str = "actions") -> NDArray[np.float64]:
-        """Turn `count` actions (n, ...) into commands (n, ...); errors call them `name`.
-
-        Raises a CommandError if an action is not in the space.
-        """
+        """Turn n = `count` actions into commands (n, ...); raise a CommandError, which calls them `name`."""
         return self._actions.read(actions, count, name)
 
     def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
