@@ -210,33 +210,9 @@ def new_page(browser, width=360, height=640, **how):
     return page
 
 
-@pytest.fixture
-def open_page(chromium, table):
-    """Give a function that opens the table's page in a browser of its own.
-
-    A test that has a table of its own asks for it first, so that its pages are closed before it ends.
-    """
-    contexts = []
-    faults = []
-
-    def open_(address="", width=360, height=640, **how):
-        page = new_page(chromium, width, height, **how)
-        contexts.append(page.context)
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
-        page.goto(f"http://{table.address}/{address}")
-        page.wait_for_selector("#opponent option", state="attached")
-        return page
-
-    yield open_
-    for context in contexts:
-        context.close()
-    assert not faults, f"the page had errors: {faults}"
-
-
-@pytest.fixture
-def visit(chromium):
-    """Give a function that opens an address on a device of its own, whatever becomes of its server."""
+@contextlib.contextmanager
+def opening(chromium, *, hears_console=False):
+    """Give a function that opens an address on a device of its own, where no page may have errors."""
     contexts, faults = [], []
 
     def open_(address, script="", **how):
@@ -244,6 +220,8 @@ def visit(chromium):
         contexts.append(page.context)
         page.add_init_script(script)
         page.on("pageerror", lambda error: faults.append(str(error)))
+        if hears_console:
+            page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
         page.goto(address if address.startswith("http") else f"http://{address}")
         return page
 
@@ -251,6 +229,29 @@ def visit(chromium):
     for context in contexts:
         context.close()
     assert not faults, f"a page had errors: {faults}"
+
+
+@pytest.fixture
+def open_page(chromium, table):
+    """Give a function that opens the table's page in a browser of its own.
+
+    A test that has a table of its own asks for it first, so that its pages are closed before it ends.
+    """
+    with opening(chromium, hears_console=True) as open_at:
+
+        def open_(address="", **how):
+            page = open_at(f"{table.address}/{address}", **how)
+            page.wait_for_selector("#opponent option", state="attached")
+            return page
+
+        yield open_
+
+
+@pytest.fixture
+def visit(chromium):
+    """Give a function that opens an address on a device of its own, whatever becomes of its server."""
+    with opening(chromium) as open_:
+        yield open_
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):

@@ -80,10 +80,10 @@ def test_of_a_hidden_team_nothing_is_written_and_nothing_is_read():
     assert encode_frame(read) == GOLDEN_HIDDEN
 
 
-@given(st.integers(0, 200), st.booleans(), st.booleans(), st.integers(0, 2**32 - 1))
-def test_what_is_written_is_read_and_what_is_beyond_the_scale_at_its_end(count, keyframe, with_fields, seed):
+def random_frame(count, seed, *, keyframe, with_fields):
+    """Return a frame of random drones, some of them beyond the scale."""
     generator = np.random.default_rng(seed)
-    frame = Frame(
+    return Frame(
         sequence=seed,
         tick=seed // 3,
         server_ms=seed / 7,
@@ -93,6 +93,11 @@ def test_what_is_written_is_read_and_what_is_beyond_the_scale_at_its_end(count, 
         altitudes=generator.uniform(-0.1, 1.1, count) if keyframe else None,
         fields=generator.integers(256, size=(2, 50, 50)).astype(np.uint8) if with_fields else None,
     )
+
+
+@given(st.integers(0, 200), st.booleans(), st.booleans(), st.integers(0, 2**32 - 1))
+def test_what_is_written_is_read_and_what_is_beyond_the_scale_at_its_end(count, keyframe, with_fields, seed):
+    frame = random_frame(count, seed, keyframe=keyframe, with_fields=with_fields)
     read = decode_frame(encode_frame(frame))
     assert (read.sequence, read.tick, read.server_ms) == (frame.sequence, frame.tick, frame.server_ms)
     np.testing.assert_allclose(read.positions, frame.positions.clip(0, 1), atol=0.51 / 65535)

@@ -5,7 +5,7 @@ import threading
 import pytest
 from playwright.sync_api import expect
 
-from tests.play.conftest import new_page
+from tests.play.conftest import opening
 from tests.play.pages import check_axe
 from tests.play.server.test_studies import lines_of, planned
 from tests.play.studying import Participant, StudyTable
@@ -84,20 +84,10 @@ def study(tmp_path_factory):
 @pytest.fixture
 def visit(chromium, study):
     """Give a function that opens an address of the study in a browser of its own."""
-    pages, faults = [], []
-
-    def open_(address, width=390, height=844):
-        page = new_page(chromium, width, height)
-        page.add_init_script(RESULT)
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        page.goto(f"http://{study.address}/{address}")
-        pages.append(page)
-        return page
-
-    yield open_
-    for page in pages:
-        page.context.close()
-    assert not faults, f"a page had errors: {faults}"
+    with opening(chromium) as open_:
+        yield lambda address, width=390, height=844: open_(
+            f"{study.address}/{address}", script=RESULT, width=width, height=height
+        )
 
 
 def check(page, where):

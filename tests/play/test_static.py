@@ -21,12 +21,12 @@ from swarm_pz.config import GRID_CELLS, GameConfig
 from swarm_pz.kernels.observation import CAPTURES_FROM
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import commands_of, read_form
-from swarm_pz.play.frames import FASTEST, Frame, decode_frame, decode_target, encode_frame, encode_target
+from swarm_pz.play.frames import decode_frame, decode_target, encode_frame, encode_target
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.site import files_of
 from swarm_pz.play.strokes import MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
-from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET
+from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET, random_frame
 
 STATIC = Path(swarm_pz.play.__file__).parent / "static"
 TESTS = Path(__file__).parent / "static"
@@ -48,24 +48,8 @@ def numbers(values):
 
 def frames():
     """Return frames as bytes, with what the server's own code reads in them."""
-    generator = np.random.default_rng(0)
-
-    def random(count, *, is_whole):
-        return encode_frame(
-            Frame(
-                sequence=count,
-                tick=3 * count,
-                server_ms=1234.5,
-                positions=generator.random((count, 2)),
-                velocities=generator.uniform(-FASTEST, FASTEST, (count, 2)),
-                teams=generator.integers(2, size=count).astype(np.int8),
-                altitudes=generator.random(count) if is_whole else None,
-                fields=generator.integers(256, size=(2, GRID_CELLS, GRID_CELLS)).astype(np.uint8) if is_whole else None,
-            )
-        )
-
-    made = [random(count, is_whole=is_whole) for count, is_whole in ((0, True), (7, False), (8, True), (400, True))]
-    for data in (GOLDEN, GOLDEN_HIDDEN, *made):
+    made = [random_frame(n, n, keyframe=n != 7, with_fields=n != 7) for n in (0, 7, 8, 400)]
+    for data in (GOLDEN, GOLDEN_HIDDEN, *map(encode_frame, made)):
         frame = decode_frame(data)
         yield {
             "bytes": base64.b64encode(data).decode(),

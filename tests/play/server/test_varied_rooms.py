@@ -99,15 +99,6 @@ async def test_a_game_goes_by_its_speed(tmp_path):
 # --- shared control -------------------------------------------------------------------------------
 
 
-async def helped(room):
-    """Begin a game of two people once a helper is loaded, and return them."""
-    red, blue = both = seated(room, "red", "blue")
-    for player in both:
-        room.ready(player, True)
-    await playing(room)
-    return red, blue
-
-
 async def test_a_shared_command_is_mixed_recorded_and_shown_as_such(tmp_path):
     answers = iter([RIM, RIM])
 
@@ -116,7 +107,10 @@ async def test_a_shared_command_is_mixed_recorded_and_shown_as_such(tmp_path):
 
     table = varied(HELPED, min_command_interval=0.0)
     with opened(tmp_path, Workers(answer), table, speed=2.0, time_limit=None) as room:
-        red, blue = await helped(room)
+        red, blue = seated(room, "red", "blue")
+        for player in (red, blue):
+            room.ready(player, True)
+        await playing(room)
         await ticks(room, 4)
         give(room, red, command(1))
         await until(lambda: len(red.heard(protocol.InForceMessage)) > 2)

@@ -102,10 +102,6 @@ class Element extends EventTarget {
 
   get options() { return this.children.filter(({ tag }) => tag === "option"); }
 
-  get selectedIndex() { return this.options.findIndex(({ value }) => value === this.value); }
-
-  set selectedIndex(i) { this.value = this.options[i].value; }
-
   get valueAsNumber() { return Number(this.value); }
 
   get clientWidth() { return this.width; }
