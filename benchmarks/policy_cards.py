@@ -11,11 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from swarm_pz import policies
 from swarm_pz.config import BLUE, TEAM_NAMES
 from swarm_pz.evaluation.rollout import Rollout, game_number
-from swarm_pz.policies.cards import FILE
 from swarm_pz.simulator.ergodicity import reconstruct
 
+FILE = Path(policies.__file__).with_name("cards.json")
 LADDER = Path(__file__).parents[1] / "docs" / "tables" / "ladder.csv"
 CELLS = 10
 SECONDS = 6.0

@@ -11,20 +11,21 @@ import platform
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Annotated, Protocol, TypeVar
 
 from swarm_pz.config import GameConfig
-from swarm_pz.config.base import check, check_choice, check_count, check_number
+from swarm_pz.config.base import Config, Range, Share, check_choice
 from swarm_pz.errors import ResultsError, require_extra
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of, named_if_full
 
 SETTINGS, GAMES = "tournament.json", "games.jsonl"
+NotNegative = Annotated[float, Range(0.0, math.inf)]
 _OPPOSITE = {"win": "loss", "draw": "draw", "loss": "win"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlayedGame:
+class PlayedGame(Config):
     """One game of a tournament, a line of the file.
 
     `one` and `other` are in alphabetical order; `outcome` and `share` are those of `one`, which is red if the number is
@@ -33,27 +34,18 @@ class PlayedGame:
 
     one: str
     other: str
-    number: int
+    number: Annotated[int, Range(0, 10**9)]
     outcome: str
-    share: float
-    seconds: float
+    share: Share
+    seconds: NotNegative
     fingerprint: str
     forfeit: str = ""
-    sent: tuple[int, int] = (0, 0)
-    thinking_ms: tuple[float, float] = (0.0, 0.0)
+    sent: tuple[Annotated[int, Range(0, 10**9)], Annotated[int, Range(0, 10**9)]] = (0, 0)
+    thinking_ms: tuple[NotNegative, NotNegative] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        for name in ("one", "other", "fingerprint", "forfeit"):
-            check(isinstance(getattr(self, name), str), name, getattr(self, name), "a string")
-        check_count(self.number, "number", 0, 10**9)
+        super().__post_init__()
         check_choice(self.outcome, "outcome", tuple(_OPPOSITE))
-        check_number(self.share, "share", 0.0, 1.0)
-        for name in ("sent", "thinking_ms"):
-            check(len(getattr(self, name)) == 2, name, getattr(self, name), "a number for each player")
-        for name, value in (("seconds", self.seconds), *(("sent", one) for one in self.sent)):
-            check_number(value, name, 0.0, math.inf)
-        for value in self.thinking_ms:
-            check_number(value, "thinking_ms", 0.0, math.inf)
 
     @property
     def key(self) -> tuple[str, str, int]:
@@ -178,9 +170,7 @@ class Ledger:
             if not line.endswith(b"\n"):
                 break
             try:
-                plain = json.loads(line)
-                pairs = {name: tuple(plain[name]) for name in ("sent", "thinking_ms")}
-                game = PlayedGame(**plain | pairs)
+                game = PlayedGame.from_dict(json.loads(line))
                 games[game.key] = game
             except (LookupError, TypeError, ValueError, RecursionError) as error:
                 raise ResultsError(

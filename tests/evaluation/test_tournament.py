@@ -174,7 +174,7 @@ def test_a_folder_of_another_tournament_or_of_nonsense_is_refused(tmp_path):
     [
         (b"[" * 3000, "RecursionError|JSONDecodeError"),
         (b"[" * 100_000, "Recursion"),
-        (b"[1]", "TypeError"),
+        (b"[1]", "expects a mapping"),
         (b'{"outcome": "banana"}', "outcome must be 'win' or 'draw' or 'loss', got 'banana'"),
         (b'{"share": 2.0}', "share must be"),
         (b'{"sent": [1, "2"]}', "sent must be"),
