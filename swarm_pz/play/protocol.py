@@ -237,27 +237,8 @@ class Leave(Message, tag="leave"):
     """Give one's seat up."""
 
 
-class OpenReplay(Message, tag="open_replay"):
-    """Watch a recorded game."""
-
-    recording: Name
-
-
-class Seek(Message, tag="seek"):
-    """Go to a tick of the recorded game that one watches."""
-
-    tick: Tick
-
-
-class Pace(Message, tag="pace"):
-    """Play the recorded game at some speed; 0 holds it."""
-
-    speed: Annotated[float, Meta(ge=0, le=8)]
-
-
 ClientMessage = (
     Hello | Create | Join | Invite | Ready | CommandMessage | Rules | Painted | Acknowledge | Ping | Visibility | Leave
-    | OpenReplay | Seek | Pace
 )  # fmt: skip
 
 # --- from the server ------------------------------------------------------------------------------
@@ -374,7 +355,7 @@ class RoomState(Message, tag="room"):
     """A room, sent whenever anything of it changes."""
 
     code: str
-    phase: Literal["waiting", "starting", "playing", "over", "replay"]
+    phase: Literal["waiting", "starting", "playing", "over"]
     settings: Settings
     red: SeatState
     blue: SeatState
@@ -384,9 +365,7 @@ class RoomState(Message, tag="room"):
     min_command_interval: float
     outcome: Outcome | None = None
     recording: str | None = None
-    """Name of the game that is over, or that is watched."""
-    last_tick: int | None = None
-    """Length of the recorded game."""
+    """Name of the game that is over."""
     starts_ms: float | None = None
     """End of the countdown on the server's clock; the first tick waits for policies' first commands, too."""
     ended_by: str | None = None

@@ -17,15 +17,18 @@ from coloraide import Color
 
 import swarm_pz.play
 from swarm_pz.cli.play import site_files
-from swarm_pz.config import GRID_CELLS, GameConfig
+from swarm_pz.config import GRID_CELLS, CaptureConfig, GameConfig
 from swarm_pz.kernels.observation import CAPTURES_FROM
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import commands_of, read_form
 from swarm_pz.play.frames import decode_frame, decode_target, encode_frame, encode_target
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import Recording
+from swarm_pz.play.server.views import capture_fields, target_picture
 from swarm_pz.play.site import files_of
 from swarm_pz.play.strokes import MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
+from tests.play.recordings.games import record
 from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET, random_frame
 
 STATIC = Path(swarm_pz.play.__file__).parent / "static"
@@ -93,8 +96,29 @@ def room():
     return as_json(state)
 
 
+def recorded(folder, name, config, within, *, has_fields):
+    """Return the text of a recorded game, with moments as the simulator has them; positions are held to `within`."""
+    path = folder / f"{name}.jsonl"
+    record(path, ticks=150, config=config, both=True, every=90)
+    playback, moments = Playback(Recording.read(path)), []
+    for tick in (0, 1, 30, 31, 100, 149, 150):
+        playback.seek(tick)
+        simulator = playback.game.simulator
+        pictures = [target_picture(simulator.games.coefficients[0, team]).ravel().tolist() for team in (0, 1)]
+        moments.append(
+            {
+                "tick": tick,
+                "positions": numbers(simulator.positions[0]),
+                "teams": simulator.teams[0].tolist(),
+                "fields": [field.ravel().tolist() for field in capture_fields(simulator)] if has_fields else None,
+                "pictures": pictures if has_fields else None,
+            }
+        )
+    return {"text": path.read_text(), "moments": moments, "within": within}
+
+
 @pytest.fixture(scope="module")
-def fixtures():
+def fixtures(tmp_path_factory):
     """Give what the server's own code makes, for tests of the page's modules."""
     constants = {
         "cells": GRID_CELLS,
@@ -104,12 +128,18 @@ def fixtures():
         "widths": [NARROWEST, WIDEST],
         "rules": protocol.MOST_RULES,
     }
+    folder, default = tmp_path_factory.mktemp("recorded"), GameConfig(drones_per_team=12)
+    other = default.replace(controllers="flocking", capture=CaptureConfig(threshold=0.5))
     return constants | {
         "frames": list(frames()),
         "targets": list(targets()),
         "seats": {name: seated(name) for name in SYSTEMS},
         "factors": as_json(protocol.SeatFactors(["opponents", "trails"], 10, "blind_ring", 0.5)),
         "room": room(),
+        "recorded": {
+            "default": recorded(folder, "default", TableConfig(game=default), 2e-5, has_fields=True),
+            "other rules": recorded(folder, "other", TableConfig(game=other), 2e-2, has_fields=False),
+        },
         "told": json.loads(site_files()["static/engine/table.json"]),
     }
 

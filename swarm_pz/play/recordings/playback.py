@@ -7,13 +7,11 @@ control period: there each period is simulated from its own frame, and leads to 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 
 from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
 from swarm_pz.film import FILM_RATE, open_film
-from swarm_pz.play.commands import Command
 from swarm_pz.play.game import LiveGame
 from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording
 from swarm_pz.play.recordings.verification import Verification, verify
@@ -44,18 +42,15 @@ class Playback:
         mark = max(known for known in self._marks if known <= tick)
         if tick < self.game.tick or self.game.tick < mark:
             self._go_to_mark(mark)
-        self.advance(tick - self.game.tick)
+        self._advance(tick)
 
     def _go_to_mark(self, mark: int) -> None:
         self.game = LiveGame(self.recording.config, self.recording.header.seed)
         self.game.simulator.restore(self._marks[mark])
         self._next = sum(when < mark for when, _ in self._followed)
 
-    def advance(self, ticks: int) -> list[Command]:
-        """Go on by some ticks, or to the end of what was recorded, and return what came into force."""
-        game = self.game
-        end = min(game.tick + ticks, self.recording.last_tick)
-        came: list[Command] = []
+    def _advance(self, tick: int) -> None:
+        game, end = self.game, min(tick, self.recording.last_tick)
         while game.tick < end and not game.over:
             if (frame := self._exact.get(game.tick)) is not None:
                 games = game.simulator.games
@@ -63,18 +58,16 @@ class Playback:
             if game.tick % self._mark_ticks == 0 and game.tick not in self._marks:
                 self._marks[game.tick] = game.simulator.snapshot()
             while self._next < len(self._followed) and self._followed[self._next][0] <= game.tick:
-                came.append(self._followed[self._next][1])
-                game.put_in_force(came[-1])
+                game.put_in_force(self._followed[self._next][1])
                 self._next += 1
             until = self._followed[self._next][0] if self._next < len(self._followed) else end
             mark = (game.tick // self._mark_ticks + 1) * self._mark_ticks
             period = (game.tick // FRAME_TICKS + 1) * FRAME_TICKS if self._exact else end
             game.simulator.advance(min(until, end, mark, period) - game.tick)
-        return came
 
-    def verify(self, limit_s: float = math.inf) -> Verification:
+    def verify(self) -> Verification:
         """Play the game again by the rules; see `swarm_pz.play.recordings.verification.verify`."""
-        return verify(self.recording, limit_s)
+        return verify(self.recording)
 
     def film(self, path: Path, speed: float = 2.0, progress: Callable[[float, float], None] | None = None) -> None:
         """Write the game as a film.

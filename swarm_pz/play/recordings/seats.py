@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import MISSING, asdict, dataclass, field
+from dataclasses import MISSING, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -67,15 +67,6 @@ class SeatRow:
     disconnections: int = column("how often the seat's connection was lost", "count")
     away_s: float = column("how long nobody was connected", "s")
     hidden_s: float = column("how long the page was hidden", "s")
-
-
-def trial_rows(recording: Recording) -> list[dict[str, Any]]:
-    """Return a row for each seat, as experiments keep them: `seat_rows`, captures and losses, and the start's seed."""
-    takers = [capture.team for capture in recording.of(CapturedMessage)]
-    counts = {name: takers.count(team) for team, name in enumerate(TEAM_NAMES)}
-    more = {"seed": recording.header.seed}
-    rows = seat_rows(recording)
-    return [asdict(row) | {"captured": counts[row.side], "lost": len(takers) - counts[row.side]} | more for row in rows]
 
 
 def seat_rows(recording: Recording) -> list[SeatRow]:

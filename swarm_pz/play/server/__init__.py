@@ -13,7 +13,6 @@
 `worker`             a thread for what takes long
 `policy_workers`     processes in which policies load and act
 `views`              frames, capture fields and targets
-`replays`            recorded games that are watched
 `studies`            the pages of a study, and its `study_games`
 `server_context`     clock, folder and policies, for all games
 ===================  =======================================================================

@@ -52,7 +52,6 @@ class Server:
             page("/", "index.html"),
             Route("/recordings", self._recordings),
             Route("/recordings/{name}", self._recording),
-            Route("/recordings/{name}/trial", self._trial),
             Route("/invitations/{room}.svg", self._invitation),
         ]
         routes = [
@@ -111,18 +110,6 @@ class Server:
         path = self.lobby.find_recording(request.path_params["name"])
         return FileResponse(path, media_type="application/x-ndjson")
 
-    async def _trial(self, request: Request) -> Response:
-        reading = asyncio.ensure_future(self.lobby.trial(request.path_params["name"]))
-        hang_up = asyncio.ensure_future(_hang_up_of(request))
-        try:
-            await asyncio.wait({reading, hang_up}, return_when=asyncio.FIRST_COMPLETED)
-            return _json(reading.result()) if reading.done() else Response(status_code=499)
-        except RefusedError as error:
-            return PlainTextResponse(f"{error}\n", 503)
-        finally:
-            reading.cancel()
-            hang_up.cancel()
-
     async def _invitation(self, request: Request) -> Response:
         """Return a room's address, at one of the addresses of this page, as a picture."""
         room, at = request.path_params["room"], request.query_params.get("at", "")
@@ -146,12 +133,6 @@ class Server:
             "open_files": len(list(files.iterdir())) if files.exists() else None,
         }
         return JSONResponse(figures)
-
-
-async def _hang_up_of(request: Request) -> None:
-    """Wait until the client of a request is gone."""
-    while (await request.receive())["type"] != "http.disconnect":
-        pass
 
 
 async def _not_found(_: Request, error: Exception) -> Response:

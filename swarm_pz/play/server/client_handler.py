@@ -12,12 +12,11 @@ from typing import Literal
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from swarm_pz.config import TEAM_NAMES
-from swarm_pz.errors import PolicyError, ProtocolError, RecordingError, SwarmError
+from swarm_pz.errors import PolicyError, ProtocolError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import LONG, Connection, RefusedError
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.rendered_command import is_rendered_at_once, render
-from swarm_pz.play.server.replays import ReplaySession
 from swarm_pz.play.server.responses import SAVED, ReadyRule, check_rules
 from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.room_settings import RoomPlan, table_config
@@ -49,8 +48,6 @@ class ClientHandler:
     def __init__(self, lobby: Lobby, connection: Connection) -> None:
         self._lobby, self._connection = lobby, connection
         self._room: Room | None = None
-        self._replay: ReplaySession | None = None
-        self._navigation: asyncio.Task[None] | None = None  # opens a recorded game
         self._rendering: asyncio.Task[None] | None = None
         self._command: tuple[Room, protocol.CommandMessage] | None = None
         """The latest command and its room, while an earlier one is rendered."""
@@ -151,16 +148,7 @@ class ClientHandler:
                 if self._room is not None:
                     self._room.visibility(connection, message.hidden)
             case protocol.Leave():
-                self._leave()
-            case protocol.OpenReplay():
-                lobby.check_replays(self._replay)
-                self._stop_navigation()
-                opening = self._try("open_replay", functools.partial(self._open_replay, message.recording))
-                self._navigation = asyncio.create_task(opening)
-            case protocol.Seek():
-                self._watched().seek(message.tick)
-            case protocol.Pace():
-                self._watched().pace(message.speed)
+                self._leave_room()
 
     def _greet(self, message: protocol.Hello) -> None:
         if self._greeted:
@@ -182,11 +170,6 @@ class ClientHandler:
         if self._room is None:
             raise RefusedError("out_of_turn", "create or join a room first")
         return self._room
-
-    def _watched(self) -> ReplaySession:
-        if self._replay is None:
-            raise RefusedError("out_of_turn", "open a recorded game first")
-        return self._replay
 
     def _create(self, message: protocol.Create) -> None:
         if message.player is not None and message.seat != "watch":
@@ -225,20 +208,7 @@ class ClientHandler:
             raise
         if room is not self._room:
             self._leave_room()
-        self._stop_navigation()
-        self._stop_watching()
         self._room = room
-
-    def _stop_navigation(self) -> None:
-        task, self._navigation = self._navigation, None
-        if task is not None and task is not asyncio.current_task():
-            task.cancel()
-
-    def _stop_watching(self) -> None:
-        if self._replay is not None:
-            self._replay.close()
-            self._lobby.watched.discard(self._replay)
-        self._replay = None
 
     def _leave_room(self) -> None:
         room, self._room = self._room, None
@@ -247,39 +217,18 @@ class ClientHandler:
             if room.abandoned:
                 self._lobby.close_room(room)
 
-    def _leave(self) -> None:
-        """Leave the room or the recorded game."""
-        self._stop_navigation()
-        self._leave_room()
-        self._stop_watching()
-
     def end(self) -> None:
         """Note that the client is gone."""
         if self._room is not None:
             self._room.disconnect(self._connection)
-        self._stop_navigation()
-        self._stop_watching()
 
     def close_if_silent(self, now: float) -> None:
         """Close a connection without a hello, or that is silent outside of rooms."""
         silent_s = now - self._connection.last_heard
         if not self._greeted and silent_s > HELLO_S:
             self._connection.close(f"no hello came within {HELLO_S:g} seconds")
-        elif self._room is None and self._replay is None and silent_s > SILENT_S:
+        elif self._room is None and silent_s > SILENT_S:
             self._connection.close(f"nothing was said for {SILENT_S:g} seconds, outside of any room")
-
-    # --- recorded games ---------------------------------------------------------------------------
-
-    async def _open_replay(self, name: str) -> None:
-        """Show a recorded game, once it was verified."""
-        try:
-            loaded = await self._lobby.read(name)
-        except RecordingError as error:
-            raise RefusedError("unknown", str(error).replace(f"{self._lobby.context.folder}/", "")) from error
-        self._lobby.check_replays(self._replay)
-        self._leave()
-        self._replay = ReplaySession(loaded, self._lobby.player, self._connection)
-        self._lobby.watched.add(self._replay)
 
     # --- commands ---------------------------------------------------------------------------------
 

@@ -7,20 +7,16 @@ import importlib.metadata
 import logging
 import secrets
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
 
 from swarm_pz.errors import OutputError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import installed_systems
 from swarm_pz.play.opponents import opponents_among
 from swarm_pz.play.recordings.folder import SUFFIX, Summary, checked_name, is_regular, summary_of
-from swarm_pz.play.recordings.recording import Recording
-from swarm_pz.play.recordings.seats import trial_rows
 from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.rate_limit import AddressLimits
-from swarm_pz.play.server.replays import LoadedRecording, ReplaySession, bounded
 from swarm_pz.play.server.room import AWAY_S, Room
 from swarm_pz.play.server.room_settings import POLICY_COST, RoomPlan
 from swarm_pz.play.server.seat import Seat
@@ -33,19 +29,14 @@ MOST_ROOMS, MOST_ROOMS_OF_ADDRESS = 125, 50
 rooms with a policy each, and 40 for a class behind one address."""
 OPENING_S = 50.0
 """Seconds in which an address may open `MOST_ROOMS_OF_ADDRESS` rooms: to open one and begin its game is work."""
-MOST_READING = 8
-"""Recorded games that are read or wait for it."""
 MOST_GUESSES, GUESSES_S = 20, 100.0
 """Codes of no room that an address may send in so many seconds."""
-MOST_REPLAY_BYTES = 64 * 2**20
-"""Bytes of the files of all recorded games that are watched: each takes some times as much memory."""
 EMPTY_S = 30.0
 """Seconds after which a room without clients and seats is closed."""
 _MOST_LISTED = 200
 """Recorded games that are listed."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 log = logging.getLogger("swarm_pz.play")
-T = TypeVar("T")
 
 
 class Lobby:
@@ -56,8 +47,7 @@ class Lobby:
     - `addresses`: of the page, for other devices.
     - `embedders`: origins of pages that may hold this one in a frame.
     - `is_hosted`: only a study opens rooms; clients take seats that it keeps for them.
-    - `watched`: recorded games that are watched now.
-    - `drawing`, `player`: threads that render commands, and that show recorded games.
+    - `drawing`: the thread that renders commands.
     """
 
     def __init__(
@@ -72,13 +62,9 @@ class Lobby:
         self.context, self.is_hosted = context, is_hosted
         self.addresses, self.embedders = list(addresses), list(embedders)
         self.rooms: dict[str, Room] = {}
-        self.watched: set[ReplaySession] = set()
         self._openings = AddressLimits(MOST_ROOMS_OF_ADDRESS, OPENING_S)
         self._guesses = AddressLimits(MOST_GUESSES, GUESSES_S)
-        self._reading = 0
-        # Reading takes long, since recorded games are played through; another thread shows their moments.
-        names = ("drawing", "replaying", "reading", "listing")
-        self.drawing, self.player, self._reader, self._listing = self._workers = [Worker(name) for name in names]
+        self.drawing, self._listing = self._workers = [Worker(name) for name in ("drawing", "listing")]
         self._systems = installed_systems(context.table.game)
         known = cards if cards is not None else {}
         self._policies = [
@@ -245,37 +231,6 @@ class Lobby:
             for session, outcome in sessions
             if session is not None and not (outcome and session.recorder.written)
         }
-
-    async def trial(self, name: str) -> list[dict[str, Any]]:
-        """Return a recorded game as rows of an experiment, one for each seat.
-
-        Raises RecordingError if there is none of that name, or it cannot be read.
-        """
-        return await self._read(name, _trial_of)
-
-    async def read(self, name: str) -> LoadedRecording:
-        """Return a recorded game, played through; errors as of `trial`."""
-        return await self._read(name, LoadedRecording.read)
-
-    async def _read(self, name: str, work: Callable[[Path], T]) -> T:
-        """Return the result of a function of a recording's path, unless too many wait for theirs."""
-        path = self.find_recording(name)
-        if self._reading >= MOST_READING:
-            raise RefusedError("full", "too many recorded games are read here now; try again in a minute")
-        self._reading += 1
-        try:
-            return await self._reader.do(bounded, path, work)
-        finally:
-            self._reading -= 1
-
-    def check_replays(self, own: ReplaySession | None = None) -> None:
-        """Refuse one more recorded game beside those that others watch, if they are too many."""
-        if sum(replay.size for replay in self.watched if replay is not own) >= MOST_REPLAY_BYTES:
-            raise RefusedError("full", "too many recorded games are watched here; try again later")
-
-
-def _trial_of(path: Path) -> list[dict[str, Any]]:
-    return trial_rows(Recording.read(path))
 
 
 def _may_be_read(path: Path) -> bool:

@@ -2,6 +2,8 @@
 // window, and from an origin that the server was started for.
 
 import { hear } from "./elements.js";
+import { SERVER } from "./link.js";
+import { SIDES, TICKS } from "./words.js";
 
 const TRIES = 40, PAUSE_MS = 500; // a recording is complete soon after its game
 
@@ -55,10 +57,10 @@ export class Embed {
     if (this.ended) return;
     this.ended = true;
     for (let tries = 0; tries < TRIES; tries++) {
-      const answer = await this.table.fetch(`recordings/${recording}/trial`);
+      const answer = await this.table.fetch(`recordings/${recording}`);
       if (answer?.ok) {
-        const rows = await answer.json();
-        this.tell({ type: "swarm-pz.over", row: rows.find(({ side }) => side === this.side) ?? rows[0] });
+        const lines = await answer.text(), row = rowOf(recording, lines, this.side ?? "red");
+        this.tell({ type: "swarm-pz.over", row: this.table === SERVER ? row : { ...row, lines } }); // a server keeps them
         return;
       }
       await new Promise((resolve) => setTimeout(resolve, PAUSE_MS));
@@ -66,4 +68,14 @@ export class Embed {
     this.ended = false;
     this.giveUp(`the game was played, but its recording ${recording} cannot be read`);
   }
+}
+
+// A side's row of a recorded game; the tables of `swarm-pz study` have more.
+export function rowOf(recording, text, side) {
+  const [header, ...lines] = text.trimEnd().split("\n").map((line) => JSON.parse(line)), of = (kind) => lines.filter(({ type }) => type === kind);
+  const { outcome: result, ended_by, tick } = lines.at(-1), { started, seed } = header, taken = of("captured"), { kind } = header[side];
+  const captured = taken.filter(({ seat }) => seat === side).length, { policy: opponent } = header[SIDES[1 - SIDES.indexOf(side)]];
+  const commands = of("command").filter(({ seat, sender }) => seat === side && !sender).length;
+  const outcome = !SIDES.includes(result) ? result : result === side ? "win" : "loss";
+  return { recording, started, seed, side, kind, opponent, outcome, ended_by, seconds: tick / TICKS, commands, captured, lost: taken.length - captured };
 }

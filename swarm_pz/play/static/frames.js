@@ -7,6 +7,7 @@ export const CAPTURES_FROM = 192; // value of a field: a team captures there
 export const NEARLY_FROM = 128; // half of the largest: it nearly does
 const KINDS = { 1: decodeFrame, 2: decodeTarget };
 export const KEYFRAME = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // red's drones, or blue's, are hidden
+export const EXACT = 16; // of a recording in a page: numbers have 32 bits
 export const HEADER = 20, TARGET_HEADER = 8, FASTEST = 4;
 
 export function decode(buffer) {
@@ -17,13 +18,15 @@ export function decode(buffer) {
 
 function decodeFrame(view, buffer) {
   const flags = view.getUint8(1), count = view.getUint16(2, true), bits = (count + 7) >> 3, cells = CELLS * CELLS;
-  const teamsAt = HEADER + 8 * count, altitudesAt = teamsAt + bits, fieldsAt = altitudesAt + (flags & KEYFRAME ? count : 0);
+  const isExact = flags & EXACT, size = isExact ? 8 : 4; // bytes of a drone's position, and of its velocity
+  const teamsAt = HEADER + 2 * size * count, altitudesAt = teamsAt + bits, fieldsAt = altitudesAt + (flags & KEYFRAME ? count : 0);
   const length = fieldsAt + (flags & WITH_FIELDS ? 2 * cells : 0);
   if (buffer.byteLength !== length) throw new Error(`a frame of ${count} drones has ${length} bytes, got ${buffer.byteLength}`);
   const positions = new Float32Array(2 * count), velocities = new Float32Array(2 * count);
   for (let i = 0; i < 2 * count; i++) {
-    positions[i] = view.getUint16(HEADER + 2 * i, true) / 65535;
-    velocities[i] = view.getInt16(HEADER + 4 * count + 2 * i, true) / 32767 * FASTEST;
+    const x = HEADER + i * size / 2, v = x + size * count;
+    positions[i] = isExact ? view.getFloat32(x, true) : view.getUint16(x, true) / 65535;
+    velocities[i] = isExact ? view.getFloat32(v, true) : view.getInt16(v, true) / 32767 * FASTEST;
   }
   const teams = new Uint8Array(count), hidden = HIDDEN.findIndex((flag) => flags & flag);
   for (let i = 0; i < count; i++) {

@@ -115,9 +115,8 @@ function show() {
   else if (ROOMS.includes(name)) enter(name, value);
   else if (name === "replay") {
     table.leave();
-    const [recording, from = 0] = value.split("@");
-    table.opens(recording, Number(from));
-    link.send({ type: "open_replay", recording });
+    const [recording, from] = value.split("@");
+    table.open(recording, Number(from) || 0).catch(({ message }) => { if (wanted().value === value) giveUp(message); });
   } else if (name === "lesson") {
     table.leave();
     table.learn();

@@ -1,24 +1,26 @@
-// A recorded game: hold it, or go to any moment or capture of it.
+// A recorded game: its file is fetched and played here. Hold it, or go to any moment or capture of it.
 
 import { turningPoint, untilTheEnd } from "./chart.js";
 import { button, byId, make, on } from "./elements.js";
+import { Playback } from "./engine/playback.js";
 import { clock, NAMES, SIDES, TICKS } from "./words.js";
 
 const BEFORE_TICKS = 30; // a capture is seen from a moment before it on
 const STEPS = { arrowleft: -1, arrowright: 1 }, FRAME_TICKS = 3; // of an arrow, and with Shift
-const SEEK_EVERY_MS = 100; // the server takes so many messages a second and no more
+const MOST_BYTES = 16 * 2 ** 20; // of a file
+const MOST_OWED = 8; // ticks that are made up for at once
 
 export class Replay {
   constructor(link, chart) {
     this.link = link;
     this.chart = chart;
+    this.playback = null;
     this.held = false;
     on("change", { pace: () => this.hold(false) });
     on("input", {
       moment: () => {
         this.hold(true);
-        this.tell();
-        this.later ??= setTimeout(() => this.seek(), SEEK_EVERY_MS);
+        this.goTo(Number(byId("moment").value));
       },
     });
     on("click", {
@@ -29,19 +31,39 @@ export class Replay {
     });
   }
 
-  // Show a room's recorded game, from a tick on.
-  show(room, from) {
-    const isReplay = room.phase === "replay";
-    byId("scrubber").hidden = !isReplay;
-    if (!isReplay) return this.chart.show(null);
-    this.recording = room.recording;
+  // Fetch a recorded game and show it from a tick on, unless something else is wanted by then. An Error says why it cannot be shown.
+  async open(name, from, isWanted) {
+    const text = await this.read(name);
+    if (!isWanted()) return;
+    try { this.playback = new Playback(name, text); } catch (error) { throw new Error(`${name} cannot be shown: ${error.message}.`); }
+    const { room } = this.playback;
+    this.text = text;
+    this.owed = 0;
+    this.link.tell("room", room);
+    byId("scrubber").hidden = false;
     this.list(untilTheEnd(room));
-    byId("pace").value = "1"; // as the server begins
-    this.speed = 1;
-    Object.assign(byId("moment"), { max: room.last_tick, value: 0 });
-    this.tell();
+    byId("pace").value = "1";
+    byId("moment").max = room.last_tick;
     this.hold(false);
-    if (from) this.goTo(from);
+    this.goTo(from);
+    clearInterval(this.clock);
+    this.clock = setInterval(() => this.step(), 1000 / TICKS);
+  }
+
+  async read(name) {
+    const answer = await this.link.table.fetch(`recordings/${encodeURIComponent(name)}`);
+    if (!answer?.ok) throw new Error(`There is no recorded game ${name} here.`);
+    const isShort = !(Number(answer.headers.get("content-length")) > MOST_BYTES), text = isShort ? await answer.text() : "";
+    if (!isShort) answer.body.cancel();
+    if (isShort && text.length <= MOST_BYTES) return text;
+    throw new Error(`${name} is too long to be watched here; swarm-pz replay --film makes a film of it.`);
+  }
+
+  close() {
+    clearInterval(this.clock);
+    this.playback = null;
+    byId("scrubber").hidden = true;
+    this.chart.show(null);
   }
 
   // What a key does; null for nothing. On a button the space is the button's.
@@ -57,9 +79,32 @@ export class Replay {
 
   goTo(tick) {
     if (tick === undefined) return;
-    byId("moment").value = Math.min(Math.max(tick, 0), byId("moment").max);
+    this.playback.goTo(tick);
+    for (const moment of this.playback.past) this.link.tell("frame", moment);
+    this.told = [];
+    this.show();
+  }
+
+  // Go on by the time that has passed since the last step.
+  step() {
+    const { playback } = this, ticks = Math.floor(this.owed += this.held ? 0 : Number(byId("pace").value));
+    this.owed = Math.min(this.owed - ticks, MOST_OWED);
+    if (!ticks || playback.tick >= playback.lastTick) return;
+    playback.goTo(playback.tick + ticks);
+    this.show();
+  }
+
+  // Show the present moment, with targets that are new.
+  show() {
+    const { playback } = this;
+    for (const team of [0, 1]) {
+      const command = playback.latest(team) ?? null;
+      if (command !== this.told[team]) this.link.tell("target", playback.target(team));
+      this.told[team] = command;
+    }
+    this.link.tell("frame", playback.moment);
+    byId("moment").value = playback.tick;
     this.tell();
-    this.seek();
   }
 
   // What each side gained in each second, as places to go to; and the turn, in the chart, too.
@@ -81,31 +126,16 @@ export class Replay {
   }
 
   // Give what is watched as a file.
-  async save() {
-    const answer = await this.link.table.fetch(`recordings/${this.recording}`), href = URL.createObjectURL(await answer.blob());
-    make("a", { href, download: this.recording }).click();
+  save() {
+    const href = URL.createObjectURL(new Blob([this.text]));
+    make("a", { href, download: this.playback.room.recording }).click();
     setTimeout(() => URL.revokeObjectURL(href), 1000);
   }
 
   hold(held) {
-    const speed = held ? 0 : Number(byId("pace").value);
-    if (speed !== this.speed) this.link.send({ type: "pace", speed });
     this.held = held;
-    this.speed = speed;
     byId("hold").textContent = held ? "Play" : "Pause";
     byId("hold").setAttribute("aria-pressed", String(held));
-  }
-
-  seek() {
-    clearTimeout(this.later);
-    this.later = null;
-    this.link.send({ type: "seek", tick: Number(byId("moment").value) });
-  }
-
-  follow(tick) {
-    if (byId("scrubber").hidden || this.held) return;
-    byId("moment").value = tick;
-    this.tell();
   }
 
   tell() {

@@ -94,12 +94,14 @@ export class Table {
     return phase === "playing" && this.seat !== null && settings.red > 0 && settings.blue > 0 && !this.opponent.gone && !this.lesson.running;
   }
 
-  // A recorded game is being read, to be shown from a tick on.
-  opens(recording, from) {
+  // Show a recorded game from a tick on; the code for it is fetched when needed. An Error says why it cannot be shown.
+  async open(recording, from) {
     this.place = recording;
-    this.from = from;
     this.leftPlace = null;
     this.cover.wait("Opening the recorded game…");
+    const { Replay } = await import("./replay.js");
+    this.replay ??= new Replay(this.link, this.chart);
+    await this.replay.open(recording, from, () => this.place === recording);
   }
 
   sitDown({ seat, token, commands, factors }) {
@@ -123,7 +125,6 @@ export class Table {
   setRoom(room) {
     const { phase } = room, began = isRunning(room) && !isRunning(this.room), place = placeOf(room);
     const starts = phase === "playing" && this.room?.phase !== "playing", ended = phase === "over" && this.room?.phase === "playing";
-    if (phase === "replay") this.giveUpSeat(); // at the server it is given up already
     const entered = this.place !== place;
     const opened = phase === "replay" && this.room?.phase !== phase;
     this.place = place;
@@ -138,7 +139,7 @@ export class Table {
     this.chart.set(room.sizes);
     this.showScores();
     byId("controls").hidden = this.seat === null || ["replay", "over"].includes(phase);
-    if (this.replay || phase === "replay") this.showReplay();
+    if (phase !== "replay") this.replay?.close();
     if (ended && this.seat !== null) {
       if (counts(room, this.opponent, this.lesson.running)) count(this.opponent.name, room.outcome === SIDES[this.seat]);
     }
@@ -190,14 +191,6 @@ export class Table {
     byId("time-of").textContent = limit === null ? "no limit" : `of ${clock(TICKS * limit)}`;
   }
 
-  async showReplay() {
-    if (!this.replay) {
-      const { Replay } = await import("./replay.js");
-      this.replay ??= new Replay(this.link, this.chart);
-    }
-    if (this.room) this.replay.show(this.room, this.from); // as it is by now
-  }
-
   // Start the lesson; its code is fetched when needed.
   async learn() {
     const { Lesson } = await import("./lesson.js");
@@ -224,7 +217,8 @@ export class Table {
     this.link.send({ type: "leave" });
     this.giveUpSeat();
     this.room = this.place = null;
-    for (const id of ["controls", "scrubber", "cover", "watching", "acting"]) byId(id).hidden = true;
+    this.replay?.close();
+    for (const id of ["controls", "cover", "watching", "acting"]) byId(id).hidden = true;
     byId("table").dataset.phase = "";
     this.arena.look(0);
     this.forget();
@@ -239,7 +233,6 @@ export class Table {
     const captured = this.arena.take(frame);
     this.lastTick = frame.tick;
     if (this.room.phase !== "replay") this.news.captures(captured, frame);
-    this.replay?.follow(frame.tick);
     this.lesson.watch(frame, this.seat);
   }
 

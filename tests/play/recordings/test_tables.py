@@ -25,7 +25,7 @@ from swarm_pz.play.protocol import (
     Timing,
 )
 from swarm_pz.play.recordings.recording import Recording
-from swarm_pz.play.recordings.seats import seat_rows, trial_rows
+from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.recordings.tables import read_folder, write_tables
 from tests.play.recordings.games import BEGAN_MS, record
 from tests.play.recordings.games import header as header_of
@@ -138,8 +138,6 @@ def test_a_row_holds_what_its_seat_did():
         "hidden_s": pytest.approx(2.0),
     }
     assert [asdict(row) for row in seat_rows(recording)] == [red, blue]
-    counts = {"captured": 1, "lost": 2, "seed": 1}, {"captured": 2, "lost": 1, "seed": 1}
-    assert trial_rows(recording) == [red | counts[0], blue | counts[1]], "as experiments keep them"
 
 
 def test_a_table_holds_every_row_and_no_spreadsheet_takes_a_label_for_a_formula(tmp_path):

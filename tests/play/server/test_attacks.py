@@ -14,15 +14,12 @@ from swarm_pz.play.server import lobby as lobby_module
 from swarm_pz.play.server import rendered_command
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.client_handler import ClientHandler
-from swarm_pz.play.server.connection import MOST_LONG_PER_SECOND, RefusedError
+from swarm_pz.play.server.connection import MOST_LONG_PER_SECOND
 from swarm_pz.play.server.connection import Connection as RealConnection
-from swarm_pz.play.server.lobby import MOST_GUESSES, MOST_READING
+from swarm_pz.play.server.lobby import MOST_GUESSES
 from swarm_pz.play.server.middleware import MOST_CONNECTIONS, MOST_PATH_BYTES
-from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.room import MOST_WATCHERS
 from swarm_pz.play.server.room_settings import RoomPlan
-from tests.play.recordings.games import record
-from tests.play.recordings.test_playback import CALM
 from tests.play.server.test_client_handler import Guest
 from tests.play.server.test_connection import Socket
 from tests.play.server.test_room import Client, code_of, until
@@ -195,71 +192,3 @@ async def test_policies_count_in_the_cost_of_a_room(hall, monkeypatch):
         assert guest.say(protocol.Rules(kept)) is None
         await until(lambda: sum(room.cost for room in hall.rooms.values()) == 3.0)
     assert guest.say(protocol.Invite("blue", "uniform")) is None, "one for another costs nothing"
-
-
-# --- recorded games -------------------------------------------------------------------------------
-
-
-async def test_floods_of_openings_and_seeks_are_one_at_a_time(hall, clock, monkeypatch, tmp_path):
-    threads = {}
-
-    def note(name):
-        work = getattr(LoadedRecording, name)
-
-        def noted(*given):
-            threads.setdefault(name, []).append(threading.current_thread())
-            return work(*given)
-
-        monkeypatch.setattr(LoadedRecording, name, noted)
-
-    for name in ("read", "picture"):
-        note(name)
-    record(tmp_path / "a.jsonl", ticks=100, config=CALM)
-    guest, attackers = peaceful(hall), [Attacker(hall) for _ in range(5)]
-    for attacker in attackers:
-        for _ in range(3):
-            attacker.say(protocol.OpenReplay("a.jsonl"))
-    await until(lambda: len(hall.watched) == 5)
-    assert len(threads["read"]) <= 2 * 5, "who asks again is read for once, and what had begun ends"
-    shown = [attacker.handler._replay for attacker in attackers]
-    for attacker in attackers:
-        attacker.say(protocol.Pace(0.0))
-    await until(lambda: not any(replay._is_sought for replay in shown))
-    threads["picture"].clear()
-    for attacker in attackers:
-        for tick in range(10):
-            attacker.say(protocol.Seek(10 * tick))
-    await until(lambda: not any(replay._is_sought for replay in shown))
-    assert len(threads["picture"]) <= 2 * 5, "of ten"
-    for kind, used in threads.items():
-        assert len(set(used)) == 1 and threading.current_thread() not in used, kind
-    assert await plays_on(guest)
-
-
-async def test_few_recorded_games_wait_to_be_read_and_who_hangs_up_is_forgotten(hall, monkeypatch, tmp_path):
-    record(tmp_path / "a.jsonl")
-    gate, read = asyncio.Event(), []
-
-    async def slowly(bounded, path, work):
-        await gate.wait()
-        read.append(path)
-        return []
-
-    async def hang_up():
-        await gone.wait()
-        return {"type": "http.disconnect"}
-
-    monkeypatch.setattr(hall._reader, "do", slowly)
-    gone, app = asyncio.Event(), Server(hall).app(["here"])
-    path = "/recordings/a.jsonl/trial"
-    held = [asyncio.create_task(answer_of(app, path, receive=hang_up)) for _ in range(MOST_READING)]
-    for _ in range(20):
-        await asyncio.sleep(0)
-    status, text = await answer_of(app, path, OTHER)
-    assert status == 503 and "try again" in text
-    with pytest.raises(RefusedError, match="too many"):
-        await hall.read("a.jsonl")
-    gone.set()
-    assert {status for status, _ in await asyncio.gather(*held)} == {499}
-    gate.set()
-    assert (await answer_of(app, path, OTHER))[0] == 200 and len(read) == 1

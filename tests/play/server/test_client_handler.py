@@ -1,19 +1,17 @@
 """One client, message by message, without a network."""
 
-import asyncio
 import json
 import re
 import shutil
 import threading
 from pathlib import Path
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from swarm_pz.play import protocol
 from swarm_pz.play.protocol import SeatCommand, SeatMessage, SeatPainted
-from swarm_pz.play.server import lobby, rendered_command
+from swarm_pz.play.server import rendered_command
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
 from swarm_pz.play.server.lobby import Lobby
@@ -59,14 +57,6 @@ class Guest(Client):
         """Wait until so much was refused, and return the last refusal."""
         await until(lambda: len(self.heard(protocol.Refused)) >= count)
         return self.heard(protocol.Refused)[-1]
-
-    async def watch(self, recording):
-        """Open a recorded game and wait until it is shown."""
-        before = len(self.heard(protocol.RoomState))
-        self.say(protocol.OpenReplay(recording))
-        await until(lambda: len(self.heard(protocol.RoomState)) > before or self.heard(protocol.Refused))
-        assert not self.heard(protocol.Refused)
-        self.say(protocol.Pace(0.0))
 
 
 class Hall(Lobby):
@@ -148,7 +138,6 @@ async def test_what_is_out_of_turn_or_unknown_is_refused(hall):
     for message, code in (
         (dot(1), "out_of_turn"),
         (protocol.Hello(), "out_of_turn"),
-        (protocol.Seek(3), "out_of_turn"),
         (protocol.Ready(), "out_of_turn"),
         (protocol.Join("ZZZZ"), "unknown"),
         (protocol.Create(opponent="nobody"), "unknown"),
@@ -198,67 +187,6 @@ async def test_a_room_for_one_game_begins_it_as_its_seed_says_and_plays_no_other
     assert read(room).header.seed == 41
     guest.say(protocol.Create(opponent="ring"))
     assert not guest.heard(protocol.RoomState)[-1].once
-
-
-# --- recorded games -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("goes", [protocol.Create(opponent="ring"), "end", "open another"])
-async def test_who_has_gone_elsewhere_meanwhile_stays_there(goes, hall, monkeypatch):
-    gate, asked, read_ = asyncio.Event(), [], hall.read
-
-    async def slowly(name):
-        asked.append(name)
-        await gate.wait()
-        return await read_(name)
-
-    guest = Guest(hall)
-    monkeypatch.setattr(hall, "read", slowly)
-    guest.say(protocol.OpenReplay("a.jsonl"))
-    await until(lambda: asked)
-    guest.messages.clear()
-    if goes == "end":
-        guest.handler.end()
-    elif goes == "open another":
-        monkeypatch.setattr(hall, "read", read_)
-        assert guest.say(protocol.OpenReplay("a.jsonl")) is None
-    else:
-        assert guest.say(goes) is None
-    seats, rooms = len(guest.heard(protocol.Seated)), list(hall.rooms.values())
-    gate.set()
-    if goes == "open another":
-        await until(lambda: guest.heard(protocol.RoomState))
-    await asyncio.sleep(0.1)
-    assert list(hall.rooms.values()) == rooms and len(hall.watched) == (goes == "open another")
-    assert len(guest.heard(protocol.Seated)) == seats and not guest.heard(protocol.Refused)
-
-
-async def test_who_could_not_go_elsewhere_stays_and_is_still_taken_where_they_wanted(hall, tmp_path):
-    (tmp_path / "bad.jsonl").write_text("{}\n")
-    guest = Guest(hall)
-    guest.say(protocol.Create())
-    guest.say(protocol.OpenReplay("bad.jsonl"))
-    refused = await guest.refused()
-    assert (refused.code, refused.about) == ("unknown", "open_replay")
-    assert "bad.jsonl" in refused.reason and str(tmp_path) not in refused.reason
-    assert hall.room().seats[0].connection is guest
-    guest.say(protocol.OpenReplay("a.jsonl"))
-    assert guest.say(protocol.Join("ZZZZ")) == "unknown"
-    await until(lambda: hall.watched)
-    assert not hall.rooms, "who watches a recorded game has left their room"
-    guest.handler.end()
-    assert not hall.watched
-
-
-async def test_where_too_many_recorded_games_are_watched_one_gives_way_to_another_of_the_same_client_only(hall):
-    guest = Guest(hall)
-    await guest.watch("a.jsonl")
-    own = guest.handler._replay
-    hall.watched.add(Mock(size=lobby.MOST_REPLAY_BYTES - 1))
-    assert guest.say(protocol.OpenReplay("a.jsonl")) is None, "its own gives way"
-    await until(lambda: guest.handler._replay is not own)
-    hall.watched.add(Mock(size=1))
-    assert guest.say(protocol.OpenReplay("a.jsonl")) == "full"
 
 
 # --- commands -------------------------------------------------------------------------------------
@@ -333,11 +261,10 @@ async def test_acknowledgements_count_only_if_they_are_none(hall):
 
 async def test_who_says_nothing_is_closed_unless_they_are_somewhere(hall):
     closed, everybody, server = {}, {}, Server(hall)
-    for name in ("player", "watcher", "idler", "dumb"):
+    for name in ("player", "idler", "dumb"):
         guest = everybody[name] = Guest(hall)
         guest.close = lambda reason, name=name: closed.setdefault(name, reason)
     everybody["player"].say(protocol.Create())
-    await everybody["watcher"].watch("a.jsonl")
     everybody["dumb"].handler = ClientHandler(hall, everybody["dumb"])
     server._handlers = {guest.handler for guest in everybody.values()}
     for now, expected in ((HELLO_S - 1, set()), (SILENT_S - 1, {"dumb"}), (SILENT_S + 1, {"dumb", "idler"})):

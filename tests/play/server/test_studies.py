@@ -361,7 +361,7 @@ def test_who_goes_before_the_game_begins_comes_back_to_it_and_nobody_else_is_let
     seat = one.say("play", step=step["id"])["game"]["seat"]
     assert one.say("play", step=step["id"])["game"]["seat"] == seat  # pressed twice
     stranger, join = Client(study.address), [protocol.Join(seat["room"], place) for place in ("watch", "red", "blue")]
-    others = protocol.Create(), protocol.Ready(), protocol.Leave(), protocol.OpenReplay("P03.block1.game1.jsonl")
+    others = protocol.Create(), protocol.Ready(), protocol.Leave()
     for message in (*join, *others):
         assert "from the study's page" in stranger.refused(message).reason
     stranger.close()

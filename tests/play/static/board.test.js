@@ -137,32 +137,47 @@ test("who won before time was up has all drones at the end, and other games end 
 
 // --- a recorded game --------------------------------------------------------------------------------
 
-const RECORDED = { phase: "replay", last_tick: 1820, sizes: [[10, 10]], outcome: "draw", settings: { time_limit: 300 } };
+async function open(text = fixtures.recorded.default.text, from = 0, headers = {}) {
+  globalThis.fetch = async () => new Response(text, { headers });
+  const line = new Line(), replay = new Replay(line, new Chart(canvas())), shown = [];
+  line.addEventListener("frame", ({ detail }) => shown.push(detail.tick));
+  await replay.open("a.jsonl", from, () => true);
+  return { replay, shown };
+}
 
-test("a recorded game goes to the moment that is chosen, and the server is not asked for each one on the way", () => {
-  const line = new Line(), replay = new Replay(line, new Chart(canvas()));
-  replay.show(RECORDED);
-  for (const tick of [900, 910, 920]) {
-    at("moment").value = tick;
-    at("moment").fire("input");
-    replay.follow(93);
-  }
-  assert.deepEqual([at("moment").value, line.count("seek")], [920, 0]);
-  time.pass(100);
-  assert.deepEqual([line.count("seek"), line.last("seek").tick], [1, 920]);
+test("a recorded game begins where it is asked for, goes on at its pace to its end, and is held where one chooses", async () => {
+  const { replay, shown } = await open(undefined, 60), ticks = (steps) => Array.from({ length: steps }, () => { replay.step(); return shown.at(-1); });
+  assert.deepEqual([shown.at(-1), at("scrubber").hidden, at("moment").max], [60, false, 150]);
+  assert.deepEqual(ticks(2), [61, 62]);
+  at("pace").value = "0.5";
+  assert.deepEqual(ticks(4), [62, 63, 63, 64]);
+  at("moment").value = "90";
+  at("moment").fire("input");
+  assert.deepEqual([...ticks(1), at("hold").textContent], [90, "Play"]);
+  at("pace").value = "8";
+  at("pace").fire("change");
+  assert.deepEqual(ticks(9).slice(-3), [146, 150, 150]);
+  replay.close();
+  assert.equal(at("scrubber").hidden, true);
 });
 
-test("captures of a recorded game are places to go to, by keys, too, and its pace is chosen", () => {
-  const line = new Line(), replay = new Replay(line, new Chart(canvas())), goTo = (key) => {
+test("captures of a recorded game are places to go to, by keys, too", async () => {
+  const { replay, shown } = await open(), goTo = (key) => {
     replay.actOf(key, false, null)();
-    return Number(at("moment").value);
+    return shown.at(-1);
   };
-  replay.show({ ...RECORDED, sizes: [...Array(40).fill([10, 10]), [9, 11], ...Array(20).fill([12, 8])], outcome: "red" });
+  replay.list([[10, 10], [10, 10], [9, 11], [9, 11], [12, 8]]);
   at("log").all("button")[1].click();
-  assert.deepEqual(line.last("seek"), { type: "seek", tick: 1170 });
-  assert.deepEqual(["arrowright", "arrowleft", "arrowdown", "arrowup", "arrowup", "arrowup"].map(goTo), [1200, 1170, 1770, 1170, 1140, 0]);
-  at("pace").value = "4";
-  at("pace").fire("change");
-  for (const held of [true, true, false]) replay.hold(held);
-  assert.deepEqual(line.said.filter(({ type }) => type === "pace").map(({ speed }) => speed), [4, 0, 4]);
+  assert.equal(shown.at(-1), 60);
+  assert.deepEqual(["arrowright", "arrowleft", "arrowup", "arrowdown", "arrowdown"].map(goTo), [90, 60, 0, 60, 60]);
+});
+
+test("a file that is too long is not read, and one that came too late is not shown", async () => {
+  await assert.rejects(open("", 0, { "content-length": String(2 ** 25) }), /too long to be watched here; swarm-pz replay --film/);
+  await assert.rejects(open("x".repeat(2 ** 24 + 1)), /too long/);
+  await assert.rejects(open("{}\n"), /a.jsonl cannot be shown: its first line must/);
+  globalThis.fetch = async () => new Response(fixtures.recorded.default.text);
+  const replay = new Replay(new Line(), new Chart(canvas()));
+  await replay.open("a.jsonl", 0, () => false);
+  assert.equal(replay.playback, null);
 });

@@ -6,7 +6,7 @@ import { test } from "node:test";
 
 import { cellOf, placeOf, TRAIL } from "../../../swarm_pz/play/static/engine/ground.js";
 import { Game } from "../../../swarm_pz/play/static/engine/game.js";
-import { observe } from "../../../swarm_pz/play/static/engine/observation.js";
+import { fieldsOf, observe } from "../../../swarm_pz/play/static/engine/observation.js";
 import { loadPlayer, PLAYERS } from "../../../swarm_pz/play/static/engine/players.js";
 import { densityOf, targetOf } from "../../../swarm_pz/play/static/engine/strokes.js";
 import { CELLS as GRID } from "../../../swarm_pz/play/static/frames.js";
@@ -69,7 +69,7 @@ async function compare(buffer, { seen, players: names }) {
     if (tick % every === 0) {
       const images = [0, 1].flatMap((team) => seen.flatMap(([grid, channels]) => parts(observe(game, team, channels, grid), grid * grid)));
       images.forEach((image, i) => found.check(`image ${i} ${now}`, checksum(image) === given.seen(tick / every)[i]));
-      found.check(`fields of a frame ${now}`, game.fields().every((field, team) => same(field, images[4 + team])));
+      found.check(`fields of a frame ${now}`, fieldsOf(game).every((field, team) => same(field, images[4 + team])));
       found.images += images.length;
       found.halves += given.halves(tick / every)[0];
     }

@@ -54,7 +54,7 @@ async function click(id) {
 
 // --- addresses --------------------------------------------------------------------------------------
 
-for (const [hash, asked] of [["#room=!!", null], ["#what", null], ["#room=zzzz", "join"], ["#play=exec:A%3D1%20./bot", "create"], ["#replay=none.jsonl", "open_replay"]]) {
+for (const [hash, asked] of [["#room=!!", null], ["#what", null], ["#room=zzzz", "join"], ["#play=exec:A%3D1%20./bot", "create"], ["#replay=none.jsonl", null]]) {
   test(`${hash} leads nowhere, and so to the start`, async () => {
     await load(hash);
     if (asked) {
@@ -106,7 +106,7 @@ test("a room is as the form says", async () => {
 // --- studies and experiments ------------------------------------------------------------------------
 
 test("the page in a frame hears its experiment alone, begins once, and tells how the game went", async () => {
-  const told = [], begun = [], link = new Line(), answers = [{ ok: false }, { ok: true, json: async () => [{ side: "red" }, { side: "blue" }] }];
+  const told = [], begun = [], link = new Line(), answers = [{ ok: false }, new Response(fixtures.recorded.default.text)];
   globalThis.parent = { postMessage: (message, origin) => told.push([message, origin]) };
   globalThis.fetch = async () => answers.shift();
   const embed = new Embed(link, "https://lab", (message) => begun.push(message)), { parent } = globalThis;
@@ -129,7 +129,9 @@ test("the page in a frame hears its experiment alone, begins once, and tells how
   time.pass(500);
   await ended;
   embed.refused({ about: "create", reason: "late" });
-  assert.deepEqual(told, [[{ type: "swarm-pz.ready" }, "https://lab"], [{ type: "swarm-pz.over", row: { side: "blue" } }, "https://lab"]]);
+  const row = { side: "blue", kind: "policy", opponent: "", outcome: "stopped", commands: 2, seconds: 5, seed: 1, recording: "a.jsonl" };
+  assert.deepEqual(told.map(([{ type }, origin]) => [type, origin]), [["swarm-pz.ready", "https://lab"], ["swarm-pz.over", "https://lab"]]);
+  assert.deepEqual({ ...told[1][0].row, ...row }, told[1][0].row);
   const other = new Embed(link, "https://lab", () => true);
   other.watch({ red: { policy_state: "failed", name: "ring", reason: "no file" }, blue: {}, phase: "waiting" });
   assert.deepEqual(told.at(-1)[0], { type: "swarm-pz.refused", reason: "ring cannot play: no file" });

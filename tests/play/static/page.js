@@ -238,7 +238,9 @@ export class Line extends EventTarget {
     return this.isOpen;
   }
 
-  hear(type, detail) { this.dispatchEvent(new CustomEvent(type, { detail })); }
+  tell(type, detail) { this.dispatchEvent(new CustomEvent(type, { detail })); }
+
+  hear(type, detail) { this.tell(type, detail); }
 
   last(type) { return this.said.findLast((message) => message.type === type); }
 

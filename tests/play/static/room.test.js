@@ -7,8 +7,10 @@ import { beforeEach, test } from "node:test";
 import { fixtures, FOLDER, reload, settled, time } from "./page.js";
 import { Game } from "../../../swarm_pz/play/static/engine/game.js";
 import { loadPlayer } from "../../../swarm_pz/play/static/engine/players.js";
+import { Playback } from "../../../swarm_pz/play/static/engine/playback.js";
 import { Shelf } from "../../../swarm_pz/play/static/engine/recording.js";
 import { askedBy, Table } from "../../../swarm_pz/play/static/engine/worker.js";
+import { rowOf } from "../../../swarm_pz/play/static/embed.js";
 import { decode } from "../../../swarm_pz/play/static/frames.js";
 
 const DOT = [{ brush: "attract", width: 0.1, points: [[0.2, 0.7]] }];
@@ -119,7 +121,7 @@ test("a game counts down, takes what is drawn, ends and is recorded; of what com
   assert.deepEqual([visitor.frames.at(-1).tick, visitor.frames.filter(({ fields }) => fields).length >= 41], [120, true]);
   const { velocities } = visitor.table.room.game;
   assert.ok(visitor.frames.at(-1).velocities.every((velocity, i) => Math.abs(velocity - velocities[i]) < 1e-4));
-  const lines = await visitor.keep(recording), [row] = JSON.parse(await visitor.table.answer(`recordings/${recording}/trial`));
+  const lines = await visitor.keep(recording), row = rowOf(recording, await visitor.table.answer(`recordings/${recording}`), "red");
   assert.deepEqual([row.side, row.outcome, row.commands, row.seed, row.seconds], ["red", "draw", 5, 7, 4]);
   assert.equal(row.captured + row.lost, lines.filter(({ type }) => type === "captured").length);
   assert.deepEqual(JSON.parse(await visitor.table.answer("recordings")).map(({ name, seconds }) => [name, seconds]), [[recording, 4]]);
@@ -168,18 +170,16 @@ test("a recorded game is shown at any moment, with what was asked for", async ()
   await visitor.pass(4500);
   const { recording, outcome, ended_by: by } = visitor.last("room"), seen = new Map(visitor.frames.map((frame) => [frame.tick, frame]));
   assert.deepEqual([outcome, by], ["red", "time"], "by majority");
-  await visitor.say("open_replay", { recording });
-  assert.deepEqual([visitor.last("room").phase, visitor.last("room").last_tick, visitor.last("room").sizes.length], ["replay", 120, 5]);
+  const playback = new Playback(recording, await visitor.table.answer(`recordings/${recording}`));
+  assert.deepEqual([playback.room.last_tick, playback.room.sizes.length, playback.room.outcome], [120, 5, "red"]);
   for (const tick of [100, 31, 32, 119]) {
-    await visitor.say("seek", { tick });
-    Object.assign(visitor, { targets: [], frames: [] });
-    visitor.table.showReplay();
-    const shown = visitor.frames.at(-1), trail = visitor.frames.slice(0, -1), { positions, teams, fields } = seen.get(tick);
-    assert.deepEqual([shown.tick, shown.positions, shown.teams], [tick, positions, teams]);
-    if (fields) assert.deepEqual(shown.fields, fields);
-    assert.equal(visitor.targets.length, 2);
-    assert.deepEqual([trail.length, trail[0].tick, trail[0].sequence], [Math.floor(tick / 9) + 1, 0, 0]);
+    playback.goTo(tick);
+    const { moment } = playback, { positions, teams, fields } = seen.get(tick);
+    assert.deepEqual([moment.tick, moment.teams], [tick, teams]);
+    assert.ok(moment.positions.every((place, i) => Math.abs(place - positions[i]) < 1e-5));
+    if (fields) assert.deepEqual(moment.fields, fields);
   }
+  assert.deepEqual(playback.target(0).picture, visitor.targets.at(-1).picture);
 });
 
 test("a seat is shown less, later and more seldom, and commands later, as an experiment asks", async () => {
@@ -279,7 +279,7 @@ test("what needs a server or a second person is refused, and changes nothing", a
   for (const [type, has] of [
     ["create", { opponent: "nobody" }], ["create", { seat: "watch", opponent: "ring" }], ["create", { opponent: null }], ["create", { opponent: "ring", seed: 0.5 }],
     ...[{ red_system: "direct" }, { red: 0 }, { time_limit: 7.25 }, { speed: 3 }, { size: 3 }].map((settings) => ["create", { opponent: "ring", settings }]),
-    ["join", { room: "ABCD" }], ["rules", { rules: [] }], ["command", { number: 1, density: [] }], ["open_replay", { recording: "none.jsonl" }],
+    ["join", { room: "ABCD" }], ["rules", { rules: [] }], ["command", { number: 1, density: [] }],
   ]) {
     await visitor.say(type, has);
     assert.equal(visitor.last("refused").about, type);

@@ -2,7 +2,6 @@
 
 import { CELLS, coefficientsOf, Controller, normalised } from "./controller.js";
 import { Ground } from "./ground.js";
-import { observe } from "./observation.js";
 import { Random } from "./random.js";
 import { SIDES, TICKS } from "../words.js";
 
@@ -90,11 +89,5 @@ export class Game {
     this.sizes[loser]--;
     this.sizes[team]++;
     return { drone, team };
-  }
-
-  // The capture fields of red and blue as frames have them.
-  fields() {
-    const both = observe(this, 0, ["own_capture_field", "opposing_capture_field"]);
-    return [both.subarray(0, both.length / 2), both.subarray(both.length / 2)];
   }
 }

@@ -26,6 +26,12 @@ export function observe(game, team, channels, grid = GRID) {
   return images;
 }
 
+// The capture fields of red and blue as frames have them.
+export function fieldsOf(game) {
+  const both = observe(game, 0, ["own_capture_field", "opposing_capture_field"]);
+  return [both.subarray(0, both.length / 2), both.subarray(both.length / 2)];
+}
+
 // The cell of a coarser grid that holds a cell.
 function coarse(cell, grid) {
   const block = GRID / grid;

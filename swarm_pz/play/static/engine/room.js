@@ -4,6 +4,7 @@ import { check, GAME, Refused, SETTINGS } from "./checks.js";
 import { CELLS } from "./controller.js";
 import { Game, PERIOD } from "./game.js";
 import { loadPlayer, PLAYERS } from "./players.js";
+import { fieldsOf } from "./observation.js";
 import { headerOf } from "./recording.js";
 import { densityOf, targetOf } from "./strokes.js";
 import { base64Of, frameOf, targetMessage } from "./wire.js";
@@ -11,7 +12,7 @@ import { SIDES, TICKS } from "../words.js";
 
 const STEPS = 1e8; // to which the values of a command are rounded
 const CATCH_UP = 2; // ticks that a late game may run at once
-export const EVERYTHING = new Float32Array(CELLS * CELLS).fill(1);
+const EVERYTHING = new Float32Array(CELLS * CELLS).fill(1);
 export const UNVARIED = { command_delay_ms: 0, display_delay_ms: 0, frame_rate: 30, speed: 1, hide: [], share: 0, helper: "" };
 
 export function now() { return performance.timeOrigin + performance.now(); }
@@ -30,14 +31,14 @@ function followed(values) {
 function majorityOf([red, blue]) { return red === blue ? "draw" : SIDES[Number(blue > red)]; }
 
 // The state of a seat, as rooms have it.
-export function seatOf({ kind = "free", policy = "", label = "", ready = false, state = null, reason = "" }) {
+function seatOf({ kind = "free", policy = "", label = "", ready = false, state = null, reason = "" }) {
   const flies = { system: "ergodic", takes: "density" };
   return { kind, name: policy, label, connected: kind !== "free", ready, policy_state: state, reason, gone: false, ...flies };
 }
 
 // The state of a room; parts that are not given have the values of a room in which nothing has happened.
-export function stateOf(has) {
-  const none = { outcome: null, recording: null, last_tick: null, starts_ms: null, ended_by: null };
+function stateOf(has) {
+  const none = { outcome: null, recording: null, starts_ms: null, ended_by: null };
   return { type: "room", watchers: 0, once: false, forfeit: "", ...none, ...has };
 }
 
@@ -126,7 +127,7 @@ export class Room {
     const count = (tick) => Math.floor(tick * rate / (TICKS * this.settings.speed));
     this.hasFields ||= isLast || game.tick % PERIOD === 0;
     if (!isLast && rate < UNVARIED.frame_rate && count(game.tick) === count(game.tick - 1)) return;
-    const sequence = ++this.sequence, fields = this.hasFields && !hide.includes("ground") ? game.fields() : null;
+    const sequence = ++this.sequence, fields = this.hasFields && !hide.includes("ground") ? fieldsOf(game) : null;
     const hidden = hide.includes("opponents") ? 1 - this.team : -1, frame = frameOf(game, { sequence, ms: now() + delay, altitudes: isKey, fields, hidden });
     this.hasFields = false;
     this.pass(() => this.table.send(frame));

@@ -1,8 +1,8 @@
 // Binary messages as the server writes them, and frames as recordings of a page hold them: docs/protocol.md#frames.
 
-import { FASTEST, HEADER, HIDDEN, KEYFRAME, TARGET_HEADER, WITH_FIELDS } from "../frames.js";
+import { EXACT, FASTEST, HEADER, HIDDEN, KEYFRAME, TARGET_HEADER, WITH_FIELDS } from "../frames.js";
 
-const FRAME = 1, TARGET = 2, EXACT = 16;
+const FRAME = 1, TARGET = 2;
 
 // Encode the present moment of a game, perhaps without one team's drones; recordings have exact positions and velocities.
 export function frameOf(game, { sequence = 0, ms = 0, altitudes = false, fields = null, hidden = -1, exact = false } = {}) {
@@ -32,14 +32,6 @@ export function frameOf(game, { sequence = 0, ms = 0, altitudes = false, fields 
   }
   fields?.forEach((field, team) => bytes.set(field, fieldsAt + team * field.length));
   return buffer;
-}
-
-// The moment of an exact frame.
-export function momentOf(base64) {
-  const view = new DataView(Uint8Array.from(atob(base64), (character) => character.charCodeAt(0)).buffer), count = view.getUint16(2, true);
-  const numbers = (from) => Float32Array.from({ length: 2 * count }, (_, i) => view.getFloat32(from + 4 * i, true)), teamsAt = HEADER + 16 * count;
-  const teams = Uint8Array.from({ length: count }, (_, i) => view.getUint8(teamsAt + (i >> 3)) >> (i & 7) & 1);
-  return { tick: view.getUint32(8, true), positions: numbers(HEADER), velocities: numbers(HEADER + 8 * count), teams };
 }
 
 export function base64Of(buffer) { return btoa(String.fromCharCode(...new Uint8Array(buffer))); }

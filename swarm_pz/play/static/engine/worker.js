@@ -1,18 +1,15 @@
-// The game in a worker of the page: it answers the messages of docs/protocol.md that one person's game and replays need.
+// The game in a worker of the page: it answers the messages of docs/protocol.md that one person's game needs.
 
 import { ADDRESS, check, FACTORS, Refused } from "./checks.js";
 import { PLAYERS } from "./players.js";
-import { Playback, Shelf, teamOf } from "./recording.js";
-import { EVERYTHING, now, Room, seatOf, stateOf, UNVARIED } from "./room.js";
-import { targetOf } from "./strokes.js";
-import { frameOf, targetMessage } from "./wire.js";
-import { SIDES, TICKS } from "../words.js";
+import { Shelf } from "./recording.js";
+import { now, Room, UNVARIED } from "./room.js";
+import { SIDES } from "../words.js";
 
 const LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
-const MOST_OWED = 8; // ticks of a recorded game that are made up for at once
 
 export class Table {
-  asked; rules; commands; shelf; countdown; interval; room; replay; kind; client; clock; pace; sought; shown; owed;
+  asked; rules; commands; shelf; countdown; interval; room; kind; client;
 
   // written is the file table.json of `swarm-pz site`, asked the values of the page's address; send passes a message on.
   constructor({ welcome, rules, commands }, shelf, asked = {}) {
@@ -27,7 +24,7 @@ export class Table {
     this.software = `swarm-pz ${welcome.version}, in a page`;
     /** @type {any} */
     this.send = () => {};
-    Object.assign(this, { asked, rules, commands, shelf, countdown, interval, room: null, replay: null });
+    Object.assign(this, { asked, rules, commands, shelf, countdown, interval, room: null });
   }
 
   say(message) { this.send(JSON.stringify(message)); }
@@ -71,50 +68,12 @@ export class Table {
     const { room } = this;
     this.room = null; // the visitor hears nothing more of it
     room?.leave();
-    clearInterval(this.clock);
-    this.replay = null;
   }
 
-  // --- recorded games ---------------------------------------------------------------------------------
-
-  async recorded(name) {
-    const text = await this.shelf.read(name);
-    if (text === null) throw new Refused("unknown", `there is no recording ${name} here`);
-    return text;
-  }
-
-  async watch(recording) {
-    const replay = new Playback(recording, await this.recorded(recording)), { header, settings, sizes, end, lastTick } = replay;
-    const [red, blue] = SIDES.map((side) => seatOf(header[side])), { outcome, ended_by } = end;
-    const how = { code: "", phase: "replay", settings, min_command_interval: header.table.min_command_interval, watchers: 1 };
-    this.leave();
-    Object.assign(this, { replay, pace: 1, sought: 0, shown: 0, owed: 0 });
-    this.say(stateOf({ ...how, red, blue, sizes, recording, last_tick: lastTick, outcome, ended_by }));
-    this.clock = setInterval(() => this.showReplay(), 1000 / TICKS);
-  }
-
-  get watched() {
-    if (!this.replay) throw new Refused("out_of_turn", "open a recorded game first");
-    return this.replay;
-  }
-
-  showReplay() {
-    const { replay, sought } = this, { tick } = replay.game, ticks = Math.floor(this.owed += this.pace);
-    this.owed = Math.min(this.owed - ticks, MOST_OWED);
-    this.sought = null;
-    if (sought === null && (ticks === 0 || tick >= replay.lastTick)) return;
-    const came = replay.seek(sought ?? tick + ticks), both = [0, 1].map((team) => replay.latest(team) ?? { seat: SIDES[team], density: [...EVERYTHING] });
-    if (sought !== null) for (const moment of replay.past()) this.send(frameOf(moment));
-    for (const line of sought === null ? came : both) this.send(targetMessage(teamOf(line), 0, targetOf(line.density.flat())));
-    this.send(frameOf(replay.game, { sequence: ++this.shown, altitudes: true, fields: replay.game.fields() }));
-  }
-
-  // Answer as a server does to a request: the list of recorded games, one of them, or its rows in an experiment.
+  // Answer as a server does to a request: the list of recorded games, or one of them; null without it.
   async answer(path) {
-    const [, name, part] = path.split("/");
-    if (!name) return JSON.stringify(await this.shelf.list());
-    const text = await this.recorded(name);
-    return part === "trial" ? JSON.stringify(new Playback(name, text).rows().map((row) => ({ ...row, lines: text }))) : text;
+    const [, name] = path.split("/");
+    return name ? this.shelf.read(name) : JSON.stringify(await this.shelf.list());
   }
 }
 
@@ -128,9 +87,6 @@ const ACTS = {
   painted: (table, message) => table.inRoom.painted(message),
   visibility: (table, { hidden }) => table.room?.note(hidden ? "hidden" : "shown"),
   leave: (table) => table.leave(),
-  open_replay: (table, { recording }) => table.watch(recording),
-  seek: (table, { tick }) => Object.assign(table, { sought: table.watched && tick }),
-  pace: (table, { speed }) => Object.assign(table, { pace: table.watched && speed }),
 };
 
 // Read the values of the page's address, in JSON, by their names. Unknown names, which others add to links, are skipped.

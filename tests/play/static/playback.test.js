@@ -1,0 +1,72 @@
+// Recorded games of a server, as the page shows them: held to the simulator, which Python played again.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { bytes, fixtures } from "./page.js";
+import { Playback } from "../../../swarm_pz/play/static/engine/playback.js";
+
+const { recorded } = fixtures;
+const of = (name, change = (lines) => lines) => {
+  const lines = recorded[name].text.trimEnd().split("\n").map((line) => JSON.parse(line));
+  return new Playback("a.jsonl", change(lines).map((line) => `${JSON.stringify(line)}\n`).join(""));
+};
+const near = (values, others, within) => assert.ok(values.every((value, i) => Math.abs(value - others[i]) <= within));
+
+for (const name of Object.keys(recorded)) {
+  test(`a game of ${name} is shown at any moment as it was, on the way and after jumps`, () => {
+    const playback = of(name);
+    for (const { tick, positions, teams, fields, pictures } of [...recorded[name].moments, ...recorded[name].moments.toReversed()]) {
+      playback.goTo(tick);
+      const { moment } = playback;
+      assert.deepEqual([moment.tick, [...moment.teams]], [tick, teams]);
+      near(moment.positions, positions, recorded[name].within);
+      assert.equal(moment.fields !== null, fields !== null);
+      // A rounded position at an edge of a cell is in another cell.
+      fields?.forEach((field, team) => assert.ok(field.filter((value, i) => Math.abs(value - moment.fields[team][i]) > 8).length <= 25));
+      pictures?.forEach((picture, team) => near(playback.target(team).picture, picture, 1));
+    }
+  });
+}
+
+test("players, sizes and the result are those of the file, and a file that breaks off is shown as far as it goes", () => {
+  const { room } = of("default");
+  assert.deepEqual([room.red.label, room.blue.name, room.settings.red, room.outcome, room.last_tick, room.sizes.length], ["P1", "ring", 12, "stopped", 150, 6]);
+  assert.deepEqual(room.sizes[0], [12, 12]);
+  const whole = recorded.default.text, broken = new Playback("a.jsonl", whole.slice(0, whole.length / 2));
+  assert.ok(broken.room.outcome === null && broken.lastTick > 30 && broken.lastTick < 150);
+});
+
+test("a command of a response is not taken for the player's of the same number", () => {
+  const own = recorded.default.text.split("\n").map((line) => line && JSON.parse(line)).find(({ type, seat }) => type === "command" && seat === "red");
+  const playback = of("default", ([header, ...lines]) => [header, { ...own, density: Array(10).fill(Array(10).fill(1)), sender: "auto:ring", tick: 0 }, ...lines]);
+  playback.goTo(30);
+  assert.deepEqual(playback.latest(0).density, own.density);
+});
+
+const header = (has) => ([first, ...lines]) => [{ ...first, ...has }, ...lines];
+const game = (has) => ([first, ...lines]) => [{ ...first, table: { ...first.table, game: { ...first.table.game, ...has } } }, ...lines];
+const frame = (change) => (lines) => lines.map((line, i) => (line.type === "frame" && i > 5 ? { ...line, data: change(line.data) } : line));
+const patched = (at, ...values) => frame((data) => {
+  const all = new Uint8Array(bytes(data));
+  all.set(values, at);
+  return Buffer.from(all).toString("base64");
+});
+for (const [fault, change, reason] of [
+  ["no header", (lines) => lines.slice(1), /first line must be of type game/], ["another protocol", header({ protocol: "v9" }), /protocol swarm-pz/],
+  ["no rules", header({ table: null }), /with rules/], ["millions of drones", game({ drones_per_team: 1e9 }), /up to 200 drones/],
+  ["no time", game({ time_limit: -1 }), /above 0/], ["another number of drones", game({ drones_per_team: 5 }), /must have 10 drones/],
+  ["nothing to be seen", (lines) => lines.filter(({ type }) => type !== "frame"), /broke off/], ["no base64", frame(() => "§"), /no frame/],
+  ["a frame cut short", frame((data) => data.slice(0, 40)), /no frame/], ["a frame in the past", patched(8, 0, 0), /must come after/],
+  ["the end of time", patched(8, 0, 0, 0, 255), /until tick/], ["hidden drones", patched(1, 4), /on the map/],
+]) {
+  test(`a file with ${fault} is refused in words`, () => { assert.throws(() => of("default", change), reason); });
+}
+
+test("lines that are no messages are refused, and what is not known is left out", () => {
+  assert.throws(() => new Playback("a.jsonl", `${recorded.default.text}null\n`), /line \d+ is no message/);
+  assert.throws(() => new Playback("a.jsonl", `${"[".repeat(1e6)}\n`), /line 1 is no message/);
+  const playback = of("default", (lines) => [...lines, 3, "x", { type: "captured", drone: 1e9, seat: "red", tick: 1 }, { type: "in_force", seat: {}, number: [] }, { type: "command", density: "x" }]);
+  playback.goTo(150);
+  assert.equal(playback.moment.tick, 150);
+});
