@@ -45,8 +45,8 @@ def write_tables(rows: Sequence[SeatRow], folder: Path, command: str = "") -> li
     folder.mkdir(parents=True, exist_ok=True)
     table, schema = folder / "seats.csv", folder / "schema.json"
     write_table(rows, SeatRow, table)
-    told = {"versions": versions(), "command": command, "notes": NOTES, "columns": columns_of(SeatRow)}
-    schema.write_text(json.dumps(told, indent=2) + "\n")
+    described = {"versions": versions(), "command": command, "notes": NOTES, "columns": columns_of(SeatRow)}
+    schema.write_text(json.dumps(described, indent=2) + "\n")
     return [table, schema]
 
 

@@ -132,7 +132,7 @@ class _Again:
                 self.faults.append(fault)
 
     def _shows(self, frame: Frame) -> bool:
-        """Tell whether a frame, which holds neither altitudes nor fields in recordings, shows the present moment."""
+        """Return True if a frame shows the present moment; recorded ones hold neither altitudes nor fields."""
         simulator = self.game.simulator
         positions = np.abs(frame.positions - simulator.positions[0]).max(initial=0.0)
         velocities = np.abs(np.clip(simulator.speeds[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)

@@ -182,8 +182,8 @@ class Bridge(Rosbridge):
         if self.wanted(topic := f"/{seat.side}_team_target_dist"):
             self.publish(topic, messages.target(target.picture, max(self._tick, 0)), but=hidden)
 
-    def told(self, seat: Seat, text: str, is_fault: bool) -> None:
-        """Tell all readers of the log what became of a seat."""
+    def report(self, seat: Seat, text: str, is_fault: bool) -> None:
+        """Publish a report on a seat in the log."""
         line = f"{seat.side}: {text}"
         self._say(f"rosbridge: {line}")
         self.publish(LOG, log(line, time.time(), is_fault))

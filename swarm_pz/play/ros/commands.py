@@ -43,8 +43,7 @@ def attractors(message: Message) -> Maker:
 
 def attractor(message: Message) -> Maker:
     """Read one place, x and y, and its `migration_weight` or `weight`; without one it is the largest that there is."""
-    name = next((name for name in ("migration_weight", "weight", "z") if name in message), "weight")
-    return _attractors_of([_row(message, name)])
+    return _attractors_of([_row(message, "migration_weight" if "migration_weight" in message else "weight")])
 
 
 def _attractors_of(rows: list[list[float]]) -> Maker:
@@ -135,8 +134,8 @@ def _floats(message: Message) -> NDArray[np.float64]:
 
 
 def _row(place: object, weight: str) -> list[float]:
-    told = place if isinstance(place, dict) else {}
-    found = [told.get("x"), told.get("y"), told.get(weight, 0.0)]
+    numbers = place if isinstance(place, dict) else {}
+    found = [numbers.get("x"), numbers.get("y"), numbers.get(weight, 0.0)]
     row = [float(value) for value in found if type(value) in (int, float) and abs(value) < 1e9]
     if len(row) != 3:  # NaN is in no range
         raise ProtocolError(f"x, y and {weight} must be numbers")

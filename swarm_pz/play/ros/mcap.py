@@ -19,12 +19,9 @@ from swarm_pz.play.ros import messages
 from swarm_pz.play.ros.definitions import definition, full_name, serialise
 from swarm_pz.play.server.views import capture_fields
 
-Told = tuple[int, str, messages.Message]
-"""Tick, topic and message."""
 
-
-def told(recording: Recording) -> Iterator[Told]:
-    """Yield what a recorded game told, in the order of its ticks.
+def messages_of(recording: Recording) -> Iterator[tuple[int, str, messages.Message]]:
+    """Yield the ticks, topics and messages of a recorded game, in the order of its ticks.
 
     Drones are those of the recorded frames; targets and capture fields are simulated again from the commands, which
     on another kind of processor may lead elsewhere after some seconds.
@@ -76,7 +73,7 @@ def write(recording: Recording, path: Path, progress: Callable[[float, float], N
                 for kind in dict.fromkeys(types.values())
             }
             channels = {topic: writer.register_channel(topic, "cdr", schemas[kind]) for topic, kind in types.items()}
-            for tick, topic, message in told(recording):
+            for tick, topic, message in messages_of(recording):
                 time, data = messages.nanoseconds_of(tick), serialise(types[topic], message)
                 writer.add_message(channels[topic], time, data, publish_time=time, sequence=count)
                 count += 1

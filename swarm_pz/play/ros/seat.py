@@ -36,7 +36,7 @@ class Owner(Protocol):
     def show_target(self, seat: Seat, target: Target) -> None:
         """Take a target of the seat's team."""
 
-    def told(self, seat: Seat, text: str, is_fault: bool) -> None:
+    def report(self, seat: Seat, text: str, is_fault: bool) -> None:
         """Take a report on the seat."""
 
 
@@ -143,7 +143,7 @@ class Seat:
     # --- what the table says ----------------------------------------------------------------------
 
     def _tell(self, text: str, *, is_fault: bool = False) -> None:
-        self._owner.told(self, text, is_fault)
+        self._owner.report(self, text, is_fault)
 
     def _take(self, data: str | bytes) -> None:
         if isinstance(data, str):

@@ -84,10 +84,10 @@ def _variables() -> list[dict[str, Any]]:
     """Return all columns, each once: what it is in each of its tables, and its unit."""
     found: dict[str, dict[str, Any]] = {}
     for name, kind in TABLES.items():
-        for column, told in columns_of(kind).items():
+        for column, meaning in columns_of(kind).items():
             known = found.setdefault(column, {"@type": "PropertyValue", "name": column, "description": ""})
-            known["description"] += f"{'; ' if known['description'] else ''}in {name}: {told['about']}"
-            known |= {"unitText": told["unit"]} if told["unit"] else {}
+            known["description"] += f"{'; ' if known['description'] else ''}in {name}: {meaning['about']}"
+            known |= {"unitText": meaning["unit"]} if meaning["unit"] else {}
     return list(found.values())
 
 
@@ -106,21 +106,17 @@ def _check_out(out: Path, overwrite: bool) -> None:
 @contextmanager
 def _draft_of(out: Path) -> Iterator[Path]:
     """Give a folder beside another, which takes its place when the block ends and is gone if it fails."""
-    draft, former = out.with_name(f".{out.name}.draft"), out.with_name(f".{out.name}.former")
+    draft = out.with_name(f".{out.name}.draft")
     try:
-        for left_over in (draft, former):
-            shutil.rmtree(left_over, ignore_errors=True)
+        shutil.rmtree(draft, ignore_errors=True)
         draft.mkdir()
         yield draft
         if out.exists():
-            out.rename(former)
+            shutil.rmtree(out)
         draft.rename(out)
     except OSError as error:
         if isinstance(error, OutputError):
             raise
         raise OutputError(f"{str(out)!r} cannot be written: {explain(error)}") from error
     finally:
-        if former.exists() and not out.exists():
-            former.rename(out)
-        for left_over in (draft, former):
-            shutil.rmtree(left_over, ignore_errors=True)
+        shutil.rmtree(draft, ignore_errors=True)

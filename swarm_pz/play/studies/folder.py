@@ -13,6 +13,7 @@ A name, such as P01, stands in all that others may see; a code opens its partici
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -24,7 +25,8 @@ from typing import Any
 import msgspec
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
-from swarm_pz.errors import ConfigError, OutputError, RecordingError, require_extra
+from swarm_pz.errors import ConfigError, OutputError, RecordingError
+from swarm_pz.evaluation.ledger import folder_lock
 from swarm_pz.files import check_folder, draft_of, explain, read_text
 from swarm_pz.play.recordings.folder import read_ends
 from swarm_pz.play.recordings.recorder import sync_folder
@@ -42,7 +44,7 @@ class StudyFolder:
 
     With `only_read`, nothing is written: a server may be at work in it. `codes` are the participants', by number;
     `withdrawn` are the numbers of those of whom nothing is kept any more. Raises ConfigError if there is no study, or
-    its codes cannot be read.
+    its codes cannot be read; ResultsError if another program writes there.
     """
 
     def __init__(self, path: Path, *, only_read: bool = True) -> None:
@@ -55,7 +57,9 @@ class StudyFolder:
         self._only_read = only_read
         self._progress: dict[int, Progress] = {}
         self._reading = threading.Lock()
-        self._lock = None if only_read else _folder_lock(path)
+        self._lock = contextlib.ExitStack()
+        if not only_read:
+            self._lock.enter_context(folder_lock(path))
         self.withdrawn = {number for number in range(self.study.participants) if self._has_withdrawn(number)}
 
     @classmethod
@@ -84,8 +88,7 @@ class StudyFolder:
 
     def close(self) -> None:
         """Let another server have the folder."""
-        if self._lock is not None:
-            self._lock.release()
+        self._lock.close()
 
     # --- participants -----------------------------------------------------------------------------
 
@@ -137,16 +140,16 @@ class StudyFolder:
     def summary(self, number: int) -> dict[str, Any]:
         """Return a participant's progress, for the monitor."""
         order = [one.title for one in self.study.order_of(number)]
-        told = {"name": self.study.name_of(number), "order": order, "block": "", "played": 0, "won": 0}
-        told |= {"done": 0, "of": 0}
+        row = {"name": self.study.name_of(number), "order": order, "block": "", "played": 0, "won": 0}
+        row |= {"done": 0, "of": 0}
         if number in self.withdrawn or not self.has_come(number):
-            return told | {"step": "withdrawn" if number in self.withdrawn else "has not come"}
+            return row | {"step": "withdrawn" if number in self.withdrawn else "has not come"}
         try:
             progress = self.progress(number)
         except RecordingError as error:
-            return told | {"step": "corrupt", "fault": str(error)}
+            return row | {"step": "corrupt", "fault": str(error)}
         step, games = progress.next, [line for name, line in progress.done.items() if _GAME.fullmatch(name)]
-        return told | {
+        return row | {
             "step": step.id if step is not None else "all done",
             "block": step.condition.title if step is not None and step.condition is not None else "",
             "played": len(games),
@@ -233,17 +236,6 @@ class StudyFolder:
         path.rename(goal)
         sync_folder(aside)
         sync_folder(path.parent)
-
-
-def _folder_lock(path: Path) -> Any:
-    """Keep other servers out of a study's folder, until what is returned is released."""
-    filelock = require_extra("filelock", "cli")
-    lock = filelock.FileLock(path / ".lock", thread_local=False)
-    try:
-        lock.acquire(timeout=0)
-    except filelock.Timeout as error:
-        raise OutputError(f"a study is run in {path} already, by another program: end that first") from error
-    return lock
 
 
 def _keep_codes(study: Study, path: Path) -> None:

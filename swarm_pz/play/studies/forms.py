@@ -126,13 +126,13 @@ class Form(Config):
         if self.score == "sus":
             points = {(item.kind, item.least, item.most, item.step) for item in counted}
             fits = len(self.items) == len(counted) == 10 and points == {("scale", 1, 5, 1)}
-            told = "ten scales from 1 to 5, as score 'sus' adds them up"
+            expected = "ten scales from 1 to 5, as score 'sus' adds them up"
         else:
             fits = set(TLX_SCALES) <= {item.id for item in counted}
             fits = fits and not any(pair.optional or not set(pair.choices) <= set(titles) for pair in pairs)
             scales = f"{', '.join(TLX_SCALES)} as scales"
-            told = f"{scales}, and pairs of {', '.join(titles)}, as score 'nasa-tlx' weighs them"
-        check(not self.score or fits, f"form {self.name}: items", [item.id for item in self.items], told)
+            expected = f"{scales}, and pairs of {', '.join(titles)}, as score 'nasa-tlx' weighs them"
+        check(not self.score or fits, f"form {self.name}: items", [item.id for item in self.items], expected)
 
     def read(self, answers: Mapping[str, Any]) -> dict[str, Any]:
         """Return answers by the questions' ids, checked, all of them.

@@ -187,8 +187,8 @@ class Progress:
         done = self.done
         return next((step for step in self.steps if step.id not in done), None)
 
-    def finish(self, step: Step, **told: Any) -> None:
-        """Keep that a step is done, and what it told: on the disk when this returns.
+    def finish(self, step: Step, **record: Any) -> None:
+        """Keep that a step is done, and what came of it: on the disk when this returns.
 
         Raises ConfigError if it is not the next one, or the answers of its form are none; nothing is kept; OutputError
         if it cannot be written down.
@@ -197,8 +197,8 @@ class Progress:
         if due is None or due.id != step.id:
             raise ConfigError(f"the next step is {due.id if due else 'none: all is done'}, got {step.id}")
         if step.form is not None:
-            told["answers"] = step.form.read(told.get("answers", {}))
-            told["scores"] = step.form.scores(told["answers"])
-        line = {"step": step.id, "at": time.time(), **told}
+            record["answers"] = step.form.read(record.get("answers", {}))
+            record["scores"] = step.form.scores(record["answers"])
+        line = {"step": step.id, "at": time.time(), **record}
         self._write(line)
         self.done = self.done | {step.id: line}

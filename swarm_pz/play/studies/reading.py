@@ -22,8 +22,8 @@ from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step, read_lines, steps_of
 from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
 
-_TOLD = ("system", "opponent", "side", "seed", "outcome", "seconds", "at", "recording")
-"""Columns of a game that its participant's line tells."""
+_OF_LINE = ("system", "opponent", "side", "seed", "outcome", "seconds", "at", "recording")
+"""Columns of a game from its participant's line."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +49,7 @@ class StudyData:
 
 
 def read_study(folder: Path, progress: Callable[[float, float], None] | None = None) -> StudyData:
-    """Return all that a study's folder holds; what of it is corrupt is left out, and told.
+    """Return all that a study's folder holds; what is corrupt is left out, and named in `faults`.
 
     `progress` is called with the numbers of participants that were read, and of all. ConfigError if no study ran there,
     RecordingError if nobody has taken part.
@@ -134,23 +134,23 @@ class _Person:
         condition = step.played
         line = {name: getattr(condition, name) for name in ("system", "opponent", "side")}
         line |= {"seed": None, "outcome": "", "seconds": 0.0, "at": None, "recording": ""} | self.done[step.id]
-        told: dict[str, Any] = {name: line[name] for name in _TOLD}
+        columns: dict[str, Any] = {name: line[name] for name in _OF_LINE}
         own = TEAM_NAMES.index(line["side"])
         recording = self._recording(step, line["recording"])
         if recording is not None:
             seat = next((row for row in seat_rows(recording) if row.side == line["side"]), None)
             sizes = recording.config.game.team_sizes
-            told |= _told_by(seat) | {"drones": sizes[own], "opponent_drones": sizes[1 - own]}
+            columns |= _of_recording(seat) | {"drones": sizes[own], "opponent_drones": sizes[1 - own]}
             self._commands(step, recording, own)
             self._captures(step, recording, own)
         elif self.is_alone and condition.is_of_two:
-            told |= {"left_out": "partner withdrew", "ended_by": line.get("ended_by") or ""}
+            columns |= {"left_out": "partner withdrew", "ended_by": line.get("ended_by") or ""}
         for name, asked in (("command", condition.command_delay_ms), ("display", condition.display_delay_ms)):
             measured = {"asked_ms": asked, "got_ms": None, "count": None} | line.get("delays", {}).get(name, {})
-            told |= {f"{name}_delay_{column}": measured[column] for column in ("got_ms", "count")}
-            told[f"{name}_delay_asked_ms"] = float(measured["asked_ms"])
+            columns |= {f"{name}_delay_{column}": measured[column] for column in ("got_ms", "count")}
+            columns[f"{name}_delay_asked_ms"] = float(measured["asked_ms"])
         row = GameRow(
-            **self._place(step), won=line["outcome"] == "win", decided=line["outcome"] in ("win", "loss"), **told
+            **self._place(step), won=line["outcome"] == "win", decided=line["outcome"] in ("win", "loss"), **columns
         )
         self.data.games.append(row)
 
@@ -221,8 +221,8 @@ class _Person:
             return
         answers, scores = line.get("answers", {}), line.get("scores", {})
         block = re.match(r"block(\d+)\.", step.id)
-        told = [(item.id, item.kind, item.text, answers.get(item.id)) for item in form.items]
-        for name, kind, words, answer in [*told, *((name, "score", "", value) for name, value in scores.items())]:
+        rows = [(item.id, item.kind, item.text, answers.get(item.id)) for item in form.items]
+        for name, kind, words, answer in [*rows, *((name, "score", "", value) for name, value in scores.items())]:
             self.data.forms.append(
                 FormRow(
                     participant=self.who,
@@ -240,8 +240,8 @@ class _Person:
             )
 
 
-def _told_by(seat: SeatRow | None) -> dict[str, Any]:
-    """Return those columns of a game that its recording tells."""
+def _of_recording(seat: SeatRow | None) -> dict[str, Any]:
+    """Return the columns of a game that come from its recording."""
     names = [one.name for one in fields(GameRow) if one.default is not MISSING]
     return {name: getattr(seat, name) for name in names if hasattr(seat, name)}
 

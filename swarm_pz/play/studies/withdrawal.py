@@ -12,7 +12,7 @@ import json
 import time
 from pathlib import Path
 
-from swarm_pz.errors import ConfigError, OutputError, RecordingError
+from swarm_pz.errors import ConfigError, OutputError, RecordingError, ResultsError
 from swarm_pz.files import draft_of, explain
 from swarm_pz.play.recordings.recorder import sync_folder
 from swarm_pz.play.studies.folder import StudyFolder, write_down
@@ -28,7 +28,7 @@ def withdraw(path: Path, code: str) -> tuple[str, int]:
     StudyFolder(path)
     try:
         opened = StudyFolder(path, only_read=False)
-    except OutputError as error:
+    except ResultsError as error:
         raise OutputError(
             f"{path} is being served, so the participant may be in session: end the server (Ctrl-C), call this again, "
             "and start the server again; everybody goes on where they were"

@@ -75,7 +75,7 @@ def test_attractors_are_places_with_weights_of_which_none_is_the_largest():
     kind, values = made(commands.attractors({"poses": [pose(0.2, 0.3, 60.0), pose(0.7, 0.8)]}), "flocking")
     assert kind == "attractors"
     assert values.tolist() == [[0.2, 0.3, 60.0]] + 3 * [[0.7, 0.8, 100.0]]
-    for more, weight in (({}, 100.0), ({"migration_weight": 75}, 75.0), ({"weight": 75}, 75.0), ({"z": 75}, 75.0)):
+    for more, weight in (({}, 100.0), ({"migration_weight": 75}, 75.0), ({"weight": 75}, 75.0)):
         _, values = made(commands.attractor({"x": 0.25, "y": 1} | more), "flocking")
         assert values.tolist() == 4 * [[0.25, 1.0, weight]]
 

@@ -25,7 +25,7 @@ def read(tmp_path_factory):
     folder = tmp_path_factory.mktemp("mcap")
     record(folder / "a.jsonl", ticks=330, seed=4)
     recording, found, stores = Recording.read(folder / "a.jsonl"), defaultdict(list), {}
-    count, told = mcap.write(recording, folder / "a.mcap"), mcap.told(recording)
+    count, told = mcap.write(recording, folder / "a.mcap"), mcap.messages_of(recording)
     with (folder / "a.mcap").open("rb") as file:
         for place, (schema, channel, message) in enumerate(make_reader(file).iter_messages()):
             kind, store = schema.name, stores.setdefault(schema.name, get_typestore(Stores.EMPTY))
@@ -103,7 +103,9 @@ def test_the_capture_that_ends_a_game_is_told(tmp_path):
         tmp_path / "a.jsonl", [*lines, {"type": "captured", "seat": "blue", "tick": end["tick"], "drone": 3}, end]
     )
     recording = Recording.read(tmp_path / "a.jsonl")
-    told = [(tick, message["data"]) for tick, topic, message in mcap.told(recording) if topic == "/agent_team_status"]
+    told = [
+        (tick, message["data"]) for tick, topic, message in mcap.messages_of(recording) if topic == "/agent_team_status"
+    ]
     assert told[-1] == (end["tick"], "agent3 blue")
 
 
@@ -111,7 +113,7 @@ def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
     record(tmp_path / "a.jsonl", ticks=30)
     with pytest.raises(OutputError, match=r"\.mcap"):
         mcap.write(Recording.read(tmp_path / "a.jsonl"), tmp_path / "a.bag")
-    monkeypatch.setattr(mcap, "told", lambda _: 1 / 0)
+    monkeypatch.setattr(mcap, "messages_of", lambda _: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         mcap.write(Recording.read(tmp_path / "a.jsonl"), tmp_path / "a.mcap")
     assert [path.name for path in tmp_path.iterdir()] == ["a.jsonl"]

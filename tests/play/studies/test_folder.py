@@ -4,7 +4,7 @@ import contextlib
 
 import pytest
 
-from swarm_pz.errors import ConfigError, OutputError, RecordingError
+from swarm_pz.errors import ConfigError, OutputError, RecordingError, ResultsError
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Progress
 from tests.play.recordings.games import record
@@ -32,7 +32,7 @@ def folder(tmp_path):
 
 def test_a_study_is_what_it_was_when_it_began(folder, tmp_path):
     file, path = tmp_path / "plan" / "study.toml", tmp_path / "data"
-    with pytest.raises(OutputError, match="already"):
+    with pytest.raises(ResultsError, match="being played in"):
         StudyFolder.begin(file, path)
     folder.close()
     for again in (file, path / "study" / "study.toml"):
