@@ -30,7 +30,7 @@ ANCESTORS = "ancestors"
 None stands for a number that is not known."""
 FORMAT = 3
 MOST_BYTES = 64 * 2**20
-"""Of the weights."""
+"""Largest size of the weights."""
 _REMEDY = "get the policy again from where it came from, or train it again"
 _ROWS = 32
 

@@ -16,7 +16,7 @@ from swarm_pz.errors import CheckpointError, PolicyError
 from swarm_pz.policy.program import Pipe
 
 MOST_BYTES = 64 * 2**20
-"""Of a file."""
+"""Largest size of a file."""
 ROWS = 8
 """Games in a batch of a model that takes any number."""
 _MOST_ROWS = 256

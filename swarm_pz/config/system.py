@@ -53,12 +53,12 @@ class ControlSystem(Config):
     takes: ClassVar[str]
     """The kind of its commands. Policies state the kind that they return; the same word means the same space."""
     shares: ClassVar[str] = "nothing"
-    """What each drone sends to the team-mates within the communication radius, in words."""
+    """Data that each drone sends to the team-mates within the communication radius, in words."""
     shapes: ClassVar[tuple[str, ...]] = ()
     """Names of the shapes that its commands may have."""
     turns: ClassVar[str] = ""
-    """How its commands turn with the square, if what it does turns, too: images (..., A, A), or numbers whose last axis
-    begins with x and y."""
+    """Form of commands that turn with the square, if what it does turns, too: images (..., A, A), or numbers whose last
+    axis begins with x and y."""
     kernel: ClassVar[str] = ""
     """"ergodic" or "direct" fly in the games' own loop in place of `solve`; empty for none."""
 

@@ -16,7 +16,7 @@ from swarm_pz.files import draft_of, explain
 from swarm_pz.policy import Player, digest_of, load
 
 MOST_BYTES = 2**26
-"""Of a bundle."""
+"""Largest size of a bundle."""
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ class Game:
     captures: int
     """Captures of both teams."""
     recaptures: int
-    """Of these, captures within a second of another one of the same drone."""
+    """Captures among these within a second of another one of the same drone."""
     fingerprint: bytes
     """Final positions and teams."""
     sizes: list[int]

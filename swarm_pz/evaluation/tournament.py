@@ -46,7 +46,7 @@ class TournamentConfig(Config):
     """Settings of all games of a tournament."""
 
     games: Annotated[int, Range(2, 10**6)] = 40
-    """Of every two players, even; more may be asked for later."""
+    """Games of every two players, even; more may be asked for later."""
     seed: Annotated[int, Range(0, 2**128 - 1)] = 0
     budget_ms: Annotated[float, Range(1e-3, 1e7)] = 2000.0
     """Milliseconds for a command; a player that takes longer forfeits the game."""
