@@ -10,7 +10,7 @@ import asyncio
 import reprlib
 import socket
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
@@ -21,7 +21,7 @@ from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play.frames import Frame, Target
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.protocol import Side
+from swarm_pz.play.protocol import SIDES, Side
 from swarm_pz.play.ros import commands, messages
 from swarm_pz.play.ros.commands import Maker
 from swarm_pz.play.ros.connection import Client
@@ -58,7 +58,7 @@ class Bridge(Rosbridge):
         self._tick = -1
         self._teams: list[int] | None = None
         self._altitudes: NDArray[np.floating[Any]] | None = None
-        """Of the last keyframe: other frames leave them out, and they never change within a game."""
+        """Altitudes of the last keyframe: other frames leave them out, and they never change within a game."""
         self._seats: dict[Side, Seat] = {}
         self._owners: dict[Side, Client] = {}
         """The client that last spoke for each side."""
@@ -97,7 +97,7 @@ class Bridge(Rosbridge):
         elif topic == commands.ATTRACTOR:
             for side in own or ["red"]:  # which it moves where it comes from
                 self._command(client, side, commands.attractor(message))
-        for side in cast("tuple[Side, Side]", TEAM_NAMES):
+        for side in SIDES:
             if topic == f"/{side}_connection_service":
                 self._sit(client, side)
             for name, (_, reader) in commands.READERS.items():
@@ -121,7 +121,9 @@ class Bridge(Rosbridge):
             seat.ready()
             return
         seat = self._seats[side] = Seat(self._address, side, self)
-        self._begin(seat.play(other, self._opponent, self._settings))
+        task = asyncio.create_task(seat.play(other, self._opponent, self._settings))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
 
     def _command(self, client: Client, team: object, maker: Maker) -> None:
         if team not in TEAM_NAMES:
@@ -143,11 +145,6 @@ class Bridge(Rosbridge):
             seat.leave()
         self._seats.clear()
         self._owners.clear()
-
-    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
 
     # --- what seats see and hear ------------------------------------------------------------------
 

@@ -62,7 +62,7 @@ class Seat:
     # --- what its player says ---------------------------------------------------------------------
 
     def ready(self) -> None:
-        """Say that the player is ready, for the first game or the next one."""
+        """Report the player ready, for the first game or the next one."""
         if self._phase in ("waiting", "over") and not self._is_ready:
             self._is_ready = True
             self._say(protocol.Ready())

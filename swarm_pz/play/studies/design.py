@@ -33,9 +33,9 @@ _MOST_TEXT = 200_000
 _MOST_CONDITIONS = 50
 _CODE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
 _SIGNS = "BCDFGHJKMNPQRSTVWXYZ23456789"
-"""Of codes that are drawn: none looks like another one, and without vowels they make no words."""
-_SIGNS_OF_CODE = 10
-"""Of 28 signs each: 48 bits."""
+"""Characters of drawn codes: none looks like another one, and without vowels they make no words."""
+_CODE_LENGTH = 10
+"""Characters of a drawn code: 48 bits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -231,7 +231,7 @@ class Study(Config):
 
 @contextlib.contextmanager
 def _named(what: str) -> Iterator[None]:
-    """Say of what an error is."""
+    """Put a name before the message of a ConfigError."""
     try:
         yield
     except ConfigError as error:
@@ -252,7 +252,7 @@ def draw_codes(count: int) -> tuple[str, ...]:
     """Return so many different codes, by chance: nobody can guess one, whatever they know of the study."""
     drawn: set[str] = set()
     while len(drawn) < count:
-        drawn.add("".join(secrets.choice(_SIGNS) for _ in range(_SIGNS_OF_CODE)))
+        drawn.add("".join(secrets.choice(_SIGNS) for _ in range(_CODE_LENGTH)))
     return tuple(drawn)
 
 
