@@ -21,9 +21,9 @@ from tests.reference import saturate as saturate_reference
 
 
 @njit
-def saturate_one(acceleration: NDArray[np.float32], limit: np.float32) -> None:
+def saturate_all(accelerations: NDArray[np.float32], limit: np.float32) -> None:
     """Call the kernel, as Python cannot."""
-    saturate(acceleration, limit)
+    saturate(accelerations, limit)
 
 
 def mismatches(seed: int, seconds: int, largest_team: int = 40) -> int:
@@ -98,8 +98,7 @@ def controller_errors(
         )
         solve(game, simulator.controller)
         errors[0, state] = np.abs(accelerations - expected).max() / np.abs(expected).max()
-        for acceleration in accelerations:
-            saturate_one(acceleration, simulator.controller.max_acceleration)
+        saturate_all(accelerations, simulator.controller.max_acceleration)
         limited = saturate_reference(expected)
         errors[1, state] = np.abs(accelerations - limited).max() / np.abs(limited).max()
         np.testing.assert_allclose(np.moveaxis(by_drone, -1, 0), expected_memory, atol=1e-4)

@@ -23,22 +23,22 @@ from swarm_pz.kernels.arrays import Bools, Floats, Int8s, Int16s, Int64s, Intege
 
 BORDER = 2
 FRAMED_CELLS = GRID_CELLS + 2 * BORDER
-MANY_DRONES = 256
-"""From so many drones on it is cheaper to compute whole fields than to look at the ring of every drone."""
-_CELLS, _BORDER = np.uint64(GRID_CELLS), np.uint64(BORDER)
+_CELLS, _FRAMED = np.uint64(GRID_CELLS), np.uint64(FRAMED_CELLS)
+_MIDDLE = np.uint64(BORDER * FRAMED_CELLS + BORDER)
+"""From the first corner of a ring to the cell that it is around."""
+# Numbers of cells are unsigned, because a signed one costs a test for a count from the end.
 _ONE, _FOUR, _FIVE = np.uint64(1), np.uint64(4), np.uint64(5)
 
 
 @loop
-def ring_sum(board: Integers | Floats, row: np.uint64, column: np.uint64) -> Any:
-    """Return the sum over the ring around a cell, of a framed board (G + 4, G + 4)."""
-    # Unsigned, because a signed index costs a test for a count from the end. The border moves the cell to the middle.
-    total = 0
-    top, right = row + _FOUR, column + _FOUR
+def ring_sum(board: Integers | Floats, corner: np.uint64) -> Any:
+    """Return the sum over the ring with that first corner, of a framed board ((G + 4)^2,)."""
+    total, top = 0, corner + _FOUR * _FRAMED
     for step in range(_FIVE):
-        total += board[row, column + np.uint64(step)] + board[top, column + np.uint64(step)]
+        total += board[corner + np.uint64(step)] + board[top + np.uint64(step)]
     for step in range(_ONE, _FOUR):
-        total += board[row + np.uint64(step), column] + board[row + np.uint64(step), right]
+        side = corner + np.uint64(step) * _FRAMED
+        total += board[side] + board[side + _FOUR]
     return total
 
 
@@ -46,7 +46,8 @@ def ring_sums(boards: NDArray[np.integer]) -> NDArray[np.integer]:
     """Return the sums over the rings around all cells (..., G, G), of framed boards (..., G + 4, G + 4)."""
     cells = np.arange(GRID_CELLS, dtype=np.uint64)
     plain: Any = getattr(ring_sum, "py_func", ring_sum)
-    sums: NDArray[np.integer] = plain(np.moveaxis(boards, (-2, -1), (0, 1)), cells[:, None], cells)
+    flat = np.moveaxis(boards.reshape(*boards.shape[:-2], -1), -1, 0)
+    sums: NDArray[np.integer] = plain(flat, cells[:, None] * _FRAMED + cells)
     return np.moveaxis(sums, (0, 1), (-2, -1))
 
 
@@ -65,52 +66,78 @@ class Boards(NamedTuple):
     """The occupancy of one game, and what makes capture fields of it."""
 
     occupancy: Integers
-    """(2, G + 4, G + 4) ticks that each team's trails count in each cell; int16, or int32 for larger numbers."""
+    """(2, (G + 4)^2) ticks that each team's trails count in each cell; int16, or int32 for larger numbers."""
     ring_weights: Integers
-    """(G, G) amount that one tick in a cell's ring adds to the field there; int32, or int64 for larger numbers."""
+    """(G^2,) amount that one tick in a cell's ring adds to the field there; int32, or int64 for larger numbers."""
 
 
 def empty_boards(largest_occupancy: int) -> Boards:
     """Return an empty board of each team, and weights, of types that hold so many ticks of all trails together."""
     is_small = largest_occupancy <= np.iinfo(np.int16).max
     return Boards(
-        np.zeros((2, FRAMED_CELLS, FRAMED_CELLS), np.int16 if is_small else np.int32),
-        (FIELD_UNIT // RING_COUNTS).astype(np.int32 if is_small else np.int64),
+        np.zeros((2, FRAMED_CELLS**2), np.int16 if is_small else np.int32),
+        (FIELD_UNIT // RING_COUNTS).ravel().astype(np.int32 if is_small else np.int64),
     )
+
+
+@loop
+def corner_of(cell: np.uint64) -> np.uint64:
+    """Return the number of the first corner of the ring around a cell (row * G + column) on a framed board."""
+    return cell + cell // _CELLS * (_FRAMED - _CELLS)
 
 
 @loop
 def count(boards: Boards, team: int, cell: int, ticks: int) -> None:
     """Add ticks spent in one cell (row * G + column) to a team's occupancy."""
-    boards.occupancy[team, np.uint64(cell) // _CELLS + _BORDER, np.uint64(cell) % _CELLS + _BORDER] += ticks
+    boards.occupancy[np.uint64(team), corner_of(np.uint64(cell)) + _MIDDLE] += ticks
 
 
 @loop
-def value_at(boards: Boards, team: int, cell: int) -> int:
+def value_at(board: Integers, ring_weights: Integers, cell: int) -> int:
     """Return a team's capture field at one cell (row * G + column)."""
-    row, column = np.uint64(cell) // _CELLS, np.uint64(cell) % _CELLS
-    return int(boards.ring_weights[row, column] * ring_sum(boards.occupancy[team], row, column))
+    return int(ring_weights[np.uint64(cell)]) * int(ring_sum(board, corner_of(np.uint64(cell))))
+
+
+class FieldScratch(NamedTuple):
+    """A capture field and what it takes to compute it, for one game after the other."""
+
+    field: Integers
+    """(G^2,) of the type of the ring's weights."""
+    largest: Integers
+    """(G,) its largest value in each column."""
+    sums: Integers
+    """(G,) of the type of a board, so that vectors hold as many as they can."""
 
 
 @kernel
-def fill_field(board: Integers, ring_weights: Integers, field: Integers) -> int:
-    """Compute one team's capture field (G, G), and return a cell of its largest value."""
-    sums = np.empty(GRID_CELLS, board.dtype)  # of this type, so that vectors hold as many as they can
-    largest = np.zeros(GRID_CELLS, field.dtype)  # of each column
+def make_field_scratch(occupancy: Integers, ring_weights: Integers) -> FieldScratch:
+    """Allocate scratch for fields of such boards."""
+    return FieldScratch(
+        np.empty(GRID_CELLS * GRID_CELLS, ring_weights.dtype),
+        np.empty(GRID_CELLS, ring_weights.dtype),
+        np.empty(GRID_CELLS, occupancy.dtype),
+    )
+
+
+@loop
+def fill_field(board: Integers, ring_weights: Integers, scratch: FieldScratch) -> int:
+    """Compute one team's capture field, and return a cell of its largest value."""
+    field, largest, sums = scratch.field, scratch.largest, scratch.sums
+    largest[:] = 0
     for row in range(GRID_CELLS):
-        line, weights = field[row], ring_weights[row]
+        line, weights = field[row * GRID_CELLS :], ring_weights[row * GRID_CELLS :]
         for column in range(GRID_CELLS):
-            sums[column] = ring_sum(board, np.uint64(row), np.uint64(column))
+            sums[column] = ring_sum(board, np.uint64(row) * _FRAMED + np.uint64(column))
         for column in range(GRID_CELLS):
             line[column] = weights[column] * sums[column]
             largest[column] = max(largest[column], line[column])
-    best = 0
+    cell = 0
     for column in range(GRID_CELLS):
-        best = column if largest[column] > largest[best] else best
-    row = 0
-    while field[row, best] != largest[best]:
-        row += 1
-    return row * GRID_CELLS + best
+        cell = column if largest[column] > largest[cell] else cell
+    most = largest[cell]
+    while field[cell] != most:
+        cell += GRID_CELLS
+    return cell
 
 
 @loop
@@ -123,36 +150,42 @@ def capture_limit(maximum: int, threshold: float) -> int:
 
 
 @loop
-def may_capture(cells: Int16s, teams: Int8s, boards: Boards, threshold: float, peaks: Int64s) -> bool:
-    """Test whether any drone would be captured if the fields were highest at the cells `peaks` (2,)."""
-    red_limit = capture_limit(value_at(boards, 0, peaks[0]), threshold)
-    blue_limit = capture_limit(value_at(boards, 1, peaks[1]), threshold)
+def mark_captured(
+    cells: Int16s, teams: Int8s, boards: Boards, team: int, threshold: float, peak: int, captured: Bools
+) -> bool:
+    """Mark a team's opponents that its field captures if it is highest at a cell; return whether there are any."""
+    board = boards.occupancy[np.uint64(team)]
+    limit = capture_limit(value_at(board, boards.ring_weights, peak), threshold)
+    found = False
     for i in range(cells.shape[0]):
-        if value_at(boards, 1 - teams[i], cells[i]) > (red_limit if teams[i] else blue_limit):
-            return True
-    return False
+        if teams[i] != team:
+            captured[i] = value_at(board, boards.ring_weights, cells[i]) > limit
+            found |= captured[i]
+    return found
 
 
-@kernel
+@loop
 def find_captured(
-    cells: Int16s, teams: Int8s, boards: Boards, threshold: float, peaks: Int64s, captured: Bools
+    cells: Int16s,
+    teams: Int8s,
+    boards: Boards,
+    threshold: float,
+    peaks: Int64s,
+    scratch: FieldScratch,
+    captured: Bools,
 ) -> bool:
     """Mark the drones (N,) of one game that the opposing field captures, and return whether there are any.
 
     `peaks` (2,) are any cells; they are updated to those of the maxima once that matters. Since a field is nowhere
     higher than at its maximum, most tests fail already against where it was lately, and no field need be computed.
     """
-    if cells.shape[0] < MANY_DRONES and not may_capture(cells, teams, boards, threshold, peaks):
-        return False
-    fields = np.empty((2, GRID_CELLS * GRID_CELLS), boards.ring_weights.dtype)
-    limits = np.empty(2, np.int64)
-    for team in range(2):
-        field = fields[team].reshape(GRID_CELLS, GRID_CELLS)
-        peaks[team] = fill_field(boards.occupancy[team], boards.ring_weights, field)
-        limits[team] = capture_limit(fields[team, peaks[team]], threshold)
     found = False
-    for i in range(cells.shape[0]):
-        opponent = 1 - teams[i]
-        captured[i] = fields[opponent, np.uint64(cells[i])] > limits[opponent]
-        found |= captured[i]
+    for team in range(2):
+        if mark_captured(cells, teams, boards, team, threshold, peaks[team], captured):
+            peaks[team] = fill_field(boards.occupancy[team], boards.ring_weights, scratch)
+            limit = capture_limit(scratch.field[peaks[team]], threshold)
+            for i in range(cells.shape[0]):
+                if captured[i] and teams[i] != team:
+                    captured[i] = scratch.field[np.uint64(cells[i])] > limit
+                    found |= captured[i]
     return found

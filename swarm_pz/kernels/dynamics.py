@@ -24,22 +24,21 @@ def move(
 
     A wall stops a drone and takes its normal velocity; where there is a least airspeed, it turns that velocity round.
 
-    Accelerations (N, 2) are saturated already. `tick` is in seconds, `drift` map widths a tick per unit of velocity,
-    `min_speed` in units of velocity.
+    Arrays (2N,) hold x and y of one drone after the other; accelerations are saturated already. `tick` is in seconds,
+    `drift` map widths a tick per unit of velocity, `min_speed` in units of velocity.
     """
-    for i in range(positions.shape[0]):
-        for axis in range(2):
-            velocities[i, axis] += accelerations[i, axis] * tick
-        if min_speed > 0.0:
-            keep_flying(positions[i], velocities[i], min_speed)
-        for axis in range(2):
-            positions[i, axis] += velocities[i, axis] * drift
-            if positions[i, axis] < 0.0:
-                positions[i, axis] = 0.0
-                velocities[i, axis] = 0.0 if min_speed == 0.0 else -velocities[i, axis]
-            elif positions[i, axis] > 1.0:
-                positions[i, axis] = 1.0
-                velocities[i, axis] = 0.0 if min_speed == 0.0 else -velocities[i, axis]
+    for n in range(positions.shape[0]):
+        velocities[n] += accelerations[n] * tick
+    if min_speed > 0.0:
+        for n in range(0, positions.shape[0], 2):
+            keep_flying(positions[n : n + 2], velocities[n : n + 2], min_speed)
+    none, one = np.float32(0.0), np.float32(1.0)
+    for n in range(positions.shape[0]):  # without branches, so that LLVM makes vectors of it
+        velocity = velocities[n]
+        place = positions[n] + velocity * drift
+        turned = none if min_speed == 0.0 else -velocity
+        velocities[n] = turned if (place < none) | (place > one) else velocity
+        positions[n] = none if place < none else (one if place > one else place)
 
 
 @loop

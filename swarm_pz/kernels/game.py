@@ -12,7 +12,7 @@ import numpy as np
 
 from swarm_pz.kernels import entry_point, kernel, loop
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint64s
-from swarm_pz.kernels.capture import Boards, find_captured
+from swarm_pz.kernels.capture import Boards, FieldScratch, find_captured, make_field_scratch
 from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
 from swarm_pz.kernels.controllers.plans import plans_of
@@ -50,6 +50,8 @@ class Games(NamedTuple):
     """(E, T, N) grid cells, -1 where there is no past yet."""
     occupancy: Integers
     """(E, 2, G + 4, G + 4) ticks that each team's trails count in each cell, framed as in `capture`."""
+    peaks: Int64s
+    """(E, 2) cells where each team's capture field was highest when that mattered last."""
     memory: Float32s
     """(E, K, K, N) the controller's decayed sums of F_k over the past."""
     memory_weight: Float32s
@@ -101,7 +103,7 @@ class RuleParameters(NamedTuple):
     capture_enabled: bool
     capture_threshold: float
     ring_weights: Integers
-    """(G, G) see `swarm_pz.kernels.capture.Boards`."""
+    """(G * G,) see `swarm_pz.kernels.capture.Boards`."""
 
 
 class RuleVariants(NamedTuple):
@@ -263,7 +265,14 @@ def solve_with_variants(
 
 @kernel
 def find_captured_with_variants(
-    games: Games, e: int, threshold: float, variants: RuleVariants, boards: Boards, peaks: Int64s, captured: Bools
+    games: Games,
+    e: int,
+    threshold: float,
+    variants: RuleVariants,
+    boards: Boards,
+    peaks: Int64s,
+    fields: FieldScratch,
+    captured: Bools,
 ) -> bool:
     """Mark the drones that are captured, where variants have a say, and return whether there are any."""
     positions, teams = games.positions[e], games.teams[e]
@@ -272,7 +281,7 @@ def find_captured_with_variants(
         cells[i] = cell_of(positions[i, 0], positions[i, 1])
     if variants.reconstructs:
         return find_captured_by_density(cells, teams, games.reconstruction[e], threshold, captured)
-    return find_captured(cells, teams, boards, threshold, peaks, captured)
+    return find_captured(cells, teams, boards, threshold, peaks, fields, captured)
 
 
 @kernel
@@ -299,19 +308,20 @@ def change_team(
 def advance_game(
     games: Games,
     e: int,
+    swarm: Swarm,
     ticks: int,
     rules: RuleParameters,
     controller: ErgodicParameters,
     scratch: Scratch,
     variants: RuleVariants | None,
+    fields: FieldScratch,
+    captured: Bools,
 ) -> None:
     """Advance game `e` by some ticks, or to the tick that decides it."""
-    swarm = swarm_of(games, e, controller.warm_start)
-    positions, velocities, accelerations = swarm.positions, swarm.velocities, swarm.accelerations
-    teams, trails = swarm.teams, games.trails[e]
-    boards = Boards(games.occupancy[e], rules.ring_weights)
-    num_drones = teams.shape[0]
-    captured, peaks = np.empty(num_drones, np.bool_), np.zeros(2, np.int64)
+    positions, teams, accelerations, trails = swarm.positions, swarm.teams, swarm.accelerations, games.trails[e]
+    motion = positions.reshape(-1), swarm.velocities.reshape(-1), accelerations.reshape(-1)
+    boards = Boards(games.occupancy[e].reshape(2, -1), rules.ring_weights)
+    num_drones, peaks = teams.shape[0], games.peaks[e]
 
     for _ in range(ticks):
         if rules.capture_enabled and has_loser(teams):
@@ -321,9 +331,8 @@ def advance_game(
                 ergodic(swarm, games.coefficients[e], controller, scratch)
             else:
                 solve_with_variants(games, e, swarm, variants, controller, scratch, boards)
-            for i in range(num_drones):
-                saturate(accelerations[i], controller.max_acceleration)
-        move(positions, velocities, accelerations, rules.tick, rules.drift, rules.min_speed)
+            saturate(accelerations, controller.max_acceleration)
+        move(motion[0], motion[1], motion[2], rules.tick, rules.drift, rules.min_speed)
         slot = games.ticks[e] % trails.shape[0]
         extend_trails(positions, teams, slot, trails, boards)
         # Not in one line: only a test for None alone is decided when compiling.
@@ -335,9 +344,9 @@ def advance_game(
             continue
         threshold = rules.capture_threshold
         if variants is None:
-            found = find_captured(trails[slot], teams, boards, threshold, peaks, captured)
+            found = find_captured(trails[slot], teams, boards, threshold, peaks, fields, captured)
         else:
-            found = find_captured_with_variants(games, e, threshold, variants, boards, peaks, captured)
+            found = find_captured_with_variants(games, e, threshold, variants, boards, peaks, fields, captured)
         if not found:
             continue
         for i in range(num_drones):
@@ -356,8 +365,10 @@ def advance_games(
 ) -> None:
     """Advance the games `rows`, each by its own number of ticks (indexed by game)."""
     scratch = make_scratch(games.teams.shape[1], controller)
+    fields, captured = make_field_scratch(games.occupancy, rules.ring_weights), np.empty(games.teams.shape[1], np.bool_)
     for row in rows:
-        advance_game(games, row, ticks[row], rules, controller, scratch, variants)
+        swarm = swarm_of(games, row, controller.warm_start)
+        advance_game(games, row, swarm, ticks[row], rules, controller, scratch, variants, fields, captured)
 
 
 @entry_point

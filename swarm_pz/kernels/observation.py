@@ -9,7 +9,7 @@ import numpy as np
 from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, SOON, TICKS_PER_SECOND
 from swarm_pz.kernels import entry_point, exact, kernel
 from swarm_pz.kernels.arrays import Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint8s, Uint16s
-from swarm_pz.kernels.capture import capture_limit, fill_field
+from swarm_pz.kernels.capture import capture_limit, fill_field, make_field_scratch
 from swarm_pz.kernels.controllers.ergodic import list_members
 from swarm_pz.kernels.fourier import largest
 from swarm_pz.kernels.game import Games
@@ -103,16 +103,16 @@ def paint_trail_age(
 @kernel
 def paint_capture_field(board: Integers, ring_weights: Integers, threshold: float, plane: Uint8s) -> None:
     """Paint 255 * value / maximum of a team's field, kept on the side of 192 that says whether the cell captures."""
-    field = np.empty((GRID_CELLS, GRID_CELLS), ring_weights.dtype)
-    maximum = field.ravel()[fill_field(board, ring_weights, field)]
+    scratch = make_field_scratch(board, ring_weights)
+    maximum = scratch.field[fill_field(board.ravel(), ring_weights, scratch)]
+    field, highest = scratch.field.reshape(GRID_CELLS, GRID_CELLS), scratch.largest
     grid = plane.shape[0]
     block = GRID_CELLS // grid
     if maximum == 0:
         return
     limit = capture_limit(maximum, threshold)
-    highest = np.empty(GRID_CELLS, field.dtype)  # of each column of the full grid, within a row of the plane
     for coarse_row in range(grid):
-        first = coarse_row * block
+        first = coarse_row * block  # `highest` is now of each column of the full grid, within a row of the plane
         for column in range(GRID_CELLS):
             highest[column] = field[first, column]
         for row in range(block - 1):

@@ -44,10 +44,11 @@ def rebuild_field(coefficients: Float32s, field: Float32s) -> None:
     """
     framed = np.zeros((FRAMED_CELLS, FRAMED_CELLS), np.float64)
     reconstruct(coefficients, framed[BORDER:-BORDER, BORDER:-BORDER])
+    flat = framed.ravel()
     averages = np.empty((GRID_CELLS, GRID_CELLS), np.float64)
     for row in range(GRID_CELLS):
         for column in range(GRID_CELLS):
-            averages[row, column] = ring_sum(framed, np.uint64(row), np.uint64(column)) / RING_COUNTS[row, column]
+            averages[row, column] = ring_sum(flat, np.uint64(row * FRAMED_CELLS + column)) / RING_COUNTS[row, column]
     lowest, highest = averages.min(), averages.max()
     spread = highest - lowest
     if spread < 1e-12:  # rounding alone

@@ -35,8 +35,8 @@ def cell_of(x: float, y: float) -> int:
 def extend_trails(positions: Float32s, teams: Int8s, slot: int, trails: Int16s, boards: Boards) -> None:
     """Write every drone's present cell to its trail, in place of the oldest: in the slot of the tick."""
     for i in range(positions.shape[0]):
-        oldest, newest = trails[slot, i], cell_of(positions[i, 0], positions[i, 1])
-        trails[slot, i] = newest
+        oldest, newest = trails[np.uint64(slot), i], cell_of(positions[i, 0], positions[i, 1])
+        trails[np.uint64(slot), i] = newest
         count(boards, teams[i], newest, 1)
         if oldest >= 0:
             count(boards, teams[i], oldest, -1)

@@ -14,7 +14,7 @@ from swarm_pz.config import BLUE, GRID_CELLS, RED, TEAM_NAMES, TICKS_PER_SECOND,
 from swarm_pz.config.base import check_count
 from swarm_pz.config.values import describe
 from swarm_pz.errors import CommandError
-from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, capture_fields
+from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, capture_fields
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.fourier import Aims, make_targets
 from swarm_pz.kernels.game import GIVEN, Games, are_decided, take_up
@@ -43,8 +43,9 @@ _RANGES = {
     "velocities": (-FASTEST, FASTEST),
     "teams": (RED, BLUE),
     "trails": (-1, GRID_CELLS**2 - 1),
+    "peaks": (0, GRID_CELLS**2 - 1),
 }
-"""Of a snapshot's numbers: kernels find places in arrays by teams and trails."""
+"""Of a snapshot's numbers: kernels find places in arrays by teams, trails and peaks."""
 
 
 class Simulator:
@@ -109,7 +110,8 @@ class Simulator:
             altitudes=np.zeros((e, n), np.float32),
             teams=np.zeros((e, n), np.int8),
             trails=np.zeros((e, self.config.trail_ticks, n), np.int16),
-            occupancy=np.zeros((e, *board.shape), board.dtype),
+            occupancy=np.zeros((e, 2, FRAMED_CELLS, FRAMED_CELLS), board.dtype),
+            peaks=np.zeros((e, 2), np.int64),
             memory=np.zeros((e, modes, modes, n), np.float32),
             memory_weight=np.zeros((e, n), np.float32),
             plans=np.zeros((e, n, horizon if self.config.controller.warm_start else 0, 2), np.float32),

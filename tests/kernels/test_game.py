@@ -9,7 +9,6 @@ import pytest
 from numba import njit
 
 from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig
-from swarm_pz.kernels.capture import MANY_DRONES
 from swarm_pz.kernels.trails import cell_of
 from swarm_pz.simulator import Simulator
 
@@ -19,18 +18,17 @@ FAILING = DynamicsConfig(failure_rate=1.0, repair_rate=3.0)
 @pytest.mark.parametrize(
     ("drones", "options"),
     [
-        (MANY_DRONES - 1, {}),
-        (MANY_DRONES, {}),
+        (255, {}),
         (20, {"dynamics": FAILING}),
         (300, {"dynamics": FAILING}),
         (20, {"dynamics": FAILING, "memory": MemoryConfig(trail=1.0, trail_forgotten_on=("capture", "command"))}),
         (300, {"memory": MemoryConfig(trail=1.0, trail_forgotten_on=("command",))}),
         (300, {"memory": MemoryConfig(trail_forgotten_on=("capture",))}),
     ],
-    ids=["few", "many", "failing", "many failing", "forgetful", "many on command", "many on capture"],
+    ids=["many", "failing", "many failing", "forgetful", "many on command", "many on capture"],
 )
 def test_what_fields_are_made_of_is_always_that_of_the_trails(drones, options):
-    """It is kept up by what changes; captures are decided in another way by few drones and by many."""
+    """It is kept up by what changes."""
     simulator = Simulator(GameConfig(drones_per_team=(drones // 2, drones - drones // 2), **options))
     simulator.reset([1])
     generator, captures = np.random.default_rng(1), 0

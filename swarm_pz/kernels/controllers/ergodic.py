@@ -174,12 +174,13 @@ def wall_gradient(coordinate: Lanes, margin: np.float32, weight: np.float32) -> 
 
 
 @loop
-def saturate(acceleration: Float32s, limit: np.float32) -> None:
-    """Scale a vector down to the given magnitude, keeping its direction; in place."""
-    magnitude = math.sqrt(acceleration[0] * acceleration[0] + acceleration[1] * acceleration[1])
-    if magnitude > limit:
-        acceleration[0] *= limit / magnitude
-        acceleration[1] *= limit / magnitude
+def saturate(accelerations: Float32s, limit: np.float32) -> None:
+    """Scale vectors (N, 2) down to the given magnitude, keeping their directions; in place."""
+    for i in range(accelerations.shape[0]):
+        magnitude = math.sqrt(accelerations[i, 0] * accelerations[i, 0] + accelerations[i, 1] * accelerations[i, 1])
+        if magnitude > limit:
+            accelerations[i, 0] *= limit / magnitude
+            accelerations[i, 1] *= limit / magnitude
 
 
 @loop
