@@ -1,7 +1,6 @@
 """Delays, and what a seat's client is shown: all of it, later, less often, or without what is hidden."""
 
 import asyncio
-from functools import partial
 
 import numpy as np
 import pytest
@@ -9,34 +8,13 @@ import pytest
 from swarm_pz.play import protocol
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.frames import Frame, decode_frame, encode_frame, encode_target
-from swarm_pz.play.server.delays import DelayLine, Measured
+from swarm_pz.play.server.delays import Measured
 from swarm_pz.play.server.seat_view import SeatView
 from tests.play.server.test_room import Client
 
 TEAMS = np.array([0, 1, 1, 0], np.int8)
 PLACES = np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6], [0.7, 0.8]])
 FIELDS = (np.arange(5000) % 251).astype(np.uint8).reshape(2, 50, 50)
-
-
-# --- what waits -----------------------------------------------------------------------------------
-
-
-async def test_without_a_delay_it_is_done_at_once_and_what_still_waits_at_the_end_is_given_back():
-    line, measured, done = DelayLine(0.0), Measured(0.0), []
-    line.put(partial(done.append, "now"), measured)
-    assert done == ["now"] and (measured.summary().got_ms, measured.summary().count) == (0.0, 1)
-    line = DelayLine(20.0)
-    for name in "ab":
-        line.put(partial(done.append, name))
-    left = line.close()
-    await asyncio.sleep(0.05)
-    assert done == ["now"] and not line.close()
-    for act in left:
-        act()
-    assert done == ["now", "a", "b"]
-
-
-# --- what is shown --------------------------------------------------------------------------------
 
 
 def moment(tick, fields=None, altitudes=None, places=PLACES, speeds=1.0 - PLACES):
