@@ -208,13 +208,6 @@ class Rules(Message, tag="rules"):
     rules: Annotated[list[Rule], Meta(max_length=MOST_RULES)]
 
 
-class Painted(Message, tag="painted"):
-    """The server's time at which the client first painted a frame that a command had changed."""
-
-    number: Count
-    painted_ms: Milliseconds
-
-
 class Acknowledge(Message, tag="acknowledge"):
     """The latest frame that has arrived."""
 
@@ -238,7 +231,7 @@ class Leave(Message, tag="leave"):
 
 
 ClientMessage = (
-    Hello | Create | Join | Invite | Ready | CommandMessage | Rules | Painted | Acknowledge | Ping | Visibility | Leave
+    Hello | Create | Join | Invite | Ready | CommandMessage | Rules | Acknowledge | Ping | Visibility | Leave
 )  # fmt: skip
 
 # --- from the server ------------------------------------------------------------------------------
@@ -469,12 +462,6 @@ class SeatCommand(CommandMessage, OfSeat, tag="command", kw_only=True):
     sender: str = ""
 
 
-class SeatPainted(Painted, OfSeat, tag="painted"):
-    """A seat's client painted the first frame that a command had changed."""
-
-    seat: Side
-
-
 class CapturedMessage(OfSeat, tag="captured"):
     """A team captured a drone."""
 
@@ -530,7 +517,7 @@ class EndMessage(Message, tag="end"):
 
 
 LogMessage = (
-    SeatCommand | InForceMessage | SeatPainted | CapturedMessage | FrameMessage | SeatMessage | EndMessage
+    SeatCommand | InForceMessage | CapturedMessage | FrameMessage | SeatMessage | EndMessage
 )  # fmt: skip
 
 # --- reading and writing --------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import signal
 import pytest
 from playwright.sync_api import expect
 
-from swarm_pz.play.protocol import CapturedMessage, InForceMessage, SeatCommand, SeatPainted
+from swarm_pz.play.protocol import CapturedMessage, InForceMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
 from tests.kernels.compiled import make
 from tests.play.conftest import Table
@@ -57,7 +57,7 @@ def test_what_is_drawn_is_flown(open_page, table):
     (command,) = commands(page, table, room, 1)
     assert command.strokes[0].brush == "attract" and command.timing.drawing_ms > 0
     eventually(page, lambda: page.evaluate(INK) == 0)  # the swarm follows it
-    eventually(page, lambda: latest(table, room, SeatPainted))
+    eventually(page, lambda: latest(table, room, InForceMessage))
 
 
 def test_each_kind_of_command_is_given_by_touch(open_page, table):

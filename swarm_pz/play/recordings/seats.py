@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.config import PRESETS, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
-from swarm_pz.play.protocol import CapturedMessage, EndMessage, InForceMessage, SeatCommand, SeatMessage, SeatPainted
+from swarm_pz.play.protocol import CapturedMessage, EndMessage, InForceMessage, SeatCommand, SeatMessage
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.shared import SHARED
 
@@ -61,9 +61,6 @@ class SeatRow:
     first_command_s: float | None = column("when the first command came into force", "s of game")
     drawing_s_per_command: float | None = column("how long a drawing took, in the mean", "s")
     input_to_in_force_ms: float | None = column("from the end of an input to its command in force, median", "ms")
-    input_to_painted_ms: float | None = column(
-        "from the end of an input to the first picture that it changed, median", "ms"
-    )
     disconnections: int = column("how often the seat's connection was lost", "count")
     away_s: float = column("how long nobody was connected", "s")
     hidden_s: float = column("how long the page was hidden", "s")
@@ -140,14 +137,12 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
     log = recording.log
     made: dict[int, float] = {}
     commands, automatic, forced, first_s = 0, 0, 0, None
-    drawing_s, to_force, to_paint = [], [], []
+    drawing_s, to_force = [], []
     # In order, since a page that was reloaded counts its commands from the start again.
     for line in log:
-        if not isinstance(line, SeatCommand | InForceMessage | SeatPainted) or line.team != team:
+        if not isinstance(line, SeatCommand | InForceMessage) or line.team != team:
             continue
-        if isinstance(line, SeatPainted):
-            to_paint += [line.painted_ms - made[line.number]] if line.number in made else []
-        elif line.sender and not line.sender.startswith(SHARED):
+        if line.sender and not line.sender.startswith(SHARED):
             automatic += isinstance(line, SeatCommand)
         elif isinstance(line, InForceMessage):
             if line.sender and line.number in (0, forced):
@@ -172,7 +167,6 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
         "first_command_s": first_s,
         "drawing_s_per_command": float(np.mean(drawing_s)) if drawing_s else None,
         "input_to_in_force_ms": float(np.median(to_force)) if to_force else None,
-        "input_to_painted_ms": float(np.median(to_paint)) if to_paint else None,
         "disconnections": sum(line.event == "disconnected" for line in seat),
         "away_s": _lasted_s(links, "disconnected", last_ms),
         "hidden_s": _lasted_s(seat, "hidden", last_ms),

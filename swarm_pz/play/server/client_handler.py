@@ -30,7 +30,6 @@ _OF_PLAYERS = (
     protocol.Ping,
     protocol.Acknowledge,
     protocol.CommandMessage,
-    protocol.Painted,
     protocol.Visibility,
 )
 """The only messages that a study's server obeys."""
@@ -142,8 +141,6 @@ class ClientHandler:
                 self._give_command(message)
             case protocol.Rules():
                 self._set_rules(message)
-            case protocol.Painted():
-                self._in_room().painted(connection, message)
             case protocol.Visibility():
                 if self._room is not None:
                     self._room.visibility(connection, message.hidden)

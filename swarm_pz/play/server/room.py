@@ -252,13 +252,6 @@ class Room:
         """Replace the automatic responses of a seat."""
         self.seat_of(connection).respond(rules)
 
-    def painted(self, connection: Connection, message: protocol.Painted) -> None:
-        """Record when a command's effect was first seen."""
-        seat = self.seat_of(connection)
-        if self.session is not None and self.phase == "playing":
-            number, ms = message.number, message.painted_ms
-            self.session.recorder.write(protocol.SeatPainted(seat=seat.side, number=number, painted_ms=ms))
-
     def visibility(self, connection: Connection, hidden: bool) -> None:
         """Record that a player's page was hidden or shown."""
         if (seat := self._held_by(connection)) is not None:

@@ -58,7 +58,6 @@ export class Controls {
   // Begin with another game.
   forget() {
     this.pen.forget();
-    this.unseen = []; // commands in force whose effect was not painted yet
     this.number = this.followed = 0; // numbers of the latest own command, and of the latest that a shared command was made of
   }
 
@@ -210,15 +209,6 @@ export class Controls {
     if (command.sender && !isShared) return; // a response, in one's place
     if (isShared && command.number <= this.followed) return; // only the helper's part has changed
     this.followed = command.number;
-    this.unseen.push(command);
     if (SIDES.indexOf(command.seat) === this.seat && command.number >= this.number) this.pen.setInForce();
-  }
-
-  // Report the commands whose effect a painted moment shows.
-  painted(tick) {
-    while (this.unseen.length && tick > this.unseen[0].tick) {
-      const { number, seat } = this.unseen.shift();
-      if (SIDES.indexOf(seat) === this.seat) this.link.send({ type: "painted", number, painted_ms: this.link.now() });
-    }
   }
 }

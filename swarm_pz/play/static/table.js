@@ -254,7 +254,6 @@ export class Table {
     byId("blue-size").textContent = blue;
     this.showTime(shown.tick);
     if (this.room.phase !== "replay") this.chart.add(shown.tick, red, blue);
-    this.controls.painted(shown.tick);
   }
 
   resize() {

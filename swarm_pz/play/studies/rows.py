@@ -61,7 +61,6 @@ class GameRow:
     first_command_s: float | None = None
     drawing_s_per_command: float | None = None
     input_to_in_force_ms: float | None = None
-    input_to_painted_ms: float | None = None
     disconnections: int | None = None
     away_s: float | None = None
     hidden_s: float | None = None

@@ -18,7 +18,6 @@ from swarm_pz.play.protocol import (
     RecordedSeat,
     SeatCommand,
     SeatMessage,
-    SeatPainted,
     Timing,
 )
 from swarm_pz.play.recordings.recorder import Recorder
@@ -68,8 +67,6 @@ def record(
             if isinstance(event, InForce):
                 side, number = SIDES[event.command.team], event.command.number
                 recorder.write(InForceMessage(side, number, event.tick, ms + 28.0))
-                if side == SIDES[own]:
-                    recorder.write(SeatPainted(number, ms + 48.0, side))
             elif isinstance(event, Captured):
                 recorder.write(CapturedMessage(SIDES[event.team], event.tick, event.drone))
         if game.tick % 3 == 0 or game.over:

@@ -21,7 +21,6 @@ from swarm_pz.play.protocol import (
     RecordedSeat,
     SeatCommand,
     SeatMessage,
-    SeatPainted,
     Timing,
 )
 from swarm_pz.play.recordings.recording import Recording
@@ -65,7 +64,6 @@ PLAYED = [  # at twice the speed
     seat(0, "hidden", 1000.0),
     command(0, 1, 60, 2000.0, timing(30.0, 20.0, 400.0)),  # made at 1960, drawn from 1560 on
     in_force(0, 1, 60, 2050.0),
-    SeatPainted(1, BEGAN_MS + 2100.0, "red"),
     captured(1, 1, 105),  # at 1750
     captured(7, 0, 105),
     seat(0, "shown", 2500.0),
@@ -78,13 +76,10 @@ PLAYED = [  # at twice the speed
     seat(1, "disconnected", 3400.0),
     command(0, 1, 180, 4000.0),  # the page was reloaded, and tells no times
     in_force(0, 1, 180, 4050.0),
-    SeatPainted(1, BEGAN_MS + 4100.0, "red"),
     command(0, 2, 210, 5000.0, timing(0.0, 10.0, 0.0)),  # made at 4995, and not drawn
     in_force(0, 2, 210, 5100.0),
-    SeatPainted(2, BEGAN_MS + 5205.0, "red"),
     command(0, 3, 240, 6000.0, timing(0.0, 0.0, 800.0)),
     in_force(0, 3, 240, 6300.0),
-    SeatPainted(3, BEGAN_MS + 6020.0, "red"),
     seat(1, "hidden", 7000.0),
     seat(0, "hidden", 8000.0),
     seat(0, "disconnected", 8250.0),
@@ -113,7 +108,6 @@ def test_a_row_holds_what_its_seat_did():
         "first_command_s": 2.0,
         "drawing_s_per_command": pytest.approx(0.6),
         "input_to_in_force_ms": pytest.approx(105.0),  # of 90, 105 and 300
-        "input_to_painted_ms": pytest.approx(140.0),  # of 140, 210 and 20
         "disconnections": 1,
         "away_s": pytest.approx(0.75),
         "hidden_s": pytest.approx(1.75),
@@ -132,7 +126,6 @@ def test_a_row_holds_what_its_seat_did():
         "first_command_s": pytest.approx(5.2),
         "drawing_s_per_command": None,
         "input_to_in_force_ms": None,
-        "input_to_painted_ms": None,
         "disconnections": 2,
         "away_s": pytest.approx(5.7),
         "hidden_s": pytest.approx(2.0),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.play import protocol
-from swarm_pz.play.protocol import SeatCommand, SeatMessage, SeatPainted
+from swarm_pz.play.protocol import SeatCommand, SeatMessage
 from swarm_pz.play.server import rendered_command
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
@@ -127,9 +127,8 @@ async def test_what_a_client_says_reaches_its_room_and_its_connection(hall):
     assert blue.say(protocol.Ready()) is None and room.phase == "waiting"
     red.say(protocol.Ready())
     await playing(room)
-    assert red.say(protocol.Painted(3, 1.0)) is None and red.say(protocol.Visibility(hidden=True)) is None
+    assert red.say(protocol.Visibility(hidden=True)) is None
     recording = read(room)
-    assert [line.number for line in recording.of(SeatPainted)] == [3]
     assert [line.event for line in recording.of(SeatMessage)] == ["connected", "connected", "hidden"]
 
 

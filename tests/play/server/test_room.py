@@ -13,7 +13,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.commands import as_followed
 from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.protocol import InForceMessage, SeatCommand, SeatMessage, SeatPainted
+from swarm_pz.play.protocol import InForceMessage, SeatCommand, SeatMessage
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.server import audience, live_session
@@ -487,7 +487,6 @@ async def test_what_players_do_is_written_as_it_was_done(tmp_path):
             assert [m.number for m in client.heard(protocol.Received)] == [number]
             await until(lambda client=client: client.heard(protocol.InForceMessage))
             assert [(m.seat, m.number) for m in client.heard(protocol.InForceMessage)] == [(side, number)]
-        room.painted(red, protocol.Painted(7, 1234.0))
         room.visibility(blue, True)
         room.visibility(blue, False)
         targets, recording = [seat.target for seat in room.seats], read(room)
@@ -500,7 +499,6 @@ async def test_what_players_do_is_written_as_it_was_done(tmp_path):
     np.testing.assert_array_equal(given.density, np.eye(10))
     assert header.began_ms <= drawn.server_ms <= given.server_ms
     assert all(line.server_ms >= drawn.server_ms for line in recording.of(InForceMessage)), "since the game began"
-    assert recording.of(SeatPainted)[0] == SeatPainted(7, 1234.0, "red")
     seats = [(line.team, line.event, line.client) for line in recording.of(SeatMessage)]
     assert seats == [(0, "connected", screen), (1, "connected", None), (1, "hidden", None), (1, "shown", None)]
     assert next(iter(recording.frames())).tick == 0

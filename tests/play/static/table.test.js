@@ -202,29 +202,14 @@ const seen = (teams, positions) => ({ tick: 3, serverMs: time.ms, fields: null, 
 // --- what a seat knows of its commands --------------------------------------------------------------
 
 const inForce = (number, has = {}) => ({ seat: "red", number, tick: 30, server_ms: 0, sender: "", ...has });
-const shown = (line, tick) => {
-  line.hear("frame", { ...seen([0, 1], [0.1, 0.1, 0.9, 0.9]), tick });
-  time.frame();
-};
-
-test("a command is told as painted once a moment after it is shown, and not before", async () => {
-  const { line } = await sit();
-  draw([0.2, 0.2]);
-  line.hear("in_force", inForce(1));
-  line.hear("in_force", inForce(5, { seat: "blue" }));
-  shown(line, 30);
-  assert.equal(line.count("painted"), 0);
-  shown(line, 31);
-  assert.deepEqual(line.last("painted"), { type: "painted", number: 1, painted_ms: time.ms });
-  shown(line, 32);
-  assert.equal(line.count("painted"), 1);
-});
 
 test("a shared command is followed once, whatever its helper asks for later", async () => {
   const { line, table } = await sit();
   draw([0.2, 0.2]);
+  let followed = 0;
+  table.controls.pen.setInForce = () => followed++;
   for (let i = 0; i < 3; i++) line.hear("in_force", inForce(1, { sender: "shared:ring" }));
-  assert.equal(table.controls.unseen.length, 1);
+  assert.equal(followed, 1);
 });
 
 test("a page that is loaded anew goes on counting its commands", async () => {

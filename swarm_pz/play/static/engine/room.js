@@ -259,8 +259,4 @@ export class Room {
     this.log.push(message);
     if (team === this.team) this.say(message);
   }
-
-  painted({ number, painted_ms: painted }) {
-    if (this.phase === "playing") this.log.push({ type: "painted", number, painted_ms: painted, seat: SIDES[this.team] });
-  }
 }

@@ -84,7 +84,6 @@ const ACTS = {
   create: (table, message) => table.open(message),
   ready: (table, { ready = true }) => table.inRoom.ready(ready),
   command: (table, message) => table.inRoom.command(message),
-  painted: (table, message) => table.inRoom.painted(message),
   visibility: (table, { hidden }) => table.room?.note(hidden ? "hidden" : "shown"),
   leave: (table) => table.leave(),
 };
