@@ -10,10 +10,8 @@ import sys
 import tomllib
 from pathlib import Path
 
-import gymnasium
 import pytest
 
-import swarm_pz
 from swarm_pz.cli import main
 
 ROOT = Path(__file__).parents[1]
@@ -34,15 +32,6 @@ def test_commands_named_in_the_text_exist():
         assert stopped.value.code == 0, name
 
 
-def test_scripts_named_in_the_text_exist():
-    for page in PAGES:
-        for name in re.findall(r"`(scripts/[a-z]+)", page.read_text()):
-            assert (ROOT / name).is_file(), f"{page.name} names {name}"
-        for name in re.findall(r"`python -m (benchmarks\.[a-z_]+)", page.read_text()):
-            path = ROOT / name.replace(".", "/")
-            assert path.with_suffix(".py").is_file() or (path / "__main__.py").is_file(), f"{page.name} names {name}"
-
-
 @pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/design.md"])
 def test_files_that_are_named_to_builders_exist(page):
     named = re.findall(r"`([\w.-]*/[\w./-]*|[\w-]+\.(?:md|toml))`", text_of(page))
@@ -56,15 +45,6 @@ def test_the_designs_folders_are_the_layers_in_their_order():
     contracts = tomllib.loads(text_of("pyproject.toml"))["tool"]["importlinter"]["contracts"]
     (layers,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
     assert shown == [set(re.findall(r"swarm_pz[.](\w+)", layer)) for layer in layers]
-
-
-def test_extras_named_in_the_text_exist():
-    extras = set(tomllib.loads(text_of("pyproject.toml"))["project"]["optional-dependencies"])
-    lists = [
-        found for page in PAGES for found in re.findall(r"(?:swarm-pz\[|scripts/setup )([\w,]+)", page.read_text())
-    ]
-    named = {name for found in lists for name in found.split(",")}
-    assert named and named <= extras
 
 
 def test_the_readmes_links_lead_somewhere():
@@ -84,14 +64,6 @@ def test_what_the_players_page_calls_by_a_name_is_on_the_page_and_so_are_its_key
     listed = set(re.findall(r"[^\s,|]+", " ".join(re.findall(r"^(\|[^|]*)\|", page.split("| key |")[1], re.M))))
     assert {"g", "+", "u"} <= keys
     assert keys <= {key.lower().replace("\N{MINUS SIGN}", "-") for key in listed}
-
-
-def test_the_wrappers_that_the_page_of_the_environment_names_can_be_made():
-    calls = re.findall(r"`((?:gymnasium|swarm_pz)\.[\w.]+\([^`]*\))`", text_of("docs/environment.md"))
-    assert calls
-    importlib.import_module("swarm_pz.training.vec_env")
-    for call in calls:
-        eval(call, {"gymnasium": gymnasium, "swarm_pz": swarm_pz}).close()  # noqa: S307  (our own page)
 
 
 def public_names():

@@ -6,9 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
-from swarm_pz.evaluation.ledger import folder_lock
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.policies import load
@@ -35,20 +33,6 @@ def test_a_table_is_served_as_it_was_asked_for(served):
     assert how["table"].game == game and how["table"].min_command_interval == 0.75
     assert "█" in how["draw_code"]("http://127.0.0.2:8000/") and how["say"].func is print
     assert how["greeting"].startswith(f"rules: {game.rules_hash} ")
-
-
-def test_the_address_of_a_table_against_a_program_holds_no_space(served):
-    main(["play", "--opponent", f"exec:A=1 {sys.executable} -c 0"])
-    ((_, _, how),) = served
-    assert re.fullmatch(r"play=exec:A%3D1%20\S+%20-c%200", how["page"])
-
-
-@pytest.mark.parametrize(("words", "page"), [("", ""), ("--opponent none", "play=none")])
-def test_a_table_without_an_opponent_knows_the_installed_policies_and_records_no_names(words, page, served):
-    run(f"play {words}")
-    ((_, policies, how),) = served
-    assert (policies, how["page"]) == ({"uniform": "everywhere"}, page)
-    assert not how["record_labels"]
 
 
 def test_factors_are_read_before_anybody_plays(served, refused):
@@ -87,13 +71,6 @@ def test_a_recording_that_plays_differently_here_or_breaks_off_is_an_error(tmp_p
     assert "had to come into force at tick" in said and "it is unfinished: it breaks off after" in said
     write_lines(tmp_path / "b.jsonl", [lines[0] | {"seed": 2}, *lines[1:]])
     assert "plays differently here from tick 0" in refused("replay b.jsonl --verify")
-
-
-def test_a_folder_of_recordings_is_one_servers(served, refused):
-    with folder_lock(Path("games")):
-        assert "games is being played in by process" in refused("play --out games")
-    run("play --out games")
-    assert len(served) == 1
 
 
 @pytest.mark.parametrize(

@@ -172,15 +172,11 @@ def test_a_folder_of_another_tournament_or_of_nonsense_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
-        (b"[" * 3000, "RecursionError|JSONDecodeError"),
         (b"[" * 100_000, "Recursion"),
         (b"[1]", "expects a mapping"),
         (b'{"outcome": "banana"}', "outcome must be 'win' or 'draw' or 'loss', got 'banana'"),
-        (b'{"share": 2.0}', "share must be"),
         (b'{"sent": [1, "2"]}', "sent must be"),
         (b'{"thinking_ms": [1, 2, 3]}', "thinking_ms must be"),
-        (b'{"number": -1}', "number must be"),
-        (b'{"one": 7}', "one must be"),
         (b"\xff", "UnicodeDecodeError"),
     ],
 )

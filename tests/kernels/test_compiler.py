@@ -7,12 +7,10 @@ import sys
 
 import numpy as np
 import pytest
-from llvmlite.binding import Linkage
 from numba import njit
 
 from swarm_pz.kernels import kernel
 from swarm_pz.kernels.compiler import _WholeCompiler
-from swarm_pz.kernels.game import are_decided
 
 
 def picky(values: np.ndarray) -> float:
@@ -31,20 +29,6 @@ def test_a_part_is_for_kernels_may_raise_and_is_no_function_of_pythons():
         assert whole(np.full(2, 2.0)) == 4.0
     with pytest.raises(ValueError, match=r"\('at most 2, got', 3\)"):
         whole(np.ones(3))
-
-
-def test_an_entry_point_runs_its_own_code_in_the_process_that_compiled_it_too():
-    """A function that others may stand in for could be another entry point's: games would go another way."""
-    are_decided(np.zeros((1, 2), np.int8))
-    compiled = are_decided.signatures[0]
-    shared = {}
-    for name, options in (("usual", {}), ("ours", {"pipeline_class": _WholeCompiler})):
-        function = njit(**options)(are_decided.py_func)
-        function.compile(compiled)
-        defined = function.overloads[compiled].library.get_defined_functions()
-        shared[name] = [one.name for one in defined if one.linkage == Linkage.linkonce_odr]
-    assert shared["usual"], "what the usual way shares differs by numba's version"
-    assert not shared["ours"]
 
 
 def test_without_a_private_part_of_numba_kernels_do_the_same_and_it_is_said_once():

@@ -91,27 +91,6 @@ def test_scripts_ask_for_what_their_formulas_say(cells):
             assert_asks_for(player.act(images, rows), wanted, f"{name} at step {step}")
 
 
-def test_scripts_that_draw_do_so_from_the_stream_of_the_game():
-    line = (np.arange(10) + 0.5) / 10
-
-    def ring_somewhere(stream):
-        place = stream.random(2)
-        return np.array([[asked_for(x, y, place, 0)["ring"] for x in line] for y in line])
-
-    draws = {
-        "noise": lambda stream: stream.random((10, 10)),
-        "blind_ring": ring_somewhere,
-        "restless": lambda stream: 1.0 + 0.001 * stream.random((10, 10)),
-    }
-    images, rows = np.zeros((2, 1, 10, 10), np.uint8), np.array([4, 2])
-    for name, draw in draws.items():
-        player = policies.load(name)
-        player.reset([8, 9], rows)
-        streams = [np.random.default_rng(seed) for seed in (8, 9)]
-        for _ in range(3):
-            assert_asks_for(player.act(images, rows), np.stack([draw(stream) for stream in streams]), name)
-
-
 def test_a_game_keeps_its_traits_and_draws_numbers_of_its_own():
     seen, rows = [], np.arange(2)
 

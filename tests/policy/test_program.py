@@ -28,7 +28,6 @@ READ = "for line in sys.stdin:\n    told = json.loads(line)\n    if 'see' not in
 ANSWER = "print(json.dumps({'turn': told['turn'], 'density': [[0.5] * 10] * 10}), flush=True)\n"
 LATE = {
     "is silent": ("import time\ntime.sleep(600)", "within 0.5 s"),
-    "greets and is silent": (GREET + "time.sleep(600)", "within 0.5 s"),
     "answers late": (GREET + READ + "time.sleep(600); " + ANSWER, "within 0.5 s"),
     "leaves a child": (GREET + "if os.fork() == 0:\n    tell()\n    time.sleep(600)\n", "within 0.5 s"),
     "reads nothing": (GREET + "time.sleep(600)\n#" + "x" * 10, "within 0.5 s"),
@@ -37,25 +36,14 @@ WRONG = {
     "floods": ("while True: print('{}', flush=True)", "swarm_pz"),
     "writes a huge line": ("import sys\nwhile True: sys.stdout.write('x' * 1000)", "bytes"),
     "answers NaN": (GREET + READ + ANSWER.replace("0.5", "float('nan')"), "no density"),
-    "answers too much": (GREET + READ + ANSWER.replace("0.5", "7.0"), "no density"),
-    "answers another shape": (GREET + READ + ANSWER.replace("* 10]", "* 9]"), "no density"),
-    "answers text": (GREET + READ + ANSWER.replace("[[0.5] * 10] * 10", "'much'"), "no density"),
     "answers a number as text": (GREET + READ + ANSWER.replace("[[0.5]", "[['0.5']"), "expected numbers"),
     "answers true": (GREET + READ + ANSWER.replace("[[0.5]", "[[True]"), "expected numbers"),
-    "answers a number too large": (GREET + READ + ANSWER.replace("[[0.5]", "[[10**400]"), "no density"),
-    "answers a flat list": (GREET + READ + ANSWER.replace("[[0.5] * 10] * 10", "[0.5] * 100"), "no density"),
-    "calls its turn true": (GREET + READ + ANSWER.replace("told['turn']", "bool(told['turn'])"), "turn"),
-    "has version true": (GREET.replace(": 1", ": True"), "swarm_pz"),
     "answers another turn": (GREET + READ + ANSWER.replace("told['turn']", "99"), '"turn": 0'),
-    "answers no JSON": (GREET + READ + "print('hello', flush=True)", "JSON object"),
-    "answers a list": (GREET + READ + "print('[1]', flush=True)", "JSON object"),
     "answers very deep JSON": (GREET + READ + "print('[' * 100000, flush=True)", "JSON object"),
     "ends at once": ("", "ended with status 0"),
     "ends in a game": (GREET + READ + "sys.exit('out of ideas')", "status 1; it wrote: out of ideas"),
     "ends by a signal": (GREET + READ + "os.kill(os.getpid(), 11)", "SIGSEGV"),
     "closes its output": (GREET + "os.close(1)\ntime.sleep(600)", "closed its output"),
-    "closes its input": (GREET + "os.close(0)\nsys.exit(3)", "ended with status 3"),
-    "ignores the greeting": ('print(\'{"turn": 0, "density": []}\', flush=True)', "swarm_pz"),
     "asks for what there is not": (GREET.replace("entities", "minds"), "observation.kind"),
     "fills its errors": (GREET + READ + "\n    while True: sys.stderr.write('x' * 999 + '\\n')", "within 0.5 s"),
     "fills the memory": (GREET + READ + "b = bytearray(2**32); " + ANSWER, "MemoryError"),
@@ -193,11 +181,6 @@ def test_games_are_the_same_again_and_seeds_and_rules_are_told(bad):
     first, second = (play_match(name, "noise", games=2, seed=3, config=SHORT) for _ in range(2))
     assert not first.forfeits and first.summary()["unique_games"] == 2
     assert [game.fingerprint for game in first.games] == [game.fingerprint for game in second.games]
-
-
-def test_names_that_this_version_does_not_know_are_ignored(bad):
-    name = bad[0](GREET.replace('"entities"', '"entities", "later": 1}, "more": {"later": 1') + READ + ANSWER)
-    assert not play_match(name, "noise", games=2, config=SHORT).forfeits
 
 
 def test_a_program_that_was_mended_plays_in_the_same_process(bad):

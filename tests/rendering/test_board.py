@@ -57,28 +57,6 @@ def test_red_drones_are_discs_and_blue_ones_diamonds_where_they_are(at):
     assert shares[RED] > 0.68 > shares[BLUE], "of their boxes a disc fills pi / 4 and a diamond a half"
 
 
-def test_the_higher_a_drone_the_farther_and_the_larger_its_shadow_and_none_lies_on_a_drone():
-    def painted(altitude, other):
-        simulator = start({"positions": [[0.5, 0.5], other], "teams": [RED, BLUE]}, drones_per_team=1)
-        simulator.games.altitudes[0] = altitude, 0.5
-        arena = blank(SIDE, SIDE)
-        drones.paint_drones(arena, simulator, 0, SIDE)
-        return arena.array().astype(int)
-
-    bare, seen = blank(SIDE, SIDE), []
-    drones.put_drone(bare, RED, SIDE / 2, SIDE / 2, SIDE)
-    without = bare.array().astype(int)[250:400, 250:400]
-    for altitude in (0.05, 0.5, 1.0):
-        dark = (without - painted(altitude, [0.1, 0.9])[250:400, 250:400]).sum(axis=2)
-        assert dark.min() >= 0 and dark.max() < 300, "a shadow is lighter than any drone"
-        rows, columns = np.nonzero(dark > 15)
-        seen.append((columns.max() - 50, rows.max() - 50, np.ptp(columns + rows)))
-        middle = round(0.515 * SIDE)
-        assert painted(altitude, [0.515, 0.485])[middle, middle].tolist() == list(TEAM_COLOURS[BLUE])
-    assert seen == sorted(seen) and seen[0][0] + 5 < seen[-1][0] < 40
-    assert all(abs(right - down) <= 1 for right, down, _ in seen)
-
-
 # --- trails -----------------------------------------------------------------------------------------------
 
 

@@ -5,14 +5,11 @@ import copy
 import itertools
 import os
 import pickle
-import sys
 import threading
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -215,25 +212,6 @@ def test_no_thread_goes_on_once_the_caller_has_an_exception(monkeypatch):
     finally:
         is_waited_for.set()
         simulator.close()
-
-
-def openmp_threads():
-    return len(list(Path("/proc/self/task").iterdir())) if sys.platform == "linux" else 0
-
-
-@pytest.mark.parametrize("imported", [True, False])
-def test_pytorchs_idle_threads_leave_the_cores_to_the_game(imported, monkeypatch):
-    """Where it was imported first, GNU's OpenMP has read the environment, and only more threads make it sleep."""
-    for name in ("GOMP_SPINCOUNT", "OMP_WAIT_POLICY"):
-        monkeypatch.setenv(name, "")  # so that what is set later is undone
-        monkeypatch.delenv(name)
-    if not imported:
-        monkeypatch.delitem(sys.modules, "torch")
-    before, largest = openmp_threads(), torch.get_num_threads()
-    Simulator().reset([0])
-    more = openmp_threads() - before
-    assert more > len(os.sched_getaffinity(0)) if imported and sys.platform == "linux" else more <= 0
-    assert (os.environ["GOMP_SPINCOUNT"], torch.get_num_threads()) == ("1000", largest)
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------

@@ -6,11 +6,10 @@ from dataclasses import asdict
 
 import pytest
 
-from swarm_pz.errors import Stopped
 from swarm_pz.evaluation.workers import Processes
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.training.callbacks import Checkpoint
-from swarm_pz.training.selfplay import STATE, League
+from swarm_pz.training.selfplay import League
 from tests.training.runs import LEAGUE, LEARNER, assert_same_weights, quiet
 
 LATER = LEAGUE.replace(
@@ -59,26 +58,3 @@ def test_whoever_works_for_a_league_it_is_the_same(alone, tmp_path, monkeypatch)
     assert any(during)  # the learner went on
     assert_same(league, alone)
     assert not list((tmp_path / "exploiters").rglob("checkpoint*"))
-
-
-def test_a_league_that_was_stopped_again_and_again_does_all_that_an_uninterrupted_one_does(alone, tmp_path):
-    """In its first deal, where an exploiter is to begin, and while that is trained."""
-
-    def stop_at(steps, league):
-        with pytest.raises(Stopped):
-            league.run(lambda: league.pool.until > 0 and league.main.model.num_timesteps >= steps)
-        return league.pool
-
-    league = League(LATER, tmp_path, say=quiet)
-    early = (tmp_path / STATE).read_text()
-    for steps in (0, 64, 96):
-        pool = stop_at(steps, league)
-        (tmp_path / STATE).write_text(early)  # as if it had been killed between writing the one file and the other
-        league = League(LATER, tmp_path, say=quiet)
-        assert asdict(league.pool) == asdict(pool)
-    assert pool.target
-    league.run()
-    snapshots = [[one.name for one in each.pool.members if one.kind == "snapshot"] for each in (league, alone)]
-    assert snapshots[0] == snapshots[1]
-    assert (league.pool.exploiters, league.pool.exploiter_step) == (alone.pool.exploiters, alone.pool.exploiter_step)
-    assert not league.pool.target

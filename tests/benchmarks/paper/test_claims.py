@@ -11,20 +11,16 @@ from benchmarks.paper import coverage
 from benchmarks.paper.claims import (
     bunching_up,
     capture_geometry,
-    comebacks,
-    ensemble_tactic,
     flocking_comparison,
-    fluctuation,
     permutation_invariance,
     team_sizes,
     wavefront,
 )
-from benchmarks.paper.coverage import ErgodicMetric, basis
-from benchmarks.paper.drawings import DRAWINGS, interpolated, painted
+from benchmarks.paper.coverage import ErgodicMetric
+from benchmarks.paper.drawings import painted
 from benchmarks.paper.figure import Setting
 from benchmarks.paper.players import Captures, Ensemble, Fixed, Person, most_within, player, shaped
-from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
-from swarm_pz.errors import MissingExtraError
+from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.evaluation.rollout import Rollout
 from swarm_pz.simulator import Simulator
 
@@ -49,27 +45,6 @@ def test_walls_shorten_the_ring_around_a_cell(centre, cells):
 
 
 # --- who wins --------------------------------------------------------------------------------------------
-
-
-def test_the_comeback_shown_is_a_won_one_and_players_that_cannot_be_loaded_are_left_out(monkeypatch):
-    histories = [[1, 1, 1, 0], [1, 2, 12, 20], [1, 2, 3, 20]]
-    assert comebacks.longest_behind(histories, ["loss", "win", "win"], 20) == 2
-    assert comebacks.longest_behind(histories, ["loss", "loss", "draw"], 20) is None
-
-    def load(name, config):
-        if name == "champion":
-            raise MissingExtraError("torch is not installed")
-
-    monkeypatch.setattr(comebacks, "load", load)
-    assert comebacks.installed(("ring", "champion"), SETTING) == ["ring"]
-
-
-def test_moments_of_a_game_and_of_its_last_stand():
-    sizes = [10] * 25 + [6] * 10 + [5] * 10 + [2] * 5 + [1] * 21 + [0]
-    assert ensemble_tactic.moments(sizes) == [20, 35, 60, 71]
-    assert ensemble_tactic.moments([4, 2, 0]) == [1, 1, 2, 2]
-    assert ensemble_tactic.last_stand([10, 1, 3, 1, 1, 0]) == 2
-    assert ensemble_tactic.last_stand([10, 4, 0]) == 0
 
 
 def test_the_tactic_of_two_commands_stays_in_the_centre_until_one_drone_is_left():
@@ -203,24 +178,6 @@ def test_a_permutation_moves_every_drone_with_all_that_is_its_own():
     assert permutation_invariance.distance(simulator, other, order).tolist() == [0.0, 0.0]
 
 
-@pytest.mark.parametrize(
-    ("way", "expected"), [(0, [0] * 120), (1, [0] * 99 + [4] + [0] * 20), (2, ([0] * 9 + [1]) * 12)]
-)
-def test_drones_change_sides_when_it_is_said_and_as_many(monkeypatch, way, expected):
-    moved = []
-
-    def watched(simulator, *, then):
-        for number in range(1, 10 * 12 + 1):
-            before = simulator.teams.copy()
-            then(number)
-            moved.append((simulator.teams != before).sum(axis=1).tolist())
-
-    monkeypatch.setattr(fluctuation, "metric_over_time", watched)
-    config = GameConfig(drones_per_team=12, capture=CaptureConfig(enabled=False))
-    fluctuation.fly(config, [1, 2], "centre", [*fluctuation.CHANGES][way])
-    assert moved == [[number, number] for number in expected]
-
-
 def test_a_drone_that_is_handed_over_has_a_new_team_and_no_past_and_nobody_else_has():
     simulator = coverage.start(GameConfig(drones_per_team=3), [4, 5], coverage.TARGETS["centre"])
     simulator.advance(30)
@@ -241,14 +198,6 @@ def test_a_drone_that_is_handed_over_has_a_new_team_and_no_past_and_nobody_else_
 # --- beside flocking --------------------------------------------------------------------------------------
 
 
-def test_attractors_take_turns_as_the_schedule_says():
-    sent = []
-    told = flocking_comparison.turns((4, 2), lambda mode: sent.append((second, mode)))
-    for second in range(1, 13):
-        told(second)
-    assert sent == [(4, 1), (6, 0), (10, 1), (12, 0)]
-
-
 def test_what_is_near_a_mode_and_when_a_metric_is_first_low_enough():
     second = np.array(flocking_comparison.MODES[1])
     squared = flocking_comparison.near_modes(np.array([[0.3, 0.4], second, [0.53, 0.53]]))
@@ -263,20 +212,6 @@ def test_what_is_near_a_mode_and_when_a_metric_is_first_low_enough():
     assert flocking_comparison.first_reached(metric).tolist() == [2.0, np.inf]
     for_good = flocking_comparison.kept_from(np.array([[0.1, 0.004, 0.004], [0.004, 0.004, 0.1], [0.001] * 3]))
     assert for_good.tolist() == [2.0, np.inf, 1.0]
-
-
-def test_each_spot_of_the_drawing_lies_around_its_middle_and_the_target_is_what_drones_fly_for():
-    density, cells = DRAWINGS["two_spots"].density("firm"), 200
-    target, centres = interpolated(density, cells), (np.arange(cells) + 0.5) / cells
-    lower = np.add.outer(centres, centres) < 1.1
-    for mode, part in zip(flocking_comparison.MODES, (target * lower, target * ~lower), strict=True):
-        middle = (part.sum(axis=0) @ centres / part.sum(), part.sum(axis=1) @ centres / part.sum())
-        assert middle == pytest.approx(mode, abs=0.02)
-    simulator = Simulator()
-    simulator.command(0, density[None])
-    places = np.stack(np.meshgrid(centres, centres), axis=-1)
-    found = np.einsum("yx,yxkl->kl", target / target.sum(), basis(places, 4))
-    np.testing.assert_allclose(found, simulator.games.coefficients[0, 0, :4, :4], atol=2e-3)
 
 
 # --- flights ----------------------------------------------------------------------------------------------

@@ -1,0 +1,91 @@
+"""The examples that train in JAX: what they compute, and the policy that one leaves."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from jax import numpy as jnp
+from safetensors.numpy import load_file
+
+from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
+from swarm_pz.jax.network import decide, density_of, features_of
+from swarm_pz.policies import load
+from swarm_pz.policies.learned import LearnedPolicy
+
+GAME = GameConfig(drones_per_team=2, time_limit=3.0, observation=ObservationConfig(grid=10))
+SEEN = np.random.default_rng(0).integers(0, 256, (4, len(CHANNELS), 10, 10), dtype=np.uint8)
+
+
+@pytest.fixture(scope="module")
+def examples():
+    """Return both examples as modules of few and short games, compiled quickly: of PPO, and in the shape of IPPO."""
+    modules = []
+    for name in ("jax_ppo", "jax_ippo"):
+        spec = importlib.util.spec_from_file_location(name, Path(__file__).parents[2] / "examples" / f"{name}.py")
+        modules.append(importlib.util.module_from_spec(spec))
+        sys.modules[name] = modules[-1]  # where `NamedTuple` looks for its fields' types
+        spec.loader.exec_module(modules[-1])
+    ppo, ippo = modules
+    ppo.RECIPE = ppo.RECIPE.replace(game=GAME, total_steps=16, num_envs=2, rollout=2, batch_size=4)
+    ippo.GAME, ippo.GAMES, ippo.STEPS, ippo.EPOCHS, ippo.BATCHES = GAME, 2, 3, 1, 2
+    jax.config.update("jax_disable_most_optimizations", True)
+    yield ppo, ippo
+    jax.config.update("jax_disable_most_optimizations", False)
+    del sys.modules["jax_ppo"], sys.modules["jax_ippo"]
+
+
+def test_what_is_trained_plays_the_same_everywhere(examples, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["jax_ppo.py", "--commands", "16", "--games", "2", "--out", str(tmp_path)])
+    examples[0].main()
+    said = capsys.readouterr().out
+    assert " of 2 games won, " in said, "three seconds end in the second of two updates of two seconds"
+    assert "\ncommands seen: 16\n" in said and "\nagainst uniform: " in said
+    policy, weights = load(str(tmp_path), GAME), load_file(tmp_path / "policy.safetensors")
+    assert isinstance(policy, LearnedPolicy) and policy.card["steps"] == 16
+    assert abs(np.linalg.norm(weights["head.weight"]) - 0.01) > 1e-5, "as long as it was before it learned"
+    answer = jax.jit(lambda seen: density_of(decide(weights, features_of(weights, seen / np.float32(255)))))
+    assert np.abs(np.asarray(answer(SEEN)) - policy.act(SEEN, np.arange(len(SEEN)))).max() <= 1e-5
+
+
+def test_a_turned_board_is_worth_as_much_and_answered_as_turned(examples):
+    ppo, _ = examples
+    network = ppo.begin(ppo.RECIPE, jax.random.key(3), ppo.make_params(GAME)).network
+    answer = jax.jit(ppo.answer)
+    means, values = answer(network, SEEN)
+    turned_means, turned_values = answer(network, np.rot90(SEEN, axes=(2, 3)))
+    assert values.std() > 0.01 and jnp.allclose(values, turned_values, atol=1e-5)
+    assert jnp.allclose(jnp.rot90(means, axes=(1, 2)), turned_means, atol=1e-5)
+
+
+def test_nothing_is_expected_after_an_end(examples):
+    rewards, values = np.array([[1.0, 1.0], [2.0, 2.0]], np.float32), np.full((2, 2), 0.5, np.float32)
+    steps = examples[0].Step(None, None, None, values, rewards, np.array([[False, True], [False, False]]))
+    found = examples[0].advantages(examples[0].RECIPE, steps, np.full(2, 4.0, np.float32))
+    gamma, decay = 0.98, 0.98 * 0.95
+    second = 2.0 + gamma * 4.0 - 0.5
+    assert np.allclose(found, [[1.0 + gamma * 0.5 - 0.5 + decay * second, 1.0 - 0.5], [second, second]])
+
+
+def test_ippo_learns_and_plays(examples, monkeypatch, capsys):
+    _, ippo = examples
+    found, make_train = [], ippo.make_train
+
+    def kept(env, updates, **options):
+        train = make_train(env, updates, **options)
+        return lambda key: found.append(train(key)) or found[0]
+
+    monkeypatch.setattr(ippo, "make_train", kept)
+    monkeypatch.setattr(sys, "argv", ["jax_ippo.py", "--commands", "24", "--games", "2", "--world-state"])
+    ippo.main()
+    said = capsys.readouterr().out
+    assert said.startswith("2 updates: ") and "\nagainst uniform: 0 won, 0 lost of 2\n" in said, "three seconds: a draw"
+    ((network, told),) = found
+    assert network["critic"][0][0].shape == (1800, 64) and told["wins"].shape == (2,)
+    assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(network))
+    assert all(np.abs(bias).max() > 0 for _, bias in network["actor"]), "a bias is 0 until it has learned"
+    env = ippo.TwoSides(ippo.make_params(GAME), action="discrete", observation="vector")
+    network, _ = jax.eval_shape(make_train(env, 1, world_state=False), jax.random.key(0))
+    assert network["critic"][0][0].shape == (900, 64)
