@@ -143,14 +143,3 @@ def test_a_deal_that_cannot_be_leaves_the_old_one():
             duel.deal(bad, ["alone"] if bad == ["uniform", "noise"] else None)
         begin(duel)
         assert names_met(duel) == ["ring"] * 2
-
-
-def test_names_may_be_said_and_keep_their_numbers():
-    duel = DuelBatch(SMALL, 3)
-    duel.deal(["ring", "noise", "ring"], ["first", "second", "third"])
-    begin(duel)
-    duel.deal(("noise", "ring"), ["second", "first"])
-    assert duel.opponent_names == ["uniform", "first", "second", "third"]
-    assert duel.infos()["opponent"].tolist() == [1, 2, 3]
-    begin(duel)
-    assert duel.infos()["opponent"].tolist() == [2, 1, 2]
