@@ -18,6 +18,7 @@ from tests.play.server.test_room import (
     CALM,
     Client,
     Workers,
+    against,
     code_of,
     give,
     opened,
@@ -218,17 +219,20 @@ async def test_a_policy_is_delayed_as_players_are(tmp_path):
     assert first[0] == 0 and first[1] >= 3 and Playback(recording).verify().verified
 
 
-async def test_a_policy_that_answers_the_same_again_holds_its_command(tmp_path):
+async def test_a_policy_that_answers_the_same_again_holds_its_command_and_a_player_sends_it_again(tmp_path):
     async def answer(seat):
-        return np.ones((10, 10)) if seat.team == RED else np.eye(10)
+        return np.eye(10)
 
     released = GameConfig.preset("released").replace(capture=CaptureConfig(enabled=False), command_period=0.5)
     workers = Workers(answer)
     with opened(tmp_path, workers, TableConfig(game=released), speed=2.0, time_limit=None) as room:
-        watched(room)
-        await until(lambda: len(workers.asked) >= 6)
+        red = against(room, "two")
+        await until(lambda: len(workers.asked) >= 3)
         weights = room.session.game.simulator.games.memory_weight[0, [0, -1]]
-        solves, recording = -(-room.session.game.tick // 3), read(room)
+        solves = -(-room.session.game.tick // 3)
+        for number in (1, 2):
+            give(room, red, command(number, np.ones((10, 10))))
+        recording = read(room)
     assert weights.tolist() == [solves, solves], "nothing was forgotten"
-    assert [(line.team, line.number) for line in recording.of(SeatCommand)] == [(BLUE, 1)]
+    assert [(line.team, line.number) for line in recording.of(SeatCommand)] == [(BLUE, 1), (RED, 1), (RED, 2)]
     assert Playback(recording).verify().verified
