@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.policies.scripted import CLOCK, View, tactic
+from swarm_pz.policy import constant
 
 FILE = Path(__file__).with_suffix(".json")
 Images: TypeAlias = tuple[tuple[int, tuple[tuple[float, ...], ...]], ...]
@@ -41,6 +42,7 @@ CONSTANT, SEQUENCE = (images_of(BESTS["field"][name]["images"]) for name in ("co
 
 
 @tactic(sees=CLOCK)
+@constant
 def best_constant(view: View) -> NDArray[np.float64]:
     """Ask for one image, which a search found to win most against the field of the benchmark."""
     return shown(CONSTANT, view)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
 from swarm_pz.config.values import check_values
 from swarm_pz.errors import CommandError, PolicyError
+from swarm_pz.policy import constant
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces import densities as shapes
 
@@ -187,6 +188,7 @@ CLOCK, OPPONENTS = ("time_left",), ("opposing_positions",)
 
 
 @tactic(sees=CLOCK)
+@constant
 def uniform(view: View) -> Array:
     """Cover the square evenly: the fixed opponent of the benchmark."""
     return view.every(np.ones_like(view.x))
@@ -211,18 +213,21 @@ def blind_ring(view: View) -> Array:
 
 
 @tactic(sees=CLOCK)
+@constant
 def centre(view: View) -> Array:
     """Send everyone to the middle."""
     return view.every(shapes.disc(np.hypot(view.x - 0.5, view.y - 0.5), 0.1))
 
 
 @tactic(sees=CLOCK)
+@constant
 def halo(view: View) -> Array:
     """Make a broad ring around the centre, and never change it."""
     return view.every(shapes.ring(np.hypot(view.x - 0.5, view.y - 0.5), width=0.15))
 
 
 @tactic(sees=CLOCK)
+@constant
 def corners(view: View) -> Array:
     """Send everyone to the four corners."""
     return view.every(shapes.corner_discs(view.x, view.y))

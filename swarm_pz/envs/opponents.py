@@ -14,7 +14,7 @@ from swarm_pz.config import BLUE, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check_choice
 from swarm_pz.envs.batch_env import BatchEnv, StepResult
 from swarm_pz.errors import ConfigError
-from swarm_pz.policy import Player, load, name_of
+from swarm_pz.policy import Player, is_constant, load, name_of
 from swarm_pz.policy.model_policy import Model
 from swarm_pz.simulator import CheckedCommands
 from swarm_pz.spaces.actions import ActionKind
@@ -28,6 +28,7 @@ Opponents = Opponent | Sequence[Opponent]
 class _Opponent(NamedTuple):
     number: int
     player: Player
+    is_constant: bool
 
 
 class DuelBatch:
@@ -67,6 +68,8 @@ class DuelBatch:
         self.deal(opponent)
         self._playing = [self._dealt[0]] * num_games
         self._numbers = np.zeros(num_games, np.int64)
+        self._is_settled = np.zeros(num_games, np.bool_)
+        """(E,) games whose opponent's command stays as it is."""
 
     def deal(self, opponent: Opponents, names: Sequence[str] | None = None) -> None:
         """Deal opponents to the games in turn, from each game's next start on; infos call them `names`.
@@ -87,8 +90,9 @@ class DuelBatch:
         loaded = {key: load(policy, theirs, system) for key, policy in {_key(one): one for one in given}.items()}
         called = [name_of(policy) for policy in given] if names is None else list(names)
         self.opponent_names += [name for name in dict.fromkeys(called) if name not in self.opponent_names]
+        may_hold = not self.batch.simulator.control.is_given  # others may refuse a command once a team has grown
         dealt = [
-            _Opponent(self.opponent_names.index(name), loaded[_key(policy)])
+            _Opponent(self.opponent_names.index(name), loaded[_key(policy)], may_hold and is_constant(policy))
             for name, policy in zip(called, given, strict=True)
         ]
         self._dealt = [dealt[row % len(dealt)] for row in range(self.batch.num_games)]
@@ -113,8 +117,8 @@ class DuelBatch:
         else:
             sides = np.full(len(seeds), TEAM_NAMES.index(self._side))
         self.batch.reset(seeds, rows, scenario, swapped=sides == BLUE, with_sizes=True)
-        self.sides[rows] = sides
-        for row in rows:
+        self.sides[rows], self._is_settled[rows] = sides, False
+        for row in rows.tolist():
             self._playing[row] = self._dealt[row]
             self._numbers[row] = self._dealt[row].number
         streams_of = dict(zip(rows.tolist(), (stream for _, stream in streams), strict=True))
@@ -141,10 +145,13 @@ class DuelBatch:
         else:
             mine = self.batch.pack(self.format.read(actions, self.batch.num_games))
         self._commands[self._games, self.sides] = mine
-        ticks, running = self.batch.simulator.games.ticks, self.batch.running
-        for policy, rows in self._by_opponent(np.flatnonzero((ticks % self._answer_ticks == 0) & running)):
+        asked = (self.batch.running & ~self._is_settled).nonzero()[0]
+        if len(asked):
+            asked = asked[self.batch.simulator.games.ticks[asked] % self._answer_ticks == 0]
+        for policy, rows in self._by_opponent(asked):
             others = 1 - self.sides[rows]
             self._commands[rows, others] = self.batch.ask(policy, others, rows)
+            self._is_settled[rows] = [self._playing[row].is_constant for row in rows.tolist()]
         result = self.batch.step(CheckedCommands(self._commands), after_control_period)
         return result._replace(rewards=result.rewards[self._games, self.sides])
 

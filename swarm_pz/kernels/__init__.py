@@ -79,6 +79,15 @@ def entry_point(function: Function) -> Function:
     return _compiled(EntryPoint, function, _FASTMATH)
 
 
+def code_for(function: Callable[..., None], *arguments: object) -> Callable[..., None]:
+    """Return an entry point's machine code for arguments of the types of these, of arrays in C order.
+
+    It does not look at each argument first, which can take longer than a kernel: others than these make it crash.
+    """
+    types: Callable[..., Callable[..., None]] | None = getattr(function, "compile", None)
+    return function if types is None else types(tuple(map(numba.typeof, arguments)))
+
+
 def exact(function: Function) -> Function:
     """Compile an entry point without fast math, so that it rounds as NumPy does; its own parts are of `exact_part`."""
     return _compiled(EntryPoint, function, set())

@@ -211,13 +211,14 @@ class EntryPoint(CPUDispatcher):
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
         self._cache = StampedCache(function)
 
-    def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
+    def compile(self, sig: Any) -> Any:
+        """Return the machine code for arguments of some types, and compile it if there is none."""
         _load_without_scipy()
         # numba makes millions of small objects, which Python's collector would go through again and again.
         was_enabled = gc.isenabled()
         gc.disable()
         try:
-            return super()._compile_for_args(*arguments, **named)  # type: ignore[misc]
+            return super().compile(sig)
         finally:
             if was_enabled:
                 gc.enable()

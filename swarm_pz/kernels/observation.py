@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, SOON, TICKS_PER_SECOND
-from swarm_pz.kernels import entry_point, exact, kernel
+from swarm_pz.kernels import entry_point, exact, exact_part, kernel
 from swarm_pz.kernels.arrays import Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint8s, Uint16s
 from swarm_pz.kernels.capture import capture_limit, fill_field, make_field_scratch
 from swarm_pz.kernels.controllers.ergodic import list_members
 from swarm_pz.kernels.fourier import largest
-from swarm_pz.kernels.game import Games
 from swarm_pz.kernels.trails import cell_of
 
 OWN_TRAIL_AGE, OWN_CAPTURE_FIELD, OWN_TARGET, OWN_SHARE = (
@@ -26,7 +25,7 @@ CAPTURES_FROM = 192
 
 
 class Shown(NamedTuple):
-    """Arrays of `Games` that are painted; fewer arrays compile faster."""
+    """Arrays of `Games` that are painted; with fewer arrays a call is quicker, and compiles faster."""
 
     ticks: Int64s
     positions: Float32s
@@ -36,11 +35,6 @@ class Shown(NamedTuple):
     occupancy: Integers
     reconstruction: Float32s
     targets: Float64s
-
-    @classmethod
-    def of(cls, games: Games) -> Shown:
-        """Return the arrays of some games."""
-        return cls(*(getattr(games, name) for name in cls._fields))
 
 
 class ViewParameters(NamedTuple):
@@ -184,13 +178,19 @@ def place_of_twin(channels: Int64s, number: int) -> int:
     return -1
 
 
+@exact_part
+def time_left(tick: int, limit: int) -> float:
+    """Return the fraction of the time that is left."""
+    return 1.0 - min(tick / limit, 1.0)
+
+
 @entry_point
 def paint_grids(
     games: Shown,
     rows: Int64s,
     places: Int64s,
     sides: Int64s,
-    time_left: Float64s,
+    limit: int,
     view: ViewParameters,
     ring_weights: Integers,
     observations: Uint8s,
@@ -208,8 +208,8 @@ def paint_grids(
         Places to paint.
     sides : int64 array (n,)
         Team from whose side each place is seen.
-    time_left : float64 array (n,)
-        Fraction of the time that is left.
+    limit : int
+        Ticks of the time limit.
     view : ViewParameters
     ring_weights : int32 or int64 array (G, G)
         As of `swarm_pz.kernels.capture.Boards`.
@@ -253,31 +253,36 @@ def paint_grids(
                 seconds = SOON if channel >= OWN_SOON else 0.0
                 paint_shared(games.positions[e], games.velocities[e], drones, seconds, plane)
             else:
-                plane[:] = np.uint8(255.0 * time_left[place] + 0.5)
+                plane[:] = np.uint8(255.0 * time_left(tick, limit) + 0.5)
         before = place
 
 
 @exact
 def list_entities(
+    ticks: Int64s,
     positions: Float32s,
     velocities: Float32s,
     teams: Int8s,
     rows: Int64s,
     sides: Int64s,
+    limit: int,
     fastest: np.float32,
     places: Float32s,
     speeds: Float32s,
     masks: Int8s,
     shares: Float32s,
+    times: Float32s,
 ) -> None:
     """List each side's drones first to last.
 
     Parameters
     ----------
-    positions, velocities : float32 array (E, N, 2)
-    teams : int8 array (E, N)
+    ticks, positions, velocities, teams
+        As of `Games`.
     rows, sides : int64 array (n,)
         The games, and the team from whose side each is seen.
+    limit : int
+        Ticks of the time limit.
     fastest : float32
         Velocities are cut to it along each axis.
     places, speeds : float32 array (2, n, N, 2)
@@ -286,6 +291,8 @@ def list_entities(
         Zeros: overwritten with 1 for each drone that is listed.
     shares : float32 array (n, 1)
         Overwritten with its own share of all drones.
+    times : float32 array (n, 1)
+        Overwritten with the fraction of the time that is left.
     """
     for place in range(len(rows)):
         e, count = rows[place], np.zeros(2, np.int64)
@@ -297,7 +304,7 @@ def list_entities(
                 speeds[side, place, number, axis] = min(max(velocities[e, drone, axis], -fastest), fastest)
             masks[side, place, number] = 1
             count[side] += 1
-        shares[place, 0] = count[0] / teams.shape[1]
+        shares[place, 0], times[place, 0] = count[0] / teams.shape[1], time_left(ticks[e], limit)
 
 
 @exact

@@ -9,6 +9,7 @@ from swarm_pz.policy.names import (
     allow_files,
     faults,
     folder_of,
+    is_constant,
     kind_of,
     load,
     load_players,
@@ -16,7 +17,7 @@ from swarm_pz.policy.names import (
     registered,
 )
 from swarm_pz.policy.program import Program
-from swarm_pz.policy.protocol import Player, Policy, PolicyFactory, PrivilegedPolicy, answers_of
+from swarm_pz.policy.protocol import Player, Policy, PolicyFactory, PrivilegedPolicy, answers_of, constant
 
 __all__ = [
     "FOLDERS",
@@ -31,10 +32,12 @@ __all__ = [
     "about",
     "allow_files",
     "answers_of",
+    "constant",
     "digest_of",
     "faults",
     "folder_of",
     "identity_of",
+    "is_constant",
     "kind_of",
     "load",
     "load_players",

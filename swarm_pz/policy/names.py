@@ -146,6 +146,11 @@ def kind_of(name: str) -> str:
     return str(getattr(_factory_of(name), "answers", "density"))
 
 
+def is_constant(name: object) -> bool:
+    """Test that something is the name of a tactic whose density is always the same, as `constant` marks it."""
+    return isinstance(name, str) and hasattr(getattr(_factory_of(name), "play", None), "is_constant")
+
+
 def _factory_of(name: str) -> Any:
     """Return the factory of a name; None if it cannot be imported, which `faults` explains."""
     try:

@@ -58,4 +58,10 @@ def answers_of(policy: Player) -> str:
     return str(getattr(policy, "answers", "density"))
 
 
+def constant(play: Callable[[Any], NDArray[Any]]) -> Callable[[Any], NDArray[Any]]:
+    """Mark a tactic's function that always returns the same density: environments ask it once a game."""
+    play.is_constant = True  # type: ignore[attr-defined]
+    return play
+
+
 PolicyFactory = Callable[[GameConfig], Player]

@@ -14,6 +14,7 @@ from swarm_pz.config import BLUE, GRID_CELLS, RED, TEAM_NAMES, TICKS_PER_SECOND,
 from swarm_pz.config.base import check_count
 from swarm_pz.config.values import describe
 from swarm_pz.errors import CommandError
+from swarm_pz.kernels import code_for
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, capture_fields
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.fourier import Aims, make_targets
@@ -82,14 +83,15 @@ class Simulator:
         """(E, 2) ticks whose accelerations a control system of Python's has chosen already."""
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
+        self._code: dict[Callable[..., None], Callable[..., None]] = {}
         self.reset()
 
     def _make_pool(self) -> ThreadPoolExecutor | None:
         return ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out the threads, which no copy can have; it gets its own unless these have been ended."""
-        return self.__dict__ | {"_pool": self._pool is not None}
+        """Leave out machine code and threads, which no copy can have; it gets its own unless these have been ended."""
+        return self.__dict__ | {"_pool": self._pool is not None, "_code": {}}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -251,7 +253,7 @@ class Simulator:
 
     def _values_of(self, commands: CheckedCommands, games: tuple[int, ...]) -> NDArray[np.float64]:
         """Return the values of commands; other shapes and types would make kernels read beyond the end."""
-        expected, values = (*games, *self.control.command_shape), commands.values
+        expected, values = (*games, *self.control.command_shape), np.ascontiguousarray(commands.values)
         if values.dtype != np.float64 or values.shape != expected:
             raise CommandError(
                 f"commands must be float64 of shape {expected}, got {values.dtype} of shape {values.shape}"
@@ -329,7 +331,14 @@ class Simulator:
     ) -> None:
         given = self._no_densities if densities is None else densities
         parameters = (self.rules, self.controller, self._variants)
-        step_games(self.games, rows, ticks, *parameters, given, self._aims(holds=True), report)
+        self.call(step_games, self.games, rows, ticks, *parameters, given, self._aims(holds=True), report)
+
+    def call(self, kernel: Callable[..., None], *arguments: Any) -> None:
+        """Call an entry point whose arguments have the same types at every call for these games; arrays in C order."""
+        code = self._code.get(kernel)
+        if code is None:
+            code = self._code[kernel] = code_for(kernel, *arguments)
+        code(*arguments)
 
     def solve(self, team: int, rows: ArrayLike | None = None) -> None:
         """Choose a team's accelerations by its control system of Python's, where a control period begins.

@@ -91,7 +91,7 @@ class DroneView:
         Drones of other teams than `teams` (n,) are inactive; -1 stands for both teams.
         """
         games = simulator.games
-        images = observe(simulator, self._images, np.full(len(rows), RED), rows, np.zeros(len(rows)))
+        images = observe(simulator, self._images, np.full(len(rows), RED), rows)
         seen = np.zeros((len(rows), self._drones, *self.space.shape), np.float32)
         see(
             games.positions,

@@ -84,23 +84,25 @@ def observe(
     observation: ObservationConfig,
     teams: NDArray[np.int64],
     rows: NDArray[np.int64],
-    time_left: NDArray[np.float64],
+    limit_ticks: int | None = None,
 ) -> Observations:
     """Return fresh observations of the games `rows` (n,), each from the side of one of `teams` (n,).
 
-    `time_left` (n,) is the fraction of the time that is left. Observations are as `observation_space` says.
+    `limit_ticks` replaces the configuration's time limit. Observations are as `observation_space` says.
     """
+    limit = simulator.config.limit_ticks if limit_ticks is None else limit_ticks
     if observation.kind == "drones":
         return _rows_of_drones(simulator, teams, rows)
     if observation.kind == "entities":
-        return _entities(simulator, teams, rows, time_left)
+        return _entities(simulator, teams, rows, limit)
     observations = np.empty((len(rows), len(observation.channels), observation.grid, observation.grid), np.uint8)
-    games = Shown.of(simulator.games)
-    trail, cells = games.trails.shape[1], games.targets.shape[2]
-    view = _view_parameters(observation, trail, cells, simulator.config.capture.threshold)
+    games, config = simulator.games, simulator.config
+    shown = Shown(*(getattr(games, name) for name in Shown._fields))
+    view = _view_parameters(observation, games.trails.shape[1], config.command_cells, config.capture.threshold)
 
     def paint(places: NDArray[np.int64]) -> None:
-        paint_grids(games, rows, places, teams, time_left, view, simulator.rules.ring_weights, observations)
+        weights = simulator.rules.ring_weights
+        simulator.call(paint_grids, shown, rows, places, teams, limit, view, weights, observations)
 
     everywhere = np.arange(len(rows))
     if len(rows) * len(observation.channels) < _WORTH_THREADS:
@@ -151,18 +153,17 @@ def _rows_of_drones(simulator: Simulator, teams: NDArray[np.int64], rows: NDArra
 
 
 def _entities(
-    simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64], time_left: NDArray[np.float64]
+    simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64], limit: int
 ) -> dict[str, NDArray[Any]]:
     """List each side's drones first to last, padded with zeros; a mask says which are there."""
     games, shape = simulator.games, (2, len(rows), simulator.config.num_drones)
     places, speeds = np.zeros((*shape, 2), np.float32), np.zeros((*shape, 2), np.float32)
-    masks, shares = np.zeros(shape, np.int8), np.empty((len(rows), 1), np.float32)
+    masks, (shares, times) = np.zeros(shape, np.int8), np.empty((2, len(rows), 1), np.float32)
     fastest = np.float32(top_speed(simulator.config))
-    list_entities(games.positions, games.velocities, games.teams, rows, teams, fastest, places, speeds, masks, shares)
+    moving = games.ticks, games.positions, games.velocities, games.teams
+    list_entities(*moving, rows, teams, limit, fastest, places, speeds, masks, shares, times)
     entries: dict[str, NDArray[Any]] = {}
     for side, name in enumerate(("own", "opposing")):
         entries[f"{name}_positions"], entries[f"{name}_velocities"] = places[side], speeds[side]
         entries[f"{name}_mask"] = masks[side]
-    entries["own_share"] = shares
-    entries["time_left"] = time_left[:, None].astype(np.float32)
-    return entries
+    return entries | {"own_share": shares, "time_left": times}

@@ -18,7 +18,7 @@ _FIELDS = ObservationConfig(channels=("own_capture_field", "opposing_capture_fie
 
 def capture_fields(simulator: Simulator) -> NDArray[np.uint8]:
     """Return the capture fields of red and blue (2, G, G) of a single game, as frames hold them."""
-    return np.asarray(observe(simulator, _FIELDS, np.array([RED]), np.zeros(1, np.int64), np.ones(1))[0])
+    return np.asarray(observe(simulator, _FIELDS, np.array([RED]), np.zeros(1, np.int64))[0])
 
 
 def frame_of(
