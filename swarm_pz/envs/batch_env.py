@@ -110,13 +110,9 @@ class BatchEnv:
     ) -> StepResult:
         """Hold one command of each team for a command period, or until the game ends.
 
-        Parameters
-        ----------
-        commands : array_like (E, 2, A, A), a pair of sequences (E,), or CheckedCommands (E, 2, *command_shape)
-            Densities of red and blue for every game, in [0, 1]; those of ended games are not used. Where other control
-            systems fly, red's commands and blue's, each as its system's `parse` reads it.
-        after_control_period : callable, optional
-            Called after every control period, for animations.
+        Commands are densities (E, 2, A, A) of red and blue in [0, 1], or checked ones; those of ended games are not
+        used. Where other control systems fly, they are a pair of sequences (E,), red's and blue's, each command as its
+        system's `parse` reads it. `after_control_period` is called after every one, for animations.
 
         Raises
         ------
@@ -257,4 +253,4 @@ class BatchEnv:
 def by_game(infos: dict[str, NDArray[Any]]) -> list[dict[str, Any]]:
     """Turn infos of several games into a dict of plain numbers for each."""
     columns = [values.tolist() for values in infos.values()]
-    return [dict(zip(infos, values, strict=True)) for values in zip(*columns, strict=True)]
+    return [dict(zip(infos, values)) for values in zip(*columns)]  # noqa: B905  # strict takes as long again

@@ -151,7 +151,7 @@ class DuelBatch:
         for policy, rows in self._by_opponent(asked):
             others = 1 - self.sides[rows]
             self._commands[rows, others] = self.batch.ask(policy, others, rows)
-            self._is_settled[rows] = [self._playing[row].is_constant for row in rows.tolist()]
+            self._is_settled[rows] = self._playing[rows[0]].is_constant
         result = self.batch.step(CheckedCommands(self._commands), after_control_period)
         return result._replace(rewards=result.rewards[self._games, self.sides])
 

@@ -195,26 +195,10 @@ def paint_grids(
     ring_weights: Integers,
     observations: Uint8s,
 ) -> None:
-    """Paint the observations of the games `rows[place]` for every given place.
+    """Paint some places of `observations` (n, channels, grid, grid): games `rows` (n,), seen from `sides` (n,).
 
-    Of both sides of a game, one after the other, the second takes over from the first what shows the same.
-
-    Parameters
-    ----------
-    games : Shown
-    rows : int64 array (n,)
-        Game of each place.
-    places : int64 array (parts,)
-        Places to paint.
-    sides : int64 array (n,)
-        Team from whose side each place is seen.
-    limit : int
-        Ticks of the time limit.
-    view : ViewParameters
-    ring_weights : int32 or int64 array (G, G)
-        As of `swarm_pz.kernels.capture.Boards`.
-    observations : uint8 array (n, channels, grid, grid)
-        Overwritten.
+    Of both sides of a game, one after the other, the second takes over from the first what shows the same. `limit` are
+    the ticks of the time limit.
     """
     members = np.empty((2, games.teams.shape[1] + 1), np.int64)
     threshold, coarse_cells, channels = view.threshold, view.coarse_cells, view.channels
@@ -273,26 +257,11 @@ def list_entities(
     shares: Float32s,
     times: Float32s,
 ) -> None:
-    """List each side's drones first to last.
+    """List the drones of the games `rows` (n,), each seen from one of `sides` (n,), first to last.
 
-    Parameters
-    ----------
-    ticks, positions, velocities, teams
-        As of `Games`.
-    rows, sides : int64 array (n,)
-        The games, and the team from whose side each is seen.
-    limit : int
-        Ticks of the time limit.
-    fastest : float32
-        Velocities are cut to it along each axis.
-    places, speeds : float32 array (2, n, N, 2)
-        Zeros: overwritten with the positions and velocities of its own drones, and of the opposing ones.
-    masks : int8 array (2, n, N)
-        Zeros: overwritten with 1 for each drone that is listed.
-    shares : float32 array (n, 1)
-        Overwritten with its own share of all drones.
-    times : float32 array (n, 1)
-        Overwritten with the fraction of the time that is left.
+    `places` and `speeds` (2, n, N, 2) and `masks` (2, n, N) are zeros: overwritten for its own drones and the opposing
+    ones; velocities are cut to `fastest` along each axis. `shares` and `times` (n, 1) are overwritten with its share of
+    all drones and the fraction of the time `limit`, in ticks, that is left.
     """
     for place in range(len(rows)):
         e, count = rows[place], np.zeros(2, np.int64)
@@ -319,22 +288,10 @@ def count_infos(
     counts: Int64s,
     times: Float64s,
 ) -> None:
-    """Count what infos say of some games.
+    """Count the infos of the games `rows` (n,), each seen from one of `sides` (n,).
 
-    Parameters
-    ----------
-    ticks : int64 array (E,)
-    teams : int8 array (E, N)
-    captured, recaptured : int64 array (E, 2)
-        Drones that each team took in a step, and took back.
-    rows, sides : int64 array (n,)
-        The games, and the team from whose side each is seen.
-    can_win : bool
-        Whether a team that owns every drone has won.
-    counts : int64 array (5, n)
-        Overwritten: the size, drones captured, lost and recaptured, and the outcome, of `BatchEnv.infos`.
-    times : float64 array (n,)
-        Overwritten: seconds since the start.
+    `captured` and `recaptured` (E, 2) are of a step. `counts` (5, n) are overwritten with the size, drones captured,
+    lost and recaptured, and the outcome, of `BatchEnv.infos`; `times` (n,) with the seconds since the start.
     """
     drones = teams.shape[1]
     for place in range(len(rows)):

@@ -96,6 +96,7 @@ def observe(
     if observation.kind == "entities":
         return _entities(simulator, teams, rows, limit)
     observations = np.empty((len(rows), len(observation.channels), observation.grid, observation.grid), np.uint8)
+    rows, teams = np.ascontiguousarray(rows, np.int64), np.ascontiguousarray(teams, np.int64)  # as kernels read them
     games, config = simulator.games, simulator.config
     shown = Shown(*(getattr(games, name) for name in Shown._fields))
     view = _view_parameters(observation, games.trails.shape[1], config.command_cells, config.capture.threshold)

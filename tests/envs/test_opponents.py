@@ -6,6 +6,8 @@ import pytest
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.opponents import DuelBatch
 from swarm_pz.errors import ConfigError, GameOverError, PolicyError
+from swarm_pz.policies.scripted import ScriptedPolicy
+from swarm_pz.policy import is_constant, load, registered
 from swarm_pz.simulator.spawn import random_start
 
 SMALL = GameConfig(drones_per_team=2)
@@ -109,6 +111,21 @@ def test_who_sits_where_sees_commands_is_rewarded_and_told_as_its_own_side(side)
         duel.batch.simulator.games.teams[0] = side
 
     assert duel.step(np.ones((2, 10, 10)), win).rewards.tolist() == [1.0, 0.0]
+
+
+@pytest.mark.parametrize("name", [name for name in registered() if is_constant(name)])
+def test_an_opponent_that_never_changes_is_asked_once_a_game(name, monkeypatch):
+    asked, act = [], ScriptedPolicy.act
+    monkeypatch.setattr(ScriptedPolicy, "act", lambda self, seen, rows: asked.append(self) or act(self, seen, rows))
+    once, always = (begun(games=3, opponent=opponent) for opponent in (name, load(name, SMALL)))
+    for number in range(4):
+        for duel in (once, always):
+            if number == 2:
+                duel.reset(np.random.SeedSequence(9).spawn(1), np.array([1]))
+            step(duel)
+    for array, same in zip(once.batch.simulator.games, always.batch.simulator.games, strict=True):
+        np.testing.assert_array_equal(array, same)
+    assert len(asked) == 2 + 4
 
 
 def test_opponents_are_not_asked_about_games_that_have_ended():

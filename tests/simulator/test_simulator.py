@@ -323,6 +323,15 @@ def test_a_decided_game_stays_as_it_is_and_takes_no_commands():
         assert_same_game(simulator, row, apart, row)
 
 
+def test_commands_in_any_order_of_memory_are_the_same_commands():
+    values = np.random.default_rng(0).random((2, 2, 10, 10))
+    plain, other = (Simulator(num_games=2) for _ in range(2))
+    for simulator, commands in ((plain, values), (other, np.asfortranarray(values))):
+        simulator.reset([1, 2])
+        simulator.advance(30, CheckedCommands(commands))
+    np.testing.assert_array_equal(other.targets, plain.targets)
+
+
 def test_what_can_be_seen_cannot_be_changed_and_is_what_the_games_hold():
     peaceful = GameConfig(capture=CaptureConfig(enabled=False), dynamics=DynamicsConfig(speed_factor=0.5))
     simulator = Simulator(peaceful.replace(drones_per_team=(4, 0)), num_games=2)

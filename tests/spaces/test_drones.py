@@ -34,7 +34,7 @@ def slowly(view, grid, simulator, game, team):
             speeds = np.clip((moving[others] - moving[drone]) / (2 * speed), -1, 1)
             parts[name][: len(order)] = np.hstack([np.ones((len(order), 1)), away[order], speeds[order]])
         images = ObservationConfig(grid=grid, channels=GROUND)
-        (image,) = observe(simulator, images, np.array([own]), np.array([game]), np.zeros(1))
+        (image,) = observe(simulator, images, np.array([own]), np.array([game]))
         framed = np.pad(image, ((0, 0), (patch // 2,) * 2, (patch // 2,) * 2))
         column, row = np.minimum((here[drone].astype(float) * 50).astype(int), 49) // (50 // grid)
         parts["ground"] = framed[:, row : row + patch, column : column + patch] / np.float32(255)
