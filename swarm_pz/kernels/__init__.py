@@ -59,9 +59,9 @@ def kernel(function: Function) -> Function:
 
 
 def loop(function: Function) -> Function:
-    """Compile a kernel that makes no arrays and returns none: nobody counts then who uses those that it is given.
+    """Compile a kernel that makes no arrays and returns none, else it is refused.
 
-    The counting takes longer than many a loop. numba refuses to compile what would make an array.
+    numba counts the users of arrays, which takes longer than many a loop; of these functions' arrays it does not.
     """
     return _compiled(Part, function, _FASTMATH, _nrt=False)
 

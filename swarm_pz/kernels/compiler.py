@@ -32,8 +32,10 @@ from numba.core.codegen import Codegen, JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import FunctionPass, LoweringPass, PassManager, register_pass
+from numba.core.errors import TypingError
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering, NoPythonBackend
+from numba.core.types import Array
 from numba.core.untyped_passes import FixupArgs
 
 from swarm_pz.errors import SwarmError
@@ -116,6 +118,10 @@ class _AsAWhole(_IntoALibrary):
     library = _WholeLibrary
 
 
+def _holds_array(kind: Any) -> bool:
+    return isinstance(kind, Array) or any(map(_holds_array, getattr(kind, "types", ())))
+
+
 @register_pass(mutates_CFG=False, analysis_only=False)
 class _OfferToKernels(LoweringPass):
     """Let other kernels find a part, which numba does for what it has made machine code of."""
@@ -127,6 +133,9 @@ class _OfferToKernels(LoweringPass):
 
     def run_pass(self, state: dict[str, object]) -> bool:
         """Register the part by a key, in place of what Python would call."""
+        if not state.flags.nrt and _holds_array(state["return_type"]):  # type: ignore[attr-defined]
+            name = state.func_id.func_name  # type: ignore[attr-defined]
+            raise TypingError(f"{name} is a loop, and arrays that it returns would be freed twice: write into one")
         key, lowered = object(), state["cr"]
         state.targetctx.insert_user_function(key, lowered.fndesc, [state.library])  # type: ignore[attr-defined]
         state["cr"] = lowered._replace(cfunc=key)  # type: ignore[attr-defined]
@@ -174,14 +183,7 @@ class _WholeCompiler(CompilerBase):
 
 
 class Part(CPUDispatcher):
-    """A function that compiled functions call.
-
-    Parameters
-    ----------
-    function : callable
-    **options : object
-        As of `numba.jit`.
-    """
+    """A function that compiled functions call, with options of `numba.jit`."""
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
         super().__init__(function, targetoptions=options, pipeline_class=_PartCompiler)
@@ -198,14 +200,7 @@ class Part(CPUDispatcher):
 
 
 class EntryPoint(CPUDispatcher):
-    """A function that Python calls; its machine code is kept on disk.
-
-    Parameters
-    ----------
-    function : callable
-    **options : object
-        As of `numba.jit`.
-    """
+    """A function that Python calls, with options of `numba.jit`; its machine code is kept on disk."""
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)

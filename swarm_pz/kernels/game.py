@@ -383,19 +383,10 @@ def take_up(
     former: Float64s,
     commanded: Int64s,
 ) -> None:
-    """Put commands in force, of teams that others than the ergodic controller fly.
+    """Put commands `asked` (n, t, S) in force, of teams that others than the ergodic controller fly.
 
-    Parameters
-    ----------
-    asked : float64 array (n, t, S)
-    rows : int64 array (n,)
-        Game of each place.
-    teams : int64 array (t,)
-        Team of each command of a game.
-    holds : bool
-        Whether a command that asks for what is in force leaves it as it is.
-    ticks, flown_by, commands, former, commanded
-        As of `Games`; the last three are updated.
+    `rows` (n,) are the games, and `teams` (t,) the teams of each. If `holds`, a command that is in force already leaves
+    all as it is. The rest is of `Games`; the last three are updated.
     """
     for place in range(len(rows)):
         e = rows[place]

@@ -10,15 +10,8 @@ from swarm_pz.kernels.arrays import Float64s, Int8s
 def paint(image: Int8s, points: Float64s, reach: float, value: int) -> None:
     """Give a value to the pixels whose centres lie within `reach` of a line.
 
-    Parameters
-    ----------
-    image : int8 array (pixels, pixels)
-        Changed; `[row = y, column = x]`.
-    points : float64 array (n, 2)
-        The line's points x, y in pixels; one point is a dot. They may lie outside.
-    reach : float
-        Half the brush's width, in pixels.
-    value : int
+    The image is `[row = y, column = x]`. The line's points (n, 2) are x, y in pixels, and may lie outside; one point is
+    a dot.
     """
     side = image.shape[0]
     for k in range(len(points)):

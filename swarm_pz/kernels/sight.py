@@ -58,23 +58,11 @@ def see(
     patch: int,
     seen: Float32s,
 ) -> None:
-    """Write what the drones of some games see.
+    """Write into zeros (n, N, D) what drones of the games `rows` (n,) see.
 
-    Parameters
-    ----------
-    positions, velocities : float32 array (E, N, 2)
-    teams : int8 array (E, N)
-    failed : bool array (E, N)
-    rows, sides : int64 array (n,)
-        The games, and the team whose drones play in each, or `BOTH`.
-    images : uint8 array (n, C, G', G')
-        The ground as red sees it, channels in pairs: own and opposing.
-    speed : float32
-        The unit of velocities.
-    neighbours, patch : int
-        As of `swarm_pz.spaces.drones.DroneView`.
-    seen : float32 array (n, N, D)
-        Zeros: overwritten.
+    `sides` (n,) are the teams whose drones play, or `BOTH`. Images (n, C, G', G') show the ground as red sees it, in
+    pairs of channels: own and opposing. `speed` is the unit of velocities; `neighbours` and `patch` are those of
+    `swarm_pz.spaces.drones.DroneView`.
     """
     one, drones, grid = np.float32(1.0), teams.shape[1], images.shape[2]
     found, distances = np.empty(neighbours, np.int64), np.empty(neighbours, np.float32)

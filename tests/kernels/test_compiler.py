@@ -8,8 +8,9 @@ import sys
 import numpy as np
 import pytest
 from numba import njit
+from numba.core.errors import TypingError
 
-from swarm_pz.kernels import kernel
+from swarm_pz.kernels import kernel, loop
 from swarm_pz.kernels.compiler import _WholeCompiler
 
 
@@ -29,6 +30,13 @@ def test_a_part_is_for_kernels_may_raise_and_is_no_function_of_pythons():
         assert whole(np.full(2, 2.0)) == 4.0
     with pytest.raises(ValueError, match=r"\('at most 2, got', 3\)"):
         whole(np.ones(3))
+
+
+@pytest.mark.parametrize("returned", [lambda values: values, lambda values: (1.0, values[1:])], ids=["array", "view"])
+def test_a_loop_that_returns_an_array_is_refused(returned):
+    part = loop(returned)
+    with pytest.raises(TypingError, match="freed twice"):
+        njit(lambda values: len(part(values)))(np.ones(2))
 
 
 def test_without_a_private_part_of_numba_kernels_do_the_same_and_it_is_said_once():

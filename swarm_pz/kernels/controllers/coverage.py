@@ -335,14 +335,7 @@ def cover(
 ) -> None:
     """Steer every own drone of n games towards the centroid of its cell among the drones that it hears.
 
-    Parameters
-    ----------
-    positions, velocities, own, heard, commands, former, age
-        As of `swarm_pz.config.system.Flight`.
-    grid : Grid
-    parameters : CoverageParameters
-    accelerations : float64 array (n, N, 2)
-        Written for own drones.
+    Arrays up to `age` are those of `swarm_pz.config.system.Flight`; accelerations (n, N, 2) are written for own drones.
     """
     side, image = grid.centres.shape[0], commands.shape[1]
     density, rate = np.empty((image, image)), np.empty((image, image))

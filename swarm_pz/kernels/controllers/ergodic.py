@@ -383,17 +383,8 @@ def ergodic(swarm: Swarm, target: Float32s, parameters: ErgodicParameters, scrat
        what is summed.
     6. u = -R^-1 B' rho, which is that sum over -R; for a plan also at the later points.
 
-    Accelerations are not yet saturated. A team without drones is skipped.
-
-    Parameters
-    ----------
-    swarm : Swarm
-        All drones, each of team 0 or 1; memories are updated, accelerations and plans overwritten.
-    target : float32 array (2, K, K)
-        Fourier coefficients phi_k of each team's target, indexed `[k1 (x), k2 (y)]`.
-    parameters : ErgodicParameters
-    scratch : Scratch
-        From `make_scratch`.
+    Memories are updated, accelerations and plans overwritten; accelerations are not yet saturated. `target` (2, K, K)
+    holds the Fourier coefficients phi_k of each team's target, indexed `[k1 (x), k2 (y)]`.
     """
     sizes = list_members(swarm.teams, scratch.members)
     remember(swarm, sizes, parameters, scratch)

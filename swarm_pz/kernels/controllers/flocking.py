@@ -122,18 +122,8 @@ def flocking(
     period, and u = (speed * heading - v) / period. Accelerations are not yet saturated. (Weights and
     terms as published; that speed is constant follows Hauert et al., the units are chosen here.)
 
-    Parameters
-    ----------
-    positions, velocities : float32 array (n, N, 2)
-    own : bool array (n, N)
-        The drones that fly.
-    heard : bool array (n, N, N)
-        `[i, j]`: whether drone i hears drone j.
-    attractors : float32 array (n, 3)
-        x, y, weight.
-    parameters : FlockingParameters
-    accelerations : float32 array (n, N, 2)
-        Overwritten for the drones that fly.
+    Drone i hears drone j where `heard[e, i, j]`; attractors (n, 3) are x, y, weight. Accelerations (n, N, 2) are
+    overwritten for own drones.
     """
     for e in range(own.shape[0]):
         for i in range(own.shape[1]):
@@ -175,15 +165,9 @@ def strongest_mode(target: Float64s) -> tuple[float, float, float]:
 
 @entry_point
 def serve_densities(densities: Float64s, migration: tuple[float, float], attractors: Float64s) -> None:
-    """Serve densities by attractors, so that who sends densities can lead flocks.
+    """Write the attractors (n, 3), x, y and weight, for densities (n, A, A).
 
-    Parameters
-    ----------
-    densities : float64 array (n, A, A)
-    migration : (float, float)
-        Weight of an attractor for none and for all of a density's mass.
-    attractors : float64 array (n, 3)
-        Overwritten: x, y, weight.
+    `migration` are the weights of an attractor for none and for all of a density's mass.
     """
     least, largest = migration
     target = np.empty(densities.shape[1:], np.float64)

@@ -76,15 +76,8 @@ def descend(
 ) -> None:
     """Steer every own drone of n games down the metric.
 
-    Parameters
-    ----------
-    positions, velocities, own, heard, commands
-        As of `swarm_pz.config.system.Flight`.
-    ahead : float64 array (H + 1,)
-        Times of the next points, as factors of a velocity.
-    parameters : KernelErgodicParameters
-    accelerations : float64 array (n, N, 2)
-        Written for own drones.
+    Arrays up to `commands` are those of `swarm_pz.config.system.Flight`. `ahead` (H + 1,) are the times of the next
+    points, as factors of a velocity; accelerations (n, N, 2) are written for own drones.
     """
     last = ahead.shape[0] - 1
     points = np.empty((positions.shape[1], last + 1, 2))

@@ -100,13 +100,8 @@ def repel(
 ) -> None:
     """Add up the forces on every own drone of n games.
 
-    Parameters
-    ----------
-    positions, velocities, own, heard, commands
-        As of `swarm_pz.config.system.Flight`.
-    parameters : PotentialParameters
-    accelerations : float64 array (n, N, 2)
-        Written for own drones.
+    Arrays up to `commands` are those of `swarm_pz.config.system.Flight`; accelerations (n, N, 2) are written for own
+    drones.
     """
     charges = np.empty(commands.shape[2:])
     for e in range(positions.shape[0]):
