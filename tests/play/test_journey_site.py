@@ -39,7 +39,9 @@ def test_a_game_is_played_watched_saved_and_verified_and_needs_no_network(site, 
     Hand(page).draw((0.2, 0.3), (0.4, 0.3))
     eventually(page, lambda: page.locator("#arena").get_attribute("data-target") == "1")
     drawn = tick_of(page)
-    eventually(page, lambda: tick_of(page) > drawn + 6)  # by then it is in the file
+    eventually(
+        page, lambda: tick_of(page) > drawn + 66
+    )  # after a second of game it is in the file, and the page is kept
     page.click("#leave")
     page.click("#leave-now")
     page.click("#recorded summary")
@@ -55,7 +57,7 @@ def test_a_game_is_played_watched_saved_and_verified_and_needs_no_network(site, 
     assert "played in a page" in capsys.readouterr().out
     recording = Recording.read(path)
     assert recording.end.ended_by == "left" and any(line.strokes for line in recording.of(SeatCommand))
-    page.evaluate("navigator.serviceWorker.ready.then(() => {})")
+    page.wait_for_function("navigator.serviceWorker.ready")  # unlike `evaluate`, it gives up
     shutil.rmtree(folder)
     page.goto(address)
     page.click("#recorded summary")
