@@ -22,23 +22,24 @@ from swarm_pz.kernels import kernel, loop
 from swarm_pz.kernels.arrays import Bools, Floats, Int8s, Int16s, Int64s, Integers
 
 BORDER = 2
+"""Radius of the ring in cells, and so the empty cells around a framed board."""
 FRAMED_CELLS = GRID_CELLS + 2 * BORDER
 _CELLS, _FRAMED = np.uint64(GRID_CELLS), np.uint64(FRAMED_CELLS)
 _MIDDLE = np.uint64(BORDER * FRAMED_CELLS + BORDER)
 """From the first corner of a ring to the cell that it is around."""
 # Numbers of cells are unsigned, because a signed one costs a test for a count from the end.
-_ONE, _FOUR, _FIVE = np.uint64(1), np.uint64(4), np.uint64(5)
+_ONE, _LAST, _SIDE = np.uint64(1), np.uint64(2 * BORDER), np.uint64(2 * BORDER + 1)
 
 
 @loop
 def ring_sum(board: Integers | Floats, corner: np.uint64) -> Any:
-    """Return the sum over the ring with that first corner, of a framed board ((G + 4)^2,)."""
-    total, top = 0, corner + _FOUR * _FRAMED
-    for step in range(_FIVE):
+    """Return the sum over the ring with that first corner, of a framed board (FRAMED_CELLS^2,)."""
+    total, top = 0, corner + _LAST * _FRAMED
+    for step in range(_SIDE):
         total += board[corner + np.uint64(step)] + board[top + np.uint64(step)]
-    for step in range(_ONE, _FOUR):
+    for step in range(_ONE, _LAST):
         side = corner + np.uint64(step) * _FRAMED
-        total += board[side] + board[side + _FOUR]
+        total += board[side] + board[side + _LAST]
     return total
 
 
