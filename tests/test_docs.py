@@ -10,6 +10,7 @@ import re
 import shlex
 import sys
 import tomllib
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from swarm_pz.cli import main
 from swarm_pz.evaluation import season
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.frames import Frame
+from swarm_pz.play.studies.design import Condition, Study
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -109,7 +111,10 @@ def test_toml_snippets_are_toml():
     for page, text in snippets("toml"):
         read = tomllib.loads(text)
         if page == "docs/studies.md":
-            assert all(Factors.from_dict(read[team]) != Factors() for team in ("red", "blue"))
+            if "red" in read:
+                assert all(Factors.from_dict(read[team]) != Factors() for team in ("red", "blue"))
+            assert read.keys() <= {"red", "blue"} | {entry.name for entry in fields(Study)}
+            assert all(Condition.from_dict(one).levels for one in read.get("conditions", []))
             continue
         if page == "docs/season.md":
             assert read.keys() <= season.FIELDS.keys()

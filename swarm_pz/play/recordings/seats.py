@@ -52,6 +52,12 @@ class SeatRow:
     opponent_system: str = column("control system that flew the other seat's drones")
     start_size: int = column("drones of the seat at the start", "count")
     drones: int = column("drones of both teams", "count")
+    command_delay_ms: float = column("delay of the seat's commands that was asked for", "ms")
+    display_delay_ms: float = column("delay that was asked for of what the seat was shown", "ms")
+    frame_rate: int = column("moments that the seat was shown", "1/s")
+    hide: str = column("things that the seat was not shown, with + between them")
+    share: float = column("the helper's part of each command", "1")
+    helper: str = column("the policy that made this part")
     outcome: str = column("win, draw or loss of the seat; stopped if nobody played the game to its end")
     seconds: float = column("length of the game, as far as it came", "s of game")
     final_share: float = column("share of all drones that were the seat's at the end", "1")
@@ -75,6 +81,7 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
         teams[capture.drone] = capture.team
     seats = (header.red, header.blue)
     habits = [_habits(recording, team, seconds) for team in range(2)]
+    varied = [one.to_dict() | {"hide": "+".join(one.hide)} for one in config.factors]
     left_out = _left_out(recording, [habit["commands"] for habit in habits])
     return [
         SeatRow(
@@ -85,7 +92,6 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
             rules=_PRESET_OF.get(game.rules_hash, ""),
             mapping=config.mapping,
             min_command_interval=config.min_command_interval,
-            speed=config.speed,
             time_limit=game.time_limit,
             lesson=header.lesson,
             ended_by=end.ended_by if end is not None else "",
@@ -99,6 +105,7 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
             opponent_system=game.team_controllers[1 - team],
             start_size=game.team_sizes[team],
             drones=game.num_drones,
+            **(varied[team] | {"speed": config.speed}),
             outcome=outcome_of(end, TEAM_NAMES[team]),
             seconds=seconds,
             final_share=float((teams == team).mean()),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, fields
 from pathlib import Path
 from typing import Any
@@ -56,12 +56,15 @@ def columns_of(kind: type[Any]) -> dict[str, dict[str, str]]:
     return {entry.name: dict(entry.metadata or known[entry.name]) for entry in fields(kind)}
 
 
-def write_table(rows: Sequence[Any], kind: type[Any], path: Path) -> None:
-    """Write rows of a dataclass as CSV in UTF-8."""
+def write_table(
+    rows: Sequence[Any], kind: type[Any], path: Path, more: Mapping[str, Callable[[Any], Any]] | None = None
+) -> None:
+    """Write rows of a dataclass as CSV in UTF-8; `more` makes further columns from a row."""
+    more = more or {}
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(entry.name for entry in fields(kind))
-        writer.writerows([_plain(value) for value in astuple(row)] for row in rows)
+        writer.writerow([*(entry.name for entry in fields(kind)), *more])
+        writer.writerows([_plain(one) for one in (*astuple(row), *(of(row) for of in more.values()))] for row in rows)
 
 
 def _plain(value: Any) -> Any:

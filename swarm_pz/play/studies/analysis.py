@@ -1,28 +1,33 @@
-"""Comparison of a study's conditions within participants.
+"""Comparison of a study's conditions: main effects, interactions and pairs.
 
-Games of one person are not independent, so a person's games are averaged first, and persons are compared with
-themselves. The test flips the signs of these differences, which are as likely + as - where conditions do not differ
-(Fisher, The Design of Experiments, 1935). It is exact for few participants, and its interval holds all differences that
-it does not refuse.
+Games of one person are not independent, so a person's games are averaged first. Within people, the test flips the signs
+of each person's contrast, which are as likely + as - where conditions do not differ (Fisher, The Design of Experiments,
+1935); between people, it exchanges people among groups. It is exact for few participants, and its interval holds all
+differences that it does not refuse.
 """
 
 from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.intervals import LEVEL
 from swarm_pz.evaluation.survival import kaplan_meier
+from swarm_pz.play.recordings.seats import column
 from swarm_pz.play.studies.rows import GameRow
 
-_EXACT = 14
-"""Participants up to which all signs are tried; else so many draws are."""
+Array = NDArray[np.float64]
+Values = Mapping[str, Mapping[str, float]]
+"""A measure's value of each participant, by condition."""
+_EXACT_FLIPS, _EXACT_ORDERS = 14, 8
+"""Participants up to which all signs, or all exchanges, are tried; else so many draws are."""
 _DRAWS = 20_000
 
 
@@ -41,22 +46,27 @@ class ConditionRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
-    """A measure under one condition less that under another, in the mean of the participants who met both.
+class Effect:
+    """A main effect, an interaction, or the difference of a pair of conditions.
 
-    `measure` is "win_rate", "restricted_mean_s", or a form's score. The ends of the 95 % interval are infinite where
-    there are too few participants to exclude anything. `p` is the chance of a difference as large or larger if the
-    conditions do not differ.
+    The ends of the 95 % interval are infinite where there are too few participants to exclude anything.
     """
 
-    measure: str
-    first: str
-    second: str
-    participants: int
-    difference: float
-    low: float
-    high: float
-    p: float
+    measure: str = column('"win_rate", "restricted_mean_s" (a draw counts as the longest game), or a form\'s score')
+    effect: str = column(
+        'a factor, factors with " x " between them, or a pair of conditions with " less " between them'
+    )
+    kind: str = column("effect or pair")
+    participants: int = column("participants with all values that it needs", "count")
+    degrees: int = column("degrees of freedom", "count")
+    difference: float | None = column(
+        "of a pair the first less the second; of a factor its second level less its first; of an interaction the "
+        "difference of differences; empty if a factor has more than two levels"
+    )
+    low: float | None = column("lower end of its 95 % interval")
+    high: float | None = column("upper end of its 95 % interval")
+    p: float = column("chance of an effect as large or larger if there is none, by permutation")
+    p_holm: float | None = column("p of a pair after Holm's correction for all pairs of the measure", default=None)
 
 
 def conditions(games: Sequence[GameRow]) -> list[ConditionRow]:
@@ -88,84 +98,160 @@ def win_interval(people: Sequence[Sequence[bool]]) -> tuple[float, float]:
     """Return the 95 % interval of the share of games won; `people` are the wins and losses of each participant.
 
     Wilson's, of as many independent games as would be worth these: fewer by as much as the shares of participants
-    differ more than chance lets them (Korn and Graubard, Survey Methodology 24, 1998). With one participant all
-    games may be worth one.
+    differ more than chance lets them (Korn and Graubard, Survey Methodology 24, 1998). With one participant, and where
+    all games were won or all lost, nothing shows how alike a person's games are: then a person is worth one game.
     """
     wins, games = np.array([sum(own) for own in people], np.float64), np.array([len(own) for own in people], np.float64)
     share, total, count = wins.sum() / games.sum(), games.sum(), len(people)
     binomial = share * (1.0 - share) / total
-    if count > 1:
+    if count > 1 and binomial > 0.0:
         between = count / (count - 1) * ((wins - share * games) ** 2).sum() / total**2
-        total /= max(between / binomial, 1.0) if binomial > 0.0 else 1.0
+        total /= max(between / binomial, 1.0)
     else:
-        total = 1.0
+        total = float(count)
     z = NormalDist().inv_cdf((1.0 + LEVEL) / 2.0)
     middle = (share + z**2 / (2.0 * total)) / (1.0 + z**2 / total)
     half = z / (1.0 + z**2 / total) * np.sqrt(share * (1.0 - share) / total + z**2 / (4.0 * total**2))
     return float(max(middle - half, 0.0)), float(min(middle + half, 1.0))
 
 
-def compare(games: Sequence[GameRow]) -> list[Comparison]:
-    """Return each pair of conditions compared, by the share won and by how long games last."""
+def values_of(games: Sequence[GameRow]) -> dict[str, dict[str, dict[str, float]]]:
+    """Return the mean of each participant under each condition, by measure: the share won, and how long games last."""
     longest = max((game.seconds for game in games), default=0.0)
-    values: dict[str, dict[str, dict[str, list[float]]]] = {"win_rate": {}, "restricted_mean_s": {}}
+    played: dict[str, dict[str, list[GameRow]]] = {}
     for game in games:
-        lasted = game.seconds if game.decided else longest  # without a winner it would go on
-        for measure, value in zip(values, (float(game.won), lasted), strict=True):
-            values[measure].setdefault(game.condition, {}).setdefault(game.participant, []).append(value)
-    found = []
-    for first, second in itertools.combinations(values["win_rate"], 2):
-        for measure, of in values.items():
-            means = [{one: float(np.mean(own)) for one, own in of[name].items()} for name in (first, second)]
-            found.append(compare_values(measure, (first, second), (means[0], means[1])))
-    return [one for one in found if one is not None]
+        played.setdefault(game.condition, {}).setdefault(game.participant, []).append(game)
+    found: dict[str, dict[str, dict[str, float]]] = {"win_rate": {}, "restricted_mean_s": {}}
+    for title, of in played.items():
+        for person, own in of.items():
+            lasted = [game.seconds if game.decided else longest for game in own]  # without a winner it would go on
+            for measure, values in zip(found.values(), ([float(game.won) for game in own], lasted), strict=True):
+                measure.setdefault(title, {})[person] = float(np.mean(values))
+    return found
 
 
-def compare_values(
-    measure: str, conditions: tuple[str, str], values: tuple[Mapping[str, float], Mapping[str, float]]
-) -> Comparison | None:
-    """Return two conditions compared by a value of each participant; None if nobody met both."""
-    differences = [values[0][person] - values[1][person] for person in values[0] if person in values[1]]
-    if not differences:
-        return None
-    low, high, p = sign_test(differences)
-    first, second = conditions
-    return Comparison(
-        measure=measure,
-        first=first,
-        second=second,
-        participants=len(differences),
-        difference=float(np.mean(differences)),
-        low=low,
-        high=high,
-        p=p,
-    )
+def compare_pairs(measure: str, values: Values) -> list[Effect]:
+    """Return each pair of conditions compared, with Holm's correction (Scand. J. Statist. 6, 1979).
 
-
-def sign_test(differences: ArrayLike) -> tuple[float, float, float]:
-    """Return the ends of the interval of a mean of n >= 1 differences (n,), and p: the chance of a mean as far from 0.
-
-    A shift d is refused if, of all ways to flip signs, at most 5 % move the mean of the differences less d as far
-    from zero or farther: those that flip a subset whose own mean is at most d, or the rest of one (Hartigan, J. Am.
-    Stat. Assoc. 64, 1969). SciPy's `permutation_test` gives p alone; here the same flips give both.
+    A pair is compared within those who met both, or between people if nobody did.
     """
-    given = np.asarray(differences, np.float64)
-    flips, total = _flips(len(given)), given.sum()
-    sums, counts = flips @ given, flips.sum(axis=1)
-    p = float((np.abs(total - 2.0 * sums) >= abs(total) * (1.0 - 1e-9)).mean())
-    sums, counts = np.concatenate([sums, total - sums]), np.concatenate([counts, len(given) - counts])
-    low, high = (
-        np.sort(np.divide(sums, counts, out=np.full(len(sums), end), where=counts > 0)) for end in (-np.inf, np.inf)
+    found = []
+    for first, second in itertools.combinations(values, 2):
+        of = {"pair": {second: "second", first: "first"}}
+        pair = {title: values[title] for title in (first, second)}
+        between = () if pair[first].keys() & pair[second].keys() else ("pair",)
+        found += [
+            replace(one, kind="pair", effect=f"{first} less {second}")
+            for one in factor_effects(measure, pair, of, between)
+        ]
+    ranked = sorted(range(len(found)), key=lambda which: found[which].p)
+    corrected = itertools.accumulate(
+        (min((len(found) - rank) * found[which].p, 1.0) for rank, which in enumerate(ranked)), max
     )
-    refused = int((1.0 - LEVEL) * len(flips))
-    return float(low[refused]), float(high[-1 - refused]), p
+    of_pair = dict(zip(ranked, corrected, strict=True))
+    return [replace(one, p_holm=of_pair[which]) for which, one in enumerate(found)]
+
+
+def factor_effects(
+    measure: str, values: Values, factors: Mapping[str, Mapping[str, str]], between: Collection[str] = ()
+) -> list[Effect]:
+    """Return the main effects and interactions of crossed factors, each of which has a level for every condition.
+
+    Each participant meets all levels of a factor, or only one if it is `between` people. Participants without a value
+    for one of their conditions are left out; the list is empty if nobody is left in a group.
+    """
+    levels = {name: list(dict.fromkeys(of.values())) for name, of in factors.items()}
+    apart, within = ([name for name in factors if (name in between) is wanted] for wanted in (True, False))
+    title_of = {
+        tuple(factors[name][title] for name in (*apart, *within)): title for title in next(iter(factors.values()))
+    }
+    groups, cells = (list(itertools.product(*(levels[name] for name in names))) for names in (apart, within))
+    rows, members = [], []
+    for person in sorted({person for of in values.values() for person in of}):
+        for place, group in enumerate(groups):
+            own = [values.get(title_of[group + cell], {}).get(person) for cell in cells]
+            if None not in own:
+                rows.append(own)
+                members.append(place)
+    if set(members) != set(range(len(groups))):
+        return []
+    table, member = np.array(rows, np.float64), np.eye(len(groups))[members]
+    found = []
+    for size in range(1, len(factors) + 1):
+        for chosen in itertools.combinations(factors, size):
+            inner, outer = (
+                _contrasts([(len(levels[name]), name in chosen) for name in names]) for names in (within, apart)
+            )
+            weights, shift = outer.T @ (member / member.sum(axis=0)).T, (member @ outer / (outer**2).sum())[:, 0]
+            contrasts, is_between = table @ inner, not set(apart).isdisjoint(chosen)
+            moved = (
+                weights[:, _orders(len(rows))].swapaxes(0, 1) if is_between else weights * _signs(len(rows))[:, None]
+            )
+            difference, low, high, p = _test(moved @ contrasts, moved @ shift)
+            found.append(
+                Effect(
+                    measure=measure,
+                    effect=" x ".join(chosen),
+                    kind="effect",
+                    participants=len(rows),
+                    degrees=inner.shape[1] * outer.shape[1],
+                    difference=difference,
+                    low=low,
+                    high=high,
+                    p=p,
+                )
+            )
+    return found
+
+
+def _contrasts(factors: Sequence[tuple[int, bool]]) -> Array:
+    """Return contrasts (cells, degrees) of crossed factors, each a number of levels and True if its effect is meant.
+
+    Levels of the others are averaged; two levels are subtracted, more have orthonormal contrasts (Helmert).
+    """
+    helmert = require_extra("scipy.linalg", "cli").helmert
+    found = np.ones((1, 1))
+    for count, is_meant in factors:
+        own = np.array([[-1.0], [1.0]]) if count == 2 else helmert(count).T
+        found = np.kron(found, own if is_meant else np.full((count, 1), 1.0 / count))
+    return found
+
+
+def _test(effects: Array, shifted: Array) -> tuple[float | None, float | None, float | None, float]:
+    """Return difference, interval and p of an effect.
+
+    `effects` (K, r, m) are its values in K permutations, of which the first is as measured; `shifted` (K, r) are those
+    of an effect of 1. p counts sums of squares as large. The interval holds a shift d unless at most 5 % of effects,
+    less d times that of 1, are as far from 0 (Hartigan, J. Am. Stat. Assoc. 64, 1969).
+    """
+    size = (effects**2).sum(axis=(1, 2))
+    p = float((size >= size[0] * (1.0 - 2e-9)).mean())
+    if effects[0].size > 1:
+        return None, None, None, p
+    own, one = effects[:, 0, 0], shifted[:, 0]
+    is_open = np.abs(one) > 1.0 - 1e-9
+    one = np.where(is_open, 0.0, one)
+    ends = np.array([(own[0] - own) / (1.0 - one), (own[0] + own) / (1.0 + one)])
+    low, high = np.where(is_open, -np.inf, ends.min(axis=0)), np.where(is_open, np.inf, ends.max(axis=0))
+    refused = int((1.0 - LEVEL) * len(own))
+    return float(own[0]), float(np.sort(low)[refused]), float(np.sort(high)[-1 - refused]), p
 
 
 @functools.lru_cache(maxsize=4)
-def _flips(count: int) -> NDArray[np.float64]:
-    """Return which signs are flipped, a way each row: all ways, or many drawn ones, the first of which flips none."""
-    if count <= _EXACT:
-        return np.array(list(itertools.product((0.0, 1.0), repeat=count)))
-    flips = (np.random.default_rng(0).choice((1.0, -1.0), size=(_DRAWS, count)) < 0.0).astype(np.float64)
-    flips[0] = 0.0
-    return flips
+def _signs(count: int) -> Array:
+    """Return signs (K, count) that flip people's contrasts: all ways, or many drawn ones; the first flips none."""
+    if count <= _EXACT_FLIPS:
+        return np.array(list(itertools.product((1.0, -1.0), repeat=count)))
+    signs = np.random.default_rng(0).choice((1.0, -1.0), size=(_DRAWS, count))
+    signs[0] = 1.0
+    return signs
+
+
+@functools.lru_cache(maxsize=4)
+def _orders(count: int) -> NDArray[np.int64]:
+    """Return orders (K, count) that exchange people: all, or many drawn ones; the first exchanges nobody."""
+    if count <= _EXACT_ORDERS:
+        return np.array(list(itertools.permutations(range(count))))
+    orders = np.random.default_rng(0).permuted(np.tile(np.arange(count), (_DRAWS, 1)), axis=1)
+    orders[0] = np.arange(count)
+    return orders

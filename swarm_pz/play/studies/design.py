@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import math
 import re
 import secrets
 from collections.abc import Iterator
@@ -29,6 +30,7 @@ PERSON = "person"
 """The opponent of a condition in which two participants play each other."""
 _STUDY = 21
 """Sets the seeds of studies apart from those of training and matches."""
+_NO_FACTORS = ("title", "text", "rules", "levels")
 _MOST_TEXT = 200_000
 _MOST_CONDITIONS = 50
 _CODE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
@@ -44,7 +46,8 @@ class Condition(Factors):
 
     Its seat's factors are fields of its own; see `Factors`. Tables call it by its `title`. `opponent` is a policy, or
     "person" for two participants against each other; `side` and `system` are those of the participant's seat; `rules`
-    are fields of `GameConfig` that differ from the study's; `text` is the Markdown file that is read before the block.
+    are fields of `GameConfig` that differ from the study's; `text` is the Markdown file that is read before the block;
+    `levels` has the level of each factor that its fields do not show, such as an instruction.
     """
 
     title: str
@@ -53,11 +56,15 @@ class Condition(Factors):
     system: str = "ergodic"
     rules: dict[str, Any] = field(default_factory=dict)
     text: str = ""
+    levels: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         with _named(f"condition {self.title!r}"):
             super().__post_init__()
             check(bool(self.opponent), "opponent", self.opponent, "a policy")
+            for name, level in self.levels.items():
+                check(name.isidentifier(), "levels", name, "names of letters, digits and _")
+                check_words(level, f"levels: {name}")
         check_words(self.title, "condition: title")
 
     @property
@@ -134,6 +141,8 @@ class Study(Config):
         self._check_codes()
         for condition in self.conditions:
             self._check_condition(condition)
+            named = sorted(self.conditions[0].levels)
+            check(sorted(condition.levels) == named, "levels", condition.levels, f"of every condition, here of {named}")
         for name in self.texts:
             self.text(name)
 
@@ -158,6 +167,47 @@ class Study(Config):
     def is_of_pairs(self) -> bool:
         """True if participants 2k and 2k + 1 play each other, and so have the same order."""
         return any(condition.is_of_two for condition in self.conditions)
+
+    @functools.cached_property
+    def factors(self) -> dict[str, dict[str, str]]:
+        """All that the conditions vary: the level of each condition, by factor and title."""
+        rules = {name for condition in self.conditions for name in _flat(condition.rules)}
+        found: dict[str, dict[str, str]] = {}
+        for condition in self.conditions:
+            game = _flat(condition.game(self.rules).to_dict())
+            fields = {name: value for name, value in condition.to_dict().items() if name not in _NO_FACTORS}
+            fields |= {name: game.get(name) for name in sorted(rules)} | condition.levels
+            for name, value in fields.items():
+                found.setdefault(name, {})[condition.title] = _level(value)
+        return {name: of for name, of in found.items() if len(set(of.values())) > 1}
+
+    @functools.cached_property
+    def crossed(self) -> dict[str, dict[str, str]]:
+        """The factors of a factorial design, in which each combination of levels is one condition; else empty.
+
+        They are those of `levels`, if there are any. A factor that follows from another one, as a helper from its
+        share, is left out.
+        """
+        named = self.conditions[0].levels
+        factors = {name: of for name, of in self.factors.items() if name in named or not named}
+        for name, of in [*factors.items()][::-1]:
+            others = [other for other in factors if other != name]
+            if any(
+                len({*zip(factors[other].values(), of.values(), strict=True)}) == len({*factors[other].values()})
+                for other in others
+            ):
+                del factors[name]
+        count = math.prod(len(set(of.values())) for of in factors.values())
+        cells = {*zip(*(of.values() for of in factors.values()), strict=True)}
+        return factors if count == len(cells) == len(self.conditions) > 1 else {}
+
+    @functools.cached_property
+    def between(self) -> tuple[str, ...]:
+        """The factors of which no participant meets two levels."""
+        orders = [[one.title for one in self.order_of(number)] for number in range(self.participants)]
+        return tuple(
+            name for name, of in self.factors.items() if all(len({of[one] for one in own}) == 1 for own in orders)
+        )
 
     def _check_order(self, titles: list[str]) -> None:
         together = 2 if self.is_of_pairs else 1
@@ -227,6 +277,23 @@ class Study(Config):
         """Return the seed of a block's game, counted from 0: the same in all conditions and for everybody."""
         sequence = np.random.SeedSequence(self.seed, spawn_key=(_STUDY, int(practice), game))
         return int(sequence.generate_state(1, np.uint32)[0])
+
+
+def _flat(plain: dict[str, Any]) -> dict[str, Any]:
+    """Return nested fields in one, as `capture_threshold`."""
+    found: dict[str, Any] = {}
+    for name, value in plain.items():
+        found |= (
+            {f"{name}_{key}": one for key, one in _flat(value).items()} if isinstance(value, dict) else {name: value}
+        )
+    return found
+
+
+def _level(value: Any) -> str:
+    """Return a field's value as the name of a level."""
+    if isinstance(value, tuple | list):
+        return "+".join(map(_level, value)) or "none"
+    return f"{value:g}" if isinstance(value, float) else str(value) or "none"
 
 
 @contextlib.contextmanager

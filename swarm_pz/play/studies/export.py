@@ -2,7 +2,9 @@
 
 ============================  ==========================================================================
 `report.md`                   wins, lengths and scores by condition, compared; with a picture
+`results.csv`                 effects and pairs of conditions, with all digits
 `data/`                       games, commands, captures, forms and participants, as CSV
+`materials/`                  the study's file and its texts
 `dataset_description.json`    a schema.org Dataset, which describes every column
 ============================  ==========================================================================
 """
@@ -10,7 +12,9 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
+import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,8 +22,10 @@ from typing import Any
 
 from swarm_pz.errors import OutputError, require_extra
 from swarm_pz.evaluation.provenance import versions
-from swarm_pz.files import check_folder, explain
+from swarm_pz.files import check_folder, explain, read_text
 from swarm_pz.play.recordings.tables import columns_of, write_table
+from swarm_pz.play.studies.analysis import Effect
+from swarm_pz.play.studies.folder import FILE, FROZEN
 from swarm_pz.play.studies.reading import StudyData, read_study
 from swarm_pz.play.studies.report import markdown, write_report
 from swarm_pz.play.studies.rows import NOTES, TABLES
@@ -51,9 +57,11 @@ def export(
     with _draft_of(out) as draft:
         (draft / "data").mkdir()
         for name, kind in TABLES.items():
-            write_table(data.table(name), kind, draft / "data" / f"description-{name}_data.csv")
+            path = draft / "data" / f"description-{name}_data.csv"
+            write_table(data.table(name), kind, path, data.factor_columns)
         _describe(data, draft)
-        write_report(data, draft, command)
+        _copy_materials(data, folder, draft / "materials")
+        write_table(write_report(data, draft, command), Effect, draft / "results.csv")
     return data
 
 
@@ -71,7 +79,7 @@ def _describe(data: StudyData, folder: Path) -> None:
         "name": title,
         "description": about,
         "keywords": ["swarm-pz", "human-swarm interaction", "drones"],
-        "variableMeasured": _variables(),
+        "variableMeasured": _variables(data),
     }
     text = json.dumps(description, indent=2, ensure_ascii=False) + "\n"
     (folder / "dataset_description.json").write_text(text, encoding="utf-8")
@@ -80,7 +88,22 @@ def _describe(data: StudyData, folder: Path) -> None:
     (folder / "README.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
 
 
-def _variables() -> list[dict[str, Any]]:
+def _copy_materials(data: StudyData, folder: Path, goal: Path) -> None:
+    """Copy the study's file and texts; codes, which open sessions, are left out."""
+    for name in (FILE, *data.study.texts):
+        copy, text = goal / name, read_text(folder / FROZEN / name)
+        if name == FILE:
+            text = re.sub(r"^codes\s*=\s*\[[^\]]*\]", "# codes are left out", text, flags=re.MULTILINE)
+            if tomllib.loads(text).get("codes"):
+                data.faults.append(
+                    f"{name} is not published: expected its codes as `codes = [...]` on lines of their own"
+                )
+                continue
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_text(text, encoding="utf-8")
+
+
+def _variables(data: StudyData) -> list[dict[str, Any]]:
     """Return all columns, each once: what it is in each of its tables, and its unit."""
     found: dict[str, dict[str, Any]] = {}
     for name, kind in TABLES.items():
@@ -88,6 +111,10 @@ def _variables() -> list[dict[str, Any]]:
             known = found.setdefault(column, {"@type": "PropertyValue", "name": column, "description": ""})
             known["description"] += f"{'; ' if known['description'] else ''}in {name}: {meaning['about']}"
             known |= {"unitText": meaning["unit"]} if meaning["unit"] else {}
+    for column in data.factor_columns:
+        about = f"level of {column.removeprefix('factor_')} in the condition"
+        unit = {"unitText": "ms"} if column.endswith("_ms") else {"unitText": "s"} if column.endswith("_s") else {}
+        found[column] = {"@type": "PropertyValue", "name": column, "description": about, **unit}
     return list(found.values())
 
 

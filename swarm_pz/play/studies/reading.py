@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step, read_lines, steps_of
 from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
 
-_OF_LINE = ("system", "opponent", "side", "seed", "outcome", "seconds", "at", "recording")
+_OF_LINE = ("system", "opponent", "side", "seed", "outcome", "seconds", "recording")
 """Columns of a game from its participant's line."""
 
 
@@ -46,6 +47,24 @@ class StudyData:
     def table(self, name: str) -> list[Row]:
         """Return the rows of a table."""
         return list(getattr(self, name))
+
+    @property
+    def factor_columns(self) -> dict[str, Callable[[Row], str]]:
+        """Columns with a row's level of each factor; empty if the row is of several levels."""
+        orders = {
+            one.participant: [condition.title for condition in self.study.order_of(one.number)]
+            for one in self.participants
+        }
+
+        def column(of: Mapping[str, str]) -> Callable[[Row], str]:
+            def level(row: Row) -> str:
+                title = getattr(row, "condition", "")
+                found = {of[one] for one in ([title] if title else orders[row.participant])}
+                return found.pop() if len(found) == 1 else ""
+
+            return level
+
+        return {f"factor_{name}": column(of) for name, of in self.study.factors.items()}
 
 
 def read_study(folder: Path, progress: Callable[[float, float], None] | None = None) -> StudyData:
@@ -92,6 +111,7 @@ class _Person:
         self.done = {str(line["step"]): line for line in lines}
         self.is_alone = folder.is_alone(number)
         self.steps = steps_of(data.study, number, self.done, is_alone=self.is_alone)
+        self.began = min((line["at"] for line in lines if "at" in line), default=0.0)
 
     def read(self) -> None:
         known = {step.id for step in self.steps}
@@ -109,9 +129,14 @@ class _Person:
                 order=" > ".join(condition.title for condition in self.data.study.order_of(self.number)),
                 withdrawn=self.number in self.folder.withdrawn,
                 finished=len(steps) == len(self.steps),
-                consent_at=self.done.get("consent", {}).get("at"),
+                consent_day=_day(self.done.get("consent", {}).get("at")),
             )
         )
+
+    def _after(self, step: str) -> float | None:
+        """Return the time at which a step was done, after the first one: a time of day would tell who was here."""
+        at = self.done[step].get("at")
+        return None if at is None else float(round(at - self.began))
 
     def _fault(self, step: str, fault: object, colon: str = ":") -> None:
         self.data.faults.append(f"{self.who}: {step}{colon} {fault}")
@@ -133,8 +158,8 @@ class _Person:
     def _game(self, step: Step) -> None:
         condition = step.played
         line = {name: getattr(condition, name) for name in ("system", "opponent", "side")}
-        line |= {"seed": None, "outcome": "", "seconds": 0.0, "at": None, "recording": ""} | self.done[step.id]
-        columns: dict[str, Any] = {name: line[name] for name in _OF_LINE}
+        line |= {"seed": None, "outcome": "", "seconds": 0.0, "recording": ""} | self.done[step.id]
+        columns: dict[str, Any] = {name: line[name] for name in _OF_LINE} | {"after_s": self._after(step.id)}
         own = TEAM_NAMES.index(line["side"])
         recording = self._recording(step, line["recording"])
         if recording is not None:
@@ -235,9 +260,14 @@ class _Person:
                     question=words,
                     answer=None if answer is None else str(answer),
                     value=float(answer) if isinstance(answer, int | float) else None,
-                    at=line.get("at"),
+                    after_s=self._after(step.id),
                 )
             )
+
+
+def _day(at: float | None) -> str:
+    """Return the day of a time in UTC."""
+    return "" if at is None else datetime.datetime.fromtimestamp(at, datetime.UTC).date().isoformat()
 
 
 def _of_recording(seat: SeatRow | None) -> dict[str, Any]:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.survival import survival_curve
-from swarm_pz.play.studies.analysis import Comparison, ConditionRow, compare, compare_values, conditions
+from swarm_pz.play.studies.analysis import ConditionRow, Effect, compare_pairs, conditions, factor_effects, values_of
 from swarm_pz.play.studies.reading import StudyData
 from swarm_pz.play.studies.rows import GameRow
 
@@ -32,9 +30,14 @@ def markdown(text: str) -> str:
     return re.sub(r"([\\`*_{}\[\]<>#|!~&])", r"\\\1", " ".join(text.split()))
 
 
-def signed(value: float, scale: float) -> str:
+def signed(value: float | None, scale: float) -> str:
     """Return a difference, or an end of its interval, as the report shows it."""
-    return f"{scale * value:+.1f}" if math.isfinite(value) else "any"
+    return "" if value is None else f"{scale * value:+.1f}" if math.isfinite(value) else "any"
+
+
+def chance(p: float) -> str:
+    """Return a p as the report shows it."""
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
 @functools.cache
@@ -48,7 +51,7 @@ def _template() -> Any:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    found.filters |= {"markdown": markdown, "signed": signed}
+    found.filters |= {"markdown": markdown, "signed": signed, "chance": chance}
     return found.get_template("report.md.jinja")
 
 
@@ -63,34 +66,27 @@ def counted_games(data: StudyData) -> list[GameRow]:
     return sorted(games, key=lambda game: places.index(game.condition))
 
 
-@dataclass(frozen=True)
-class ScoreRow:
-    """A score of a form that was asked after blocks: its mean by condition, and these compared."""
-
-    score: str
-    means: dict[str, float]
-    pairs: list[Comparison]
-
-
-def compare_scores(data: StudyData) -> list[ScoreRow]:
-    """Return all scores of forms that were asked after blocks."""
-    values: dict[str, dict[str, dict[str, float]]] = {}
-    for row in data.forms:
-        if row.kind == "score" and row.condition and row.value is not None:
-            values.setdefault(row.item, {}).setdefault(row.condition, {})[row.participant] = row.value
-    found = []
-    for score, of in values.items():
-        names = [one.title for one in data.study.conditions if one.title in of]
-        means = {name: math.fsum(of[name].values()) / len(of[name]) for name in names}
-        pairs = [compare_values(score, pair, (of[pair[0]], of[pair[1]])) for pair in itertools.combinations(names, 2)]
-        found.append(ScoreRow(score, means, [pair for pair in pairs if pair is not None]))
+def values_of_scores(data: StudyData) -> dict[str, dict[str, dict[str, float]]]:
+    """Return each participant's scores under each condition, by score: those of forms that were asked after blocks."""
+    counted = {one.participant for one in data.remaining}
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for condition in data.study.conditions:
+        for row in data.forms:
+            is_own = (row.kind, row.condition) == ("score", condition.title) and row.participant in counted
+            if is_own and row.value is not None:
+                found.setdefault(row.item, {}).setdefault(row.condition, {})[row.participant] = row.value
     return found
 
 
-def write_report(data: StudyData, folder: Path, command: str = "") -> list[Comparison]:
-    """Write `report.md` and its picture into a folder, and return what was compared."""
-    games, scores = counted_games(data), compare_scores(data)
-    rows, comparisons, pairs = conditions(games), compare(games), [pair for row in scores for pair in row.pairs]
+def write_report(data: StudyData, folder: Path, command: str = "") -> list[Effect]:
+    """Write `report.md` and its picture into a folder, and return all that was compared."""
+    games, scores = counted_games(data), values_of_scores(data)
+    rows, measures = conditions(games), values_of(games) | scores
+    effects: list[Effect] = []
+    if len(data.study.conditions) > 2 and data.study.crossed:
+        for measure, values in measures.items():
+            effects += factor_effects(measure, values, data.study.crossed, data.study.between)
+    pairs = [pair for measure, values in measures.items() for pair in compare_pairs(measure, values)]
     if games:
         _draw(games, rows, folder / PICTURE)
     reasons = Counter(game.left_out for game in data.games if game.left_out and not game.practice)
@@ -105,12 +101,15 @@ def write_report(data: StudyData, folder: Path, command: str = "") -> list[Compa
         conditions=rows,
         picture=PICTURE,
         measures=_MEASURES,
-        comparisons=comparisons,
-        scores=scores,
+        effects=effects,
         pairs=pairs,
+        means={
+            score: {name: math.fsum(of.values()) / len(of) for name, of in values.items()}
+            for score, values in scores.items()
+        },
     )
     (folder / "report.md").write_text(text, encoding="utf-8")
-    return comparisons + pairs
+    return effects + pairs
 
 
 def _draw(games: Sequence[GameRow], rows: Sequence[ConditionRow], path: Path) -> None:

@@ -21,7 +21,7 @@ class ParticipantRow:
     order: str = column("titles of the conditions in the order in which they were met, with > between them")
     withdrawn: bool = column("whether the participant withdrew: then nothing else is known of them")
     finished: bool = column("whether all steps of the study are done")
-    consent_at: float | None = column("when it was agreed to, on the server's clock", "s since 1970-01-01 UTC")
+    consent_day: str = column("day on which it was agreed to, in UTC; the study's folder has the time")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +43,7 @@ class GameRow:
     decided: bool = column("whether anybody won; else the length is a lower bound (censored)")
     seconds: float = column("length of the game", "s of game")
     speed: float | None = None
-    at: float | None = column("when it was over, on the server's clock", "s since 1970-01-01 UTC")
+    after_s: float | None = column("when it was over, after the participant's first step", "s")
     recording: str = column("file of the recording, in the study's folder")
     left_out: str = column(
         "why a summary of recordings would leave the game out (left, no command, forfeit, ...), or partner withdrew: "
@@ -125,7 +125,7 @@ class FormRow:
     question: str = column("the question's words")
     answer: str | None = column("the answer as text; empty if it was left out")
     value: float | None = column("the answer or score as a number; empty if it is none")
-    at: float | None = column("when the form was handed in, on the server's clock", "s since 1970-01-01 UTC")
+    after_s: float | None = column("when the form was handed in, after the participant's first step", "s")
 
 
 Row = ParticipantRow | GameRow | CommandRow | CaptureRow | FormRow
@@ -137,5 +137,9 @@ TABLES: dict[str, type[Row]] = {
     "participants": ParticipantRow,
 }
 """Kinds of rows, by the name of their table."""
-NOTES = NOTES_OF_TABLES | {"time": "A tick is 1/30 s of game."}
+NOTES = NOTES_OF_TABLES | {
+    "time": "A tick is 1/30 s of game.",
+    "factors": "Columns factor_... have the levels of what the conditions vary; empty where a row is of several.",
+    "materials": "`materials` has the study's file and its texts, without the codes.",
+}
 """Notes for all tables."""

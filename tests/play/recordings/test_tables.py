@@ -12,6 +12,7 @@ import pytest
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import RecordingError
+from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import (
     SIDES,
@@ -30,7 +31,11 @@ from tests.play.recordings.games import BEGAN_MS, record
 from tests.play.recordings.games import header as header_of
 
 CONFIG = TableConfig(
-    game=GameConfig(drones_per_team=(5, 3), time_limit=60.0), min_command_interval=0.25, mapping="paper", speed=2.0
+    game=GameConfig(drones_per_team=(5, 3), time_limit=60.0),
+    min_command_interval=0.25,
+    mapping="paper",
+    speed=2.0,
+    factors=(Factors(command_delay_ms=300.0, hide=("opponents", "trails")), Factors(share=0.5, helper="ring")),
 )
 
 
@@ -93,7 +98,7 @@ def test_a_row_holds_what_its_seat_did():
     both |= {"config_hash": CONFIG.hash, "rules_hash": CONFIG.game.rules_hash, "lesson": False, "ended_by": "left"}
     both |= {"left_out": "left", "min_command_interval": 0.25, "speed": 2.0, "drones": 8}
     both |= {"time_limit": 60.0, "seconds": 20.0, "system": "ergodic", "opponent_system": "ergodic"}
-    both |= {"automatic_commands": 0}
+    both |= {"automatic_commands": 0, "display_delay_ms": 0.0, "frame_rate": 30}
     red = both | {
         "side": "red",
         "kind": "person",
@@ -101,6 +106,10 @@ def test_a_row_holds_what_its_seat_did():
         "opponent_kind": "policy",
         "opponent": "ring",
         "start_size": 5,
+        "command_delay_ms": 300.0,
+        "hide": "opponents+trails",
+        "share": 0.0,
+        "helper": "",
         "outcome": "loss",
         "final_share": 0.5,
         "commands": 4,
@@ -119,6 +128,10 @@ def test_a_row_holds_what_its_seat_did():
         "opponent_kind": "person",
         "opponent": "P1",
         "start_size": 3,
+        "command_delay_ms": 0.0,
+        "hide": "",
+        "share": 0.5,
+        "helper": "ring",
         "outcome": "win",
         "final_share": 0.5,
         "commands": 1,

@@ -196,7 +196,10 @@ test("a seat is shown less, later and more seldom, and commands later, as an exp
   assert.ok(visitor.frames.every(({ positions, teams, fields }) => !fields && teams.every((team, i) => team === 0 || Number.isNaN(positions[2 * i]))));
   assert.deepEqual([visitor.targets, visitor.last("in_force").tick >= 15], [[], true]);
   assert.deepEqual(visitor.last("seated").factors.hide, factors.red.hide);
-  await visitor.keep(visitor.last("room").recording);
+  const { recording } = visitor.last("room");
+  await visitor.keep(recording);
+  const row = rowOf(recording, await visitor.table.answer(`recordings/${recording}`), "red");
+  assert.deepEqual([row.hide, row.frame_rate, row.command_delay_ms, row.share], ["opponents+ground+target", 10, 500, 0], "an experiment's row has them");
   const wrong = new Visitor(undefined, { factors: { red: { delay: 1 } } });
   await wrong.begin();
   assert.match(wrong.all("refused")[0].reason, /there is no delay; known are command_delay_ms/);

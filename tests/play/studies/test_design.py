@@ -63,6 +63,35 @@ def test_two_who_meet_go_the_same_way(tmp_path):
         study.replace(order=(("late",),), participants=3, codes=())
 
 
+def conditions(*rows):
+    return tuple(Condition(title=f"c{number}", **fields) for number, fields in enumerate(rows))
+
+
+def test_whatever_conditions_vary_is_a_factor_and_all_combinations_make_a_factorial_design():
+    late, helped = {"command_delay_ms": 300.0}, {"share": 0.5, "helper": "ring"}
+    study = Study(title="t", participants=4, conditions=conditions({}, late, helped, late | helped))
+    assert list(study.factors) == ["command_delay_ms", "share", "helper"] and list(study.crossed) == [
+        "command_delay_ms",
+        "share",
+    ], "the helper follows from its share"
+    assert study.crossed["command_delay_ms"] == {"c0": "0", "c1": "300", "c2": "0", "c3": "300"}
+    assert study.between == () and study.replace(order=(("c0", "c1"), ("c3", "c2"))).between == ("share", "helper")
+    assert Study(title="t", participants=6, conditions=conditions({}, late, helped)).crossed == {}, (
+        "one cell is missing"
+    )
+    nested = {"rules": {"capture": {"threshold": 0.5}}, "hide": ("opponents", "trails")}
+    study = Study(title="t", participants=2, conditions=conditions({}, nested))
+    assert {name: of["c1"] for name, of in study.factors.items()} == {
+        "hide": "opponents+trails",
+        "capture_threshold": "0.5",
+    }
+    told = [{"levels": {"advice": word}} | more for word, more in (("no", late), ("yes", {}))]
+    study = Study(title="t", participants=2, conditions=conditions(*told))
+    assert list(study.factors) == ["command_delay_ms", "advice"] and list(study.crossed) == ["advice"]
+    with pytest.raises(ConfigError, match="levels must be of every condition"):
+        study.replace(conditions=conditions(told[0], {}))
+
+
 MANY = "".join(f'[[conditions]]\ntitle = "{n}"\n' for n in range(51))
 
 

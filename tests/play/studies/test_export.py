@@ -1,6 +1,7 @@
 """The export of a study: a Psych-DS data set with a report; whole or not at all."""
 
 import csv
+import datetime
 import html
 import io
 import json
@@ -17,7 +18,8 @@ from swarm_pz.errors import ConfigError, MissingExtraError, OutputError, Recordi
 from swarm_pz.play.protocol import CapturedMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.studies import export as module
-from swarm_pz.play.studies.analysis import compare, conditions
+from swarm_pz.play.studies.analysis import conditions
+from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.export import export
 from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games, markdown, write_report
@@ -109,8 +111,11 @@ def test_tables_hold_a_row_for_each_thing_that_happened(ran, out):
     first, second = table(out, "participants")
     assert (first["participant"], first["number"], first["order"]) == ("P01", "0", "drawing > late")
     assert (first["finished"], second["finished"]) == ("true", "false")
-    consent = lines_of(ran / "participants" / "P01.jsonl")[1]
-    assert float(first["consent_at"]) == pytest.approx(consent["at"], abs=1e-6), "a board asks who agreed, and when"
+    lines = lines_of(ran / "participants" / "P01.jsonl")[1:]
+    day = datetime.datetime.fromtimestamp(lines[0]["at"], datetime.UTC).date().isoformat()
+    assert first["consent_day"] == day, "a board asks who agreed, and when"
+    told = {line["step"]: round(line["at"] - lines[0]["at"]) for line in lines}
+    assert all(float(game["after_s"]) == told[game["step"]] for game in games if game["participant"] == "P01")
 
 
 def test_forms_hold_answers_and_scores(out):
@@ -120,6 +125,48 @@ def test_forms_hold_answers_and_scores(out):
     age, words = forms["P01", "start.form.background", "age"], forms["P01", "start.form.background", "words"]
     assert (age["value"], age["block"], age["condition"], age["question"]) == ("40.0", "", "", "Your age?")
     assert words["answer"] == f"'{written}", "no spreadsheet's formula"
+
+
+def test_whatever_conditions_vary_is_a_column_of_every_table(out):
+    levels = {
+        "drawing": {
+            "command_delay_ms": "0",
+            "display_delay_ms": "0",
+            "side": "red",
+            "speed": "1",
+            "drones_per_team": "3",
+        },
+        "late": {
+            "command_delay_ms": "300",
+            "display_delay_ms": "100",
+            "side": "blue",
+            "speed": "2",
+            "drones_per_team": "4+3",
+        },
+    }
+    for name in TABLES:
+        for row in table(out, name):
+            found = {key.removeprefix("factor_"): value for key, value in row.items() if key.startswith("factor_")}
+            assert found == levels.get(row.get("condition"), dict.fromkeys(levels["late"], ""))
+
+
+def test_what_was_asked_of_participants_is_published_without_their_codes(tmp_path):
+    codes = "codes = [\n  'aa',  # Ann\n  'bb', 'cc', 'dd',\n]"
+    for text in (
+        PLAIN.replace("games = 2", f"games = 2\n{codes}"),
+        PLAIN.replace("games = 2", f'games = 2\n"{codes[:5]}"{codes[5:]}'),
+    ):
+        with begun(tmp_path / "in", text) as folder:
+            walk(folder, 0, until="block1.practice1")
+        found = export(tmp_path / "in" / "data", tmp_path / "out", overwrite=True)
+        assert (tmp_path / "out" / "materials" / "consent.md").read_text() == "# Will you?"
+        file = tmp_path / "out" / "materials" / "study.toml"
+        if found.faults:
+            assert "codes" in found.faults[0] and not file.exists()
+        else:
+            assert Study.read(file).title == "Two interfaces" and "'aa'" not in file.read_text()
+        shutil.rmtree(tmp_path / "in")
+    assert found.faults, "of a file that hides them"
 
 
 def test_the_pages_snippets_read_it(out, capsys):
@@ -159,11 +206,12 @@ def test_the_report_tells_what_was_found_in_percent_and_seconds(ran, out, tmp_pa
     for row, start in zip(conditions(games), ("| drawing | 1 | 2 ", "| late | 2 | 4 "), strict=True):
         assert row.low < row.high
         assert f"{start}| {100 * row.win_rate:.0f} % | {100 * row.low:.0f} to {100 * row.high:.0f} %" in text
-    won, lasted = compare(games)
-    assert f"| share won | drawing less late | 1 | {100 * won.difference:+.1f} % | any: too few" in text
-    assert f"| mean length | drawing less late | 1 | {lasted.difference:+.1f} s |" in text
+    with (out / "results.csv").open(newline="") as file:
+        won, lasted, score = csv.DictReader(file)
+    assert f"| share won | drawing less late | 1 | {100 * float(won['difference']):+.1f} % | any: too few" in text
+    assert f"| mean length | drawing less late | 1 | {float(lasted['difference']):+.1f} s |" in text
     assert "- `sus`: drawing 75.0, late 75.0" in text and "| `sus` | drawing less late | 1 |" in text
-    assert "3 comparisons" in text and "swarm-pz study export ran" in text
+    assert score["difference"] == "0.0" and "0 effects and 3 pairs" in text and "swarm-pz study export ran" in text
     assert (out / "comparison.png").read_bytes().startswith(b"\x89PNG")
     many = [
         replace(game, participant=f"P{number}", won=(game.condition == "late") == (number > 0))
@@ -171,7 +219,9 @@ def test_the_report_tells_what_was_found_in_percent_and_seconds(ran, out, tmp_pa
         for game in games
     ]
     won, *_ = write_report(replace(data, games=many), tmp_path)
-    assert f"| {100 * won.low:+.1f} to {100 * won.high:+.1f} % | 0.070 |" in (tmp_path / "report.md").read_text()
+    assert (
+        f"| {100 * won.low:+.1f} to {100 * won.high:+.1f} % | 0.070 | 0.070 |" in (tmp_path / "report.md").read_text()
+    )
 
 
 @pytest.mark.parametrize("sign", ["<b>a</b>", "[a](b)", "a|b", "*a*", "`a`", "&amp;", "# a", "![a](b)", "a_b_"])
