@@ -138,9 +138,19 @@ class Invite(Message, tag="invite"):
 
 
 class Ready(Message, tag="ready"):
-    """Set ready, also for the next game, and for two policies that one watches; False stops a countdown."""
+    """Set ready, also for the next game, and for two policies that one watches; False stops a countdown.
+
+    A `label` replaces that of the seat.
+    """
 
     ready: bool = True
+    label: Label | None = None
+
+
+class Pause(Message, tag="pause"):
+    """Stop a game against a policy, or let it go on."""
+
+    paused: bool = True
 
 
 class StrokeMessage(Message):
@@ -231,7 +241,7 @@ class Leave(Message, tag="leave"):
 
 
 ClientMessage = (
-    Hello | Create | Join | Invite | Ready | CommandMessage | Rules | Acknowledge | Ping | Visibility | Leave
+    Hello | Create | Join | Invite | Ready | Pause | CommandMessage | Rules | Acknowledge | Ping | Visibility | Leave
 )  # fmt: skip
 
 # --- from the server ------------------------------------------------------------------------------
@@ -365,6 +375,9 @@ class RoomState(Message, tag="room"):
     forfeit: str = ""
     """The fault of a control system by which its side lost."""
     once: bool = False
+    paused: bool = False
+    wins: tuple[int, int] = (0, 0)
+    """Games that the players of red and blue have won against each other here; after a game two people change sides."""
 
 
 class Received(Message, tag="received"):

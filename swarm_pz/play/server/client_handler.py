@@ -136,7 +136,9 @@ class ClientHandler:
             case protocol.Invite():
                 self._invite(message)
             case protocol.Ready():
-                self._in_room().ready(connection, message.ready)
+                self._in_room().ready(connection, message.ready, message.label)
+            case protocol.Pause():
+                self._in_room().pause(connection, message.paused)
             case protocol.CommandMessage():
                 self._give_command(message)
             case protocol.Rules():

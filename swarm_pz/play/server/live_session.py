@@ -103,6 +103,7 @@ class LiveSession:
     - `starts_ms`: end of the countdown, on the server's clock.
     - `forfeit`: failure of a control system, by which its side lost; empty if none failed.
     - `ended`: nothing comes after this.
+    - `is_paused`: its player has stopped the clock.
     """
 
     def __init__(
@@ -150,7 +151,7 @@ class LiveSession:
         self._seeds = [np.random.SeedSequence(seed, spawn_key=(team,)) for team in range(2)]
         self._numbers = [itertools.count(1), itertools.count(1)]
         self._sequence = 0
-        self.ended = False
+        self.ended = self.is_paused = False
         self.log.frame(self._frame())
         self._clock = asyncio.create_task(self._run())
 
@@ -248,7 +249,7 @@ class LiveSession:
     async def _play(self) -> None:
         clock = GameClock(self.config.speed)
         while not self.game.over:
-            while self._hosted is None and not self._audience.connections:  # nobody sees it
+            while self.is_paused or (self._hosted is None and not self._audience.connections):  # nobody sees it
                 await asyncio.sleep(HELD_S)
                 clock = GameClock(self.config.speed)
             for _ in range(await clock.due()):

@@ -58,6 +58,8 @@ class Room:
         self._called_off_at = -PAUSE_S
         self._is_called_for = False
         """A watcher wants two policies to begin."""
+        self._is_rematch = self._is_swapped = False
+        """The same two people play again; they have changed sides for the game that counts down."""
 
     # --- state ------------------------------------------------------------------------------------
 
@@ -111,6 +113,8 @@ class Room:
             ended_by=self.ended_by if outcome is not None else None,
             once=self.plan.once,
             forfeit=session.forfeit if session is not None and outcome is not None else "",
+            paused=session is not None and session.is_paused and self.is_on,
+            wins=(self.seats[0].wins, self.seats[1].wins),
         )
 
     def _note(self, seat: Seat, event: SeatEvent) -> None:
@@ -137,6 +141,7 @@ class Room:
             raise RefusedError("out_of_turn", "leave the seat that you have first")
         seat.check_side()
         self.audience.watchers.discard(connection)
+        self._is_rematch, self.seats[0].wins, self.seats[1].wins = False, 0, 0
         seat.take(connection.kind, label)
         seat.help(self._policy_changed)
         self._enter(seat, connection)
@@ -217,8 +222,10 @@ class Room:
         self.audience.watchers.discard(connection)
         if (seat := self._held_by(connection)) is not None:
             self._note(seat, "disconnected")
-            self._call_off()
             let_go(seat)
+            self._call_off()
+            if self.session is not None:
+                self.session.is_paused = False
         self._changed()
 
     def free_absent(self) -> None:
@@ -267,7 +274,7 @@ class Room:
     def _is_of_policies(self) -> bool:
         return all(seat.kind == "policy" for seat in self._taking_part)
 
-    def ready(self, connection: Connection, ready: bool) -> None:
+    def ready(self, connection: Connection, ready: bool, label: str | None = None) -> None:
         """Mark a seat as ready; the game begins when both can play. Anybody here may begin one of two policies."""
         if self.plan.once and self.outcome is not None:
             raise RefusedError("out_of_turn", "one game is played here, and it is over")
@@ -283,10 +290,19 @@ class Room:
         if own is None:
             self._is_called_for = ready
         else:
-            own.ready = ready
+            own.ready, own.label = ready, own.label if label is None else label
         if not ready:
             self._call_off()
         self._begin_if_ready()
+
+    def pause(self, connection: Connection, paused: bool) -> None:
+        """Stop the game of a player against a policy, or let it go on."""
+        own = self.seat_of(connection)
+        if self.plan.once or self.seats[1 - own.team].kind in ("person", "program"):
+            raise RefusedError("out_of_turn", "only a game against a policy can be paused")
+        if self.session is not None and self.is_on:
+            self.session.is_paused = paused
+            self._changed()
 
     def _begin_if_ready(self) -> None:
         """Begin to count down if everybody can play; send the room's state."""
@@ -303,7 +319,14 @@ class Room:
         except RefusedError as error:
             self.audience.notice(str(error))
 
+    def _change_sides(self) -> None:
+        """Let two people who play again change sides, or change back."""
+        self.seats[0].swap(self.seats[1])
+        self._is_swapped = not self._is_swapped
+
     def _begin(self) -> None:
+        if self._is_rematch and all(seat.kind == "person" for seat in self.seats):
+            self._change_sides()
         if self.plan.seed is None:  # it stays when the countdown is called off
             self.plan = replace(self.plan, seed=secrets.randbelow(2**32))
         try:
@@ -319,6 +342,8 @@ class Room:
             )
         except Exception as error:  # of a control system of another package, perhaps
             log.exception("a game did not begin")
+            if self._is_swapped:
+                self._change_sides()
             reason = str(error) if isinstance(error, SwarmError) else "the server could not do that"
             raise RefusedError("not_valid", f"the game cannot begin: {reason}") from error
         self._before = self.session, self.outcome
@@ -345,6 +370,7 @@ class Room:
 
     def _began(self) -> None:
         self._before = None, None
+        self._is_swapped = False
         self._games += 1
         self.plan = replace(self.plan, seed=None)
         self._is_called_for = False
@@ -360,10 +386,14 @@ class Room:
             self.session, self.outcome = self._before
             self._called_off_at = time.monotonic()
             self._is_called_for = False
+            if self._is_swapped:
+                self._change_sides()
 
     def _over(self, outcome: Outcome, ended_by: EndedBy) -> None:
         self.outcome, self.ended_by = outcome, ended_by
+        self._is_rematch = self.plan.hosted is None and not self.plan.config.varies
         for seat in self.seats:
+            seat.wins += outcome == seat.side
             if seat.responses is not None:
                 seat.responses.rest()
             if seat.gone:

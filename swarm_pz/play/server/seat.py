@@ -36,6 +36,7 @@ class Seat:
     - `takes_part`: it has drones in this room.
     - `factors`: what an experimenter varies at it.
     - `helper`: the policy that makes a share of its player's commands; empty without one.
+    - `wins`: games that its player has won here against the other one.
     """
 
     team: int
@@ -54,6 +55,7 @@ class Seat:
     target: bytes = b""
     loaded: SeatPolicy | None = None
     responses: Responses | None = None
+    wins: int = 0
     _numbers: itertools.count[int] = field(default_factory=itertools.count, compare=False)
 
     def __post_init__(self) -> None:
@@ -95,7 +97,18 @@ class Seat:
         self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
         self.drop_responses()
         self.part()
-        self.gone, self.loaded = False, None
+        self.gone, self.loaded, self.wins = False, None, 0
+
+    def swap(self, other: Seat) -> None:
+        """Exchange players with another seat; they get its side, and keep their tokens."""
+        for name in ("label", "token", "ready", "connection", "away_since", "wins"):
+            own, its = getattr(self, name), getattr(other, name)
+            setattr(self, name, its)
+            setattr(other, name, own)
+        for seat in (self, other):
+            seat.drop_responses()
+            if seat.connection is not None:
+                seat.meet(seat.connection)
 
     # --- its policies -----------------------------------------------------------------------------
 

@@ -48,15 +48,25 @@ export class Cover {
     requestAnimationFrame(() => { byId("cover-text").textContent = text; }); // said once it is shown
   }
 
-  // Offer the next opponent after a game that was won.
+  // Offer the next opponent after a game that was won against another, or tell if somebody wants to play again.
   offerNext(isOffered) {
-    const { next, streak } = progress(this.opponents);
-    const isWon = isOffered && this.room.outcome === SIDES[this.seat] && this.room[this.other].name !== next;
+    const { next, streak } = progress(this.opponents), isPolicy = isOffered && this.room[this.other].kind === "policy";
+    const isWon = isPolicy && this.room.outcome === SIDES[this.seat] && this.room[this.other].name !== next;
     this.next = next;
     byId("next-game").hidden = !isWon || !next;
     byId("next-game").textContent = `Next: ${called(next ?? "")}`;
     byId("ready").classList.toggle("primary", byId("next-game").hidden);
-    byId("streak").textContent = isWon ? inARow(streak) : "";
+    say("streak", isWon ? inARow(streak) : isOffered && !isPolicy ? this.again() : "");
+  }
+
+  // The score between two people, and which of them want to play again.
+  again() {
+    const own = this.room[SIDES[this.seat]], other = this.room[this.other], name = other.label || "Your opponent";
+    if (this.room.settings[this.other] === 0) return "";
+    if (other.kind === "free") return "Your opponent has left. Send somebody the link to the free seat.";
+    const wins = this.room.wins[this.seat], lost = this.room.wins[1 - this.seat], score = wins + lost ? `${`You ${wins} : ${lost} ${other.label}`.trim()}. ` : "";
+    if (own.ready) return `${score}You want to play again, and wait for the other player.`;
+    return score + (!other.connected ? `${name} is away.` : other.ready ? `${name} wants to play again.` : "In the next game you change sides.");
   }
 
   get other() { return SIDES[1 - this.seat]; }

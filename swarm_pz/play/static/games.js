@@ -1,7 +1,7 @@
 // Recorded games: links with players and results.
 
 import { make } from "./elements.js";
-import { called, clock, TICKS } from "./words.js";
+import { clock, playerOf, TICKS } from "./words.js";
 
 const NAME = /^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)Z-([A-Z0-9]+)-(\d+)/;
 
@@ -19,9 +19,7 @@ export async function listGames(table, list) {
 }
 
 function players({ red, blue }) {
-  if (!red || !blue) return "";
-  const name = ({ kind, policy, label }) => (kind === "free" ? "nobody" : policy ? called(policy) : label || kind);
-  return `${name(red)} (red) against ${name(blue)} (blue)`;
+  return red && blue ? `${playerOf(red)} (red) against ${playerOf(blue)} (blue)` : "";
 }
 
 function ending({ outcome, ended_by: by, seconds, sizes }) {

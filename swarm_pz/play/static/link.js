@@ -40,7 +40,7 @@ export class Link extends EventTarget {
 
   set seat(seat) {
     keep("seat", seat, "session");
-    keep("seat", seat);
+    if (this.table === SERVER) keep("seat", seat); // else it ends with its page
   }
 
   // The server's clock; NaN before its first answer.
@@ -90,6 +90,9 @@ export class Link extends EventTarget {
         break;
       case "pong": this.setClock(message); break;
       case "seated": this.seat = { room: message.room, token: message.token, seat: message.seat }; break;
+      case "room": // the seat of a game that is over is kept for this window alone
+        if (this.table === SERVER && message.code === this.seat?.room) keep("seat", message.phase === "over" ? null : this.seat);
+        break;
       case "displaced":
         this.quiet = true;
         this.socket.close();

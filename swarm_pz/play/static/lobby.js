@@ -32,7 +32,7 @@ export class Lobby {
   }
 
   show(welcome) {
-    const seat = welcome?.guests === false ? null : this.link.lastSeat; // without a server seats end with their page
+    const seat = this.link.lastSeat;
     byId("return").hidden = !seat;
     if (seat) byId("return").textContent = `Return to your seat in room ${seat.room}`;
     byId("quick").classList.toggle("primary", !seat);

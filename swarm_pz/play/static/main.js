@@ -164,7 +164,7 @@ function refused({ about, code, reason }) {
   if (lostSeat && (STUDY || !embed)) link.seat = null;
   if (lostSeat && STUDY) return goOn(code === "unknown" ? "" : reason); // the study gives a new seat
   if (embed) embed.refused({ about, reason });
-  else if (lostSeat) return show(); // to look on, if its room is still there
+  else if (lostSeat) return welcomed.guests ? show() : giveUp(reason); // to look on, if its room is still there
   else if (!table.room && name !== "") {
     wantsSeat = "";
     table.lesson.stop();

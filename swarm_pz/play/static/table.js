@@ -10,7 +10,7 @@ import { Sound } from "./sound.js";
 import { count, counts, progress } from "./progress.js";
 import { recall } from "./store.js";
 import { freeSides } from "./waiting.js";
-import { called, clock, SIDES, TICKS } from "./words.js";
+import { clock, isStudy, playerOf, SIDES, TICKS } from "./words.js";
 
 const NO_LESSON = { stop() {}, over() {}, sent() {}, watch() {}, held: false, running: false, room: null };
 const HIDDEN = { opponents: "your opponents", ground: "ground that captures", trails: "trails", target: "your target" };
@@ -29,6 +29,7 @@ export class Table {
     this.place = this.leftPlace = null; // present and last room or recording
     this.policies = [];
     this.heardMs = 0; // when the latest frame came
+    this.isAway = false; // the clock was stopped
     /** @type {any} */
     this.lesson = NO_LESSON;
     this.replay = null; // fetched with the first recorded game
@@ -57,6 +58,7 @@ export class Table {
       "close-replay": () => this.left(),
       "go-home": () => this.left(),
     });
+    addEventListener("visibilitychange", () => this.pause());
     addEventListener("keydown", (event) => this.key(event)); // of the window: after a click beside the board nothing has the focus
     hear(this.link, {
       room: (room) => this.setRoom(room),
@@ -66,6 +68,7 @@ export class Table {
       welcome: ({ policies }) => {
         this.policies = policies;
         this.seat = this.room = null;
+        this.isAway = false;
       },
       closed: () => this.controls.show(),
     });
@@ -92,6 +95,13 @@ export class Table {
   get isPlaying() {
     const { phase, settings } = this.room ?? {};
     return phase === "playing" && this.seat !== null && settings.red > 0 && settings.blue > 0 && !this.opponent.gone && !this.lesson.running;
+  }
+
+  // Stop the clock of a game against a policy while the player looks at something else.
+  pause() {
+    const isAway = document.hidden || this.lesson.held || document.querySelector("dialog[open]") !== null;
+    if (isAway === this.isAway || this.seat === null || !isRunning(this.room) || this.room.once || isStudy()) return;
+    if (["policy", "free"].includes(this.opponent.kind) && this.link.send({ type: "pause", paused: isAway })) this.isAway = isAway;
   }
 
   // Show a recorded game from a tick on; the code for it is fetched when needed. An Error says why it cannot be shown.
@@ -130,7 +140,8 @@ export class Table {
     this.place = place;
     if (entered && this.lesson.room !== room.code) this.lesson.stop();
     if (began || entered) this.forget();
-    if (starts) this.heardMs = performance.now();
+    if (began) this.isAway = false;
+    if (starts || this.room?.paused) this.heardMs = performance.now();
     this.room = room;
     if (phase !== "replay") this.arena.look(this.seat ?? 0, this.seat === null ? [0, 1] : [this.seat]);
     else if (entered) this.arena.look(0);
@@ -148,6 +159,7 @@ export class Table {
     this.controls.pen.dirty = true; // marks show only while they may be placed
     if (began && this.seat !== null && this.controls.pen.hint) this.news.answer(this.controls.pen.hint);
     if (ended) this.end();
+    this.pause();
     if (began || entered || opened || (ended && !this.lesson.running)) requestAnimationFrame(() => this.focus()); // once it is shown
   }
 
@@ -175,8 +187,7 @@ export class Table {
   showScores() {
     const { room } = this;
     for (const side of SIDES) {
-      const { kind, name, label, connected, gone } = room[side], free = room.settings[side] ? "free seat" : "nobody";
-      const who = { free, policy: called(name), person: label || "person", program: label || "program" }[kind];
+      const { kind, label, connected, gone } = room[side], who = playerOf(room[side], room.settings[side] ? "free seat" : "nobody");
       const isOwn = this.seat === SIDES.indexOf(side), away = connected || kind === "free" ? "" : gone ? " (left)" : " (away)";
       if (this.lastTick === null) byId(`${side}-size`).textContent = room.settings[side]; // until a frame says how many
       byId(`${side}-who`).textContent = isOwn ? `${label} (you)`.trim() : who + away;
@@ -238,11 +249,12 @@ export class Table {
 
   paint() {
     this.controls.pen.paint();
+    this.pause();
     this.cover.count(this.room, this.link.now());
-    const isSilent = this.room?.phase === "playing" && performance.now() - this.heardMs > SILENCE_MS;
+    const isSilent = this.room?.phase === "playing" && !this.room.paused && performance.now() - this.heardMs > SILENCE_MS;
     const isLeft = this.room?.phase === "playing" && this.seat !== null && this.opponent.gone;
     const left = isLeft ? `${this.opponent.label || "Your opponent"} has left for good: their swarm goes on with its last command.` : "";
-    say("silence", isSilent ? "The server is silent. You see the last moment that it sent." : left);
+    say("silence", this.room?.paused ? "Paused." : isSilent ? "The server is silent. You see the last moment that it sent." : left);
     const shown = this.arena.paint(), told = byId("arena").dataset;
     if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
     if (!shown || shown === this.shown || !this.room) return;

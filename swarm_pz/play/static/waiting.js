@@ -1,7 +1,7 @@
 // A room before its game: players, readiness, and the invitation.
 
 import { byId, hear, on } from "./elements.js";
-import { called, SIDES } from "./words.js";
+import { playerOf, SIDES } from "./words.js";
 
 const LOOPBACK = /^(localhost|127\.|\[::1\])/;
 
@@ -28,7 +28,7 @@ export class Waiting {
     byId("waiting").hidden = !isWaiting || !meetsSomebody(room, seat);
     byId("room-code").textContent = this.code = room.code;
     for (const side of SIDES) byId(`${side}-seat`).textContent = describe(room, side, seat);
-    byId("invitation").hidden = !isWaiting || seat === null || !free.length;
+    byId("invitation").hidden = !(isWaiting || room.phase === "over") || seat === null || room.once || !free.length;
     if (!byId("invitation").hidden) this.showInvitation();
     byId("watching").hidden = seat !== null || !["starting", "playing"].includes(room.phase);
     byId("watching").textContent = byId("watching").hidden ? "" : watching(room);
@@ -67,17 +67,13 @@ export function freeSides(room) {
   return SIDES.filter((side) => room[side].kind === "free" && room.settings[side] > 0);
 }
 
-function name({ kind, name: policy, label }) {
-  return { free: "free", policy: called(policy), person: label || "a person", program: label || "a program" }[kind];
-}
-
 function describe(room, side, seat) {
   const state = room[side], isOwn = seat === SIDES.indexOf(side);
   if (room.settings[side] === 0) return `${side}: no drones`;
   if (state.kind === "free") return `${side}: free`;
   const how = { loading: "getting ready", failed: "cannot play" }[state.policy_state]
     ?? (!state.connected ? "away" : state.ready ? "ready" : "not ready yet");
-  return `${side}: ${isOwn && !state.label ? "you" : name(state) + (isOwn ? " (you)" : "")}, ${how}`;
+  return `${side}: ${isOwn && !state.label ? "you" : playerOf(state) + (isOwn ? " (you)" : "")}, ${how}`;
 }
 
 // Explain why a visitor has no seat in a running game.
@@ -97,6 +93,6 @@ function words(room, seat, free) {
   const other = SIDES[1 - seat], state = room[other];
   if (free.length) return `The ${free[0]} seat is free: send somebody the link.`;
   if (room.settings[other] === 0) return "You are alone here: practise as long as you like.";
-  if (room[SIDES[seat]].ready) return `Waiting for ${name(state)} to be ready.`;
-  return state.ready ? `${name(state)} is ready. The game begins when you are.` : "Both are here. The game begins when both are ready.";
+  if (room[SIDES[seat]].ready) return `Waiting for ${playerOf(state)} to be ready.`;
+  return state.ready ? `${playerOf(state)} is ready. The game begins when you are.` : "Both are here. The game begins when both are ready.";
 }

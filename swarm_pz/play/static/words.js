@@ -11,6 +11,11 @@ export function isStudy() { return document.body.classList.contains("study"); }
 // A policy's or a control system's name.
 export function called(name) { return isStudy() ? "the opponent" : name.replaceAll("_", " "); }
 
+// The player of a seat.
+export function playerOf({ kind, name, policy = name, label }, free = "nobody") {
+  return { free, policy: called(policy), person: label || "a person", program: label || "a program" }[kind];
+}
+
 export function systemOption({ name, takes }) { return new Option(`${called(name)}: ${takes}`, name); }
 
 export function clock(tick) {

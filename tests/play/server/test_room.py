@@ -379,6 +379,56 @@ async def test_the_start_is_in_view_in_the_countdown_and_what_is_commanded_then_
     assert Playback(recording).verify().verified
 
 
+async def test_two_people_who_play_again_change_sides_and_their_wins_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "PAUSE_S", 0.0)
+    with opened(tmp_path, red=3, blue=5) as room:
+        ann, bob = await running(room)
+        assert code_of(room.pause, ann, True) == "out_of_turn", "the other one plays on"
+        tokens = [seat.token for seat in room.seats]
+        room.session.stop("red", "capture")
+        assert (ann.messages[-1].phase, ann.messages[-1].wins) == ("over", (1, 0))
+        for client in (ann, bob):
+            room.ready(client, True, "Ann" if client is ann else None)
+        assert [client.heard(protocol.Seated)[-1].seat for client in (ann, bob)] == ["blue", "red"]
+        assert [seat.token for seat in room.seats] == tokens[::-1]
+        state = bob.messages[-1]
+        assert (state.phase, state.wins) == ("starting", (0, 1))
+        assert (state.red.label, state.blue.label) == ("label of blue", "Ann")
+        room.ready(ann, False)  # their result is shown again, from where they had played
+        state = bob.messages[-1]
+        assert (state.phase, state.outcome, state.wins, state.red.label) == ("over", "red", (1, 0), "Ann")
+        room.ready(ann, True)
+        await playing(room)
+        room.session.stop("red", "capture")
+        assert bob.messages[-1].wins == (1, 1)
+        room.leave(ann)
+        (other,) = seated(room, "blue")
+        assert other.messages[-1].wins == (0, 0)
+        room.ready(other, True)
+        room.ready(bob, True)
+        assert (room.phase, room.seats[0].connection) == ("starting", bob), "they have not played each other yet"
+        room.leave(bob)
+        assert room.seats[1].connection is other and room.seats[0].kind == "free"
+
+
+async def test_a_game_against_a_policy_alone_is_paused(tmp_path):
+    with opened(tmp_path, red=2, blue=2) as room:
+        red, watcher = against(room, "ring"), Client()
+        room.watch(watcher)
+        assert code_of(room.pause, watcher, True) == "out_of_turn"
+        await ticks(room, 1)
+        room.pause(red, True)
+        await asyncio.sleep(0.1)  # the tick that is due
+        tick = room.session.game.tick
+        await asyncio.sleep(0.3)
+        assert room.session.game.tick == tick and watcher.messages[-1].paused
+        room.pause(red, False)
+        await ticks(room, tick + 1)
+        room.pause(red, True)
+        room.disconnect(red)  # nobody else could end it
+        await ticks(room, tick + 10)
+
+
 @pytest.mark.parametrize("how", ["leaves", "is cut off"])
 async def test_who_does_not_play_after_all_calls_the_countdown_off(how, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "PAUSE_S", 0.0)

@@ -241,6 +241,53 @@ test("a game that one wins unlocks the next opponent, and no other game does", a
   }
 });
 
+test("after a game between people both see the score, who wants another one, and no script to go to", async () => {
+  const { line, table } = await sit(), person = { ...fixtures.room.blue, kind: "person", name: "", label: "Bob", ready: false, policy_state: null };
+  const end = (has = {}, own = {}, outcome = "red") => {
+    line.hear("room", { ...fixtures.room, phase: "over", outcome, wins: [2, 1], blue: { ...person, ...has }, red: { ...fixtures.room.red, ready: false, ...own } });
+    return at("streak").textContent;
+  };
+  line.hear("room", { ...fixtures.room, blue: person });
+  assert.match(end({}, {}, "blue"), /^You 2 : 1 Bob. In the next game you change sides/);
+  assert.deepEqual([at("next-game").hidden, at("ready").hidden, at("ready").className], [true, false, "primary"]);
+  assert.match(end({ ready: true }), /^You 2 : 1 Bob. Bob wants to play again/);
+  assert.match(end({}, { ready: true }), /wait for the other player/);
+  assert.match(end({ connected: false }), /Bob is away/);
+  assert.match(end({ kind: "free", label: "" }), /has left/);
+  assert.equal(at("invitation").hidden, false);
+  line.hear("seated", { ...fixtures.seats.ergodic, seat: "blue" });
+  line.hear("room", { ...fixtures.room, phase: "starting", wins: [1, 2], red: person });
+  assert.deepEqual([table.seat, table.arena.guarded], [1, [1]]);
+});
+
+test("a game against a policy stops while one looks at help or at another tab, and no other game does", async (context) => {
+  const { line, table } = await sit(), query = context.mock.method(document, "querySelector", () => null), told = () => line.said.filter(({ type }) => type === "pause").map(({ paused }) => paused);
+  const look = (dialog) => {
+    query.mock.mockImplementation(() => dialog);
+    time.frame();
+  };
+  look(at("legend"));
+  time.frame();
+  assert.deepEqual(told(), [true]);
+  line.hear("room", { ...fixtures.room, paused: true });
+  time.pass(5000);
+  time.frame();
+  assert.equal(at("silence").textContent, "Paused.");
+  look(null);
+  document.hidden = true;
+  dispatchEvent(new Event("visibilitychange"));
+  document.hidden = false;
+  dispatchEvent(new Event("visibilitychange"));
+  assert.deepEqual(told(), [true, false, true, false]);
+  line.hear("room", { ...fixtures.room, blue: { ...fixtures.room.blue, kind: "person" } });
+  look(at("legend"));
+  line.hear("room", { ...fixtures.room, once: true });
+  time.frame();
+  table.seat = null;
+  line.hear("room", fixtures.room);
+  assert.equal(told().length, 4);
+});
+
 test("a page sends nothing where it cannot give the commands of its seat", async () => {
   const { commands } = await sit("direct");
   draw([0.5, 0.5], [0.6, 0.6]);

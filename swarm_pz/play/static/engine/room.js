@@ -12,6 +12,7 @@ import { SIDES, TICKS } from "../words.js";
 
 const STEPS = 1e8; // to which the values of a command are rounded
 const CATCH_UP = 2; // ticks that a late game may run at once
+const HELD_MS = 100; // between two looks at a game that is paused
 const EVERYTHING = new Float32Array(CELLS * CELLS).fill(1);
 export const UNVARIED = { command_delay_ms: 0, display_delay_ms: 0, frame_rate: 30, speed: 1, hide: [], share: 0, helper: "" };
 
@@ -38,7 +39,7 @@ function seatOf({ kind = "free", policy = "", label = "", ready = false, state =
 
 // The state of a room; parts that are not given have the values of a room in which nothing has happened.
 function stateOf(has) {
-  const none = { outcome: null, recording: null, starts_ms: null, ended_by: null };
+  const none = { outcome: null, recording: null, starts_ms: null, ended_by: null, wins: [0, 0] };
   return { type: "room", watchers: 0, once: false, forfeit: "", ...none, ...has };
 }
 
@@ -117,7 +118,7 @@ export class Room {
     const ended = phase === "over" ? { outcome: this.outcome, recording: this.recording, ended_by: this.endedBy } : {};
     this.say(stateOf({
       code, phase, settings, red, blue, once, ...ended, sizes: [...this.sizes], min_command_interval: this.table.interval,
-      starts_ms: phase === "starting" ? this.beganMs + view.display_delay_ms : null,
+      paused: this.isOn && this.isPaused, starts_ms: phase === "starting" ? this.beganMs + view.display_delay_ms : null,
     }));
   }
 
@@ -149,6 +150,12 @@ export class Room {
     this.beginIfReady();
   }
 
+  pause(isPaused) {
+    if (this.once) throw new Refused("out_of_turn", "a game that is the only one here cannot be paused");
+    this.isPaused = isPaused;
+    this.tell();
+  }
+
   beginIfReady() {
     const canPlay = this.seats.every(({ kind, ready, state = "loaded" }) => !kind || (ready && state === "loaded"));
     if (canPlay && !this.isOn) this.begin();
@@ -164,6 +171,7 @@ export class Room {
     this.inForce = [-this.interval, -this.interval];
     this.waiting = [null, null];
     this.asked = 0; // commands of the policy
+    this.isPaused = false;
     this.phase = "starting";
     this.beganMs = now() + ms;
     this.log = [this.frameMessage()];
@@ -197,6 +205,7 @@ export class Room {
   run(due) {
     const period = 1000 / (TICKS * this.settings.speed), { game } = this;
     setTimeout(() => {
+      if (this.isPaused) return this.run(now() + HELD_MS);
       const late = Math.max(now() - due, 0), ticks = Math.min(1 + Math.floor(late / period), CATCH_UP);
       for (let i = 0; i < ticks && this.phase === "playing"; i++) this.tick();
       if (this.game === game && this.phase === "playing") this.run(late <= CATCH_UP * period ? due + ticks * period : now() + period);

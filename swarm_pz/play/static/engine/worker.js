@@ -44,7 +44,7 @@ export class Table {
     this.leave();
     Object.assign(this, { kind, client });
     this.say({ ...this.welcome, server_ms: now() });
-    if (token !== null) throw new Refused("unknown", "that seat is gone: its game ended when its page was closed");
+    if (token !== null) throw new Refused("unknown", "Your game ended when its page was closed.");
   }
 
   // --- rooms ------------------------------------------------------------------------------------------
@@ -83,6 +83,7 @@ const ACTS = {
   acknowledge() {}, // nothing is on its way for long
   create: (table, message) => table.open(message),
   ready: (table, { ready = true }) => table.inRoom.ready(ready),
+  pause: (table, { paused = true }) => table.inRoom.pause(paused),
   command: (table, message) => table.inRoom.command(message),
   visibility: (table, { hidden }) => table.room?.note(hidden ? "hidden" : "shown"),
   leave: (table) => table.leave(),
