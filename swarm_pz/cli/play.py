@@ -19,12 +19,15 @@ from swarm_pz.cli.report import in_seconds, need, say
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check, check_count, check_number
 from swarm_pz.errors import CommandError, SwarmError, require_extra
+from swarm_pz.play.robots import Lab, RobotsConfig
 from swarm_pz.policy import about
 
 if TYPE_CHECKING:
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.protocol import Card
     from swarm_pz.play.recordings.verification import Verification
+
+_ROSBRIDGE = 9090
 
 
 def play(
@@ -40,6 +43,8 @@ def play(
     rosbridge: Annotated[int | None, tyro.conf.arg(metavar="PORT")] = None,
     ros_opponent: Annotated[str | None, tyro.conf.arg(metavar="PLAYER")] = None,
     ros_origin: Annotated[tuple[str, ...], tyro.conf.arg(metavar="ADDRESS"), tyro.conf.UseAppendAction] = (),
+    poses: bool = False,
+    robots: RobotsConfig = RobotsConfig(),  # noqa: B008  (frozen)
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -59,6 +64,9 @@ def play(
         ros_opponent: Let them play against this policy, or a folder that training wrote; else the other side is free.
         ros_origin: Let pages of this address connect to the rosbridge, such as https://app.foxglove.dev, or file:// for
             some desktop programs; may be given several times. Pages of this machine, and programs, need none.
+        poses: Let robots fly the games: drones are where a lab's programs see them, and setpoints are published to fly
+            them, through the rosbridge (at port 9090 if none is given).
+        robots: The lab, in m and s.
         game: The rules; sizes and time limit are each room's own.
     """
     need_play()
@@ -66,10 +74,13 @@ def play(
     from swarm_pz.evaluation.ledger import folder_lock
     from swarm_pz.play.factors import Factors, read_factors
     from swarm_pz.play.game import TableConfig
+    from swarm_pz.play.server.robots import Robots
     from swarm_pz.play.server.server_context import check_folder
 
     check_folder(out)
     check_number(countdown, "countdown", 0.0, 60.0)
+    if poses and rosbridge is None:
+        rosbridge = _ROSBRIDGE
     if ros_opponent is not None and rosbridge is None:
         raise CommandError(f"--ros-opponent {ros_opponent} plays against ROS programs: give --rosbridge a port, too")
     if ros_origin and rosbridge is None:
@@ -84,9 +95,12 @@ def play(
     for team, own in enumerate(varied):
         if own.share > 0.0:
             policies.load(own.helper, game, game.team_systems[team])
+    flown = Robots() if poses else None
+    lab = (robots, flown.token) if flown is not None else None
     with folder_lock(out):
         serve(
             installed,
+            robots=flown,
             host=at.host,
             port=at.port,
             allowed_hosts=allowed_hosts,
@@ -98,7 +112,7 @@ def play(
             record_labels=record_labels,
             embedders=embed,
             greeting=f"rules: {game.rules_hash} (rules_hash of rooms as they are set at first)",
-            beside=_beside(at.host, rosbridge, ros_opponent, ros_origin, table),
+            beside=_beside(at.host, rosbridge, ros_opponent, ros_origin, table, lab),
         )
 
 
@@ -189,7 +203,7 @@ def _print_verified(recording: Path, result: Verification) -> None:
 
 
 def _beside(
-    host: str, port: int | None, opponent: str | None, origins: Sequence[str], table: TableConfig
+    host: str, port: int | None, opponent: str | None, origins: Sequence[str], table: TableConfig, lab: Lab | None
 ) -> Callable[[str], AbstractContextManager[None]]:
     """Return a context that serves ROS programs beside the server; an empty one without a port."""
     if port is None:
@@ -200,7 +214,7 @@ def _beside(
 
     check_count(port, "rosbridge", 0, 65535)
     allowed = origins_of(host, origins)
-    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed)
+    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed, lab)
 
 
 def serve(installed: dict[str, str], **how: Any) -> None:

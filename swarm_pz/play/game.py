@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.base import Config, Range, check, hash_exempt
@@ -20,6 +21,9 @@ from swarm_pz.play.strokes import Mapping, mapping_of
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import CheckedCommands, make_target
 from swarm_pz.simulator.spawn import Seed
+
+SPEED_LIMIT = 4.0
+"""Largest velocity of a robot's pose, in the units of velocity of the rules."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,11 +105,14 @@ Event = InForce | Captured
 
 
 class LiveGame:
-    """A game that runs as long as somebody advances it, with its simulator and the reader of its commands."""
+    """A game that runs as long as somebody advances it, with its simulator and the reader of its commands.
 
-    def __init__(self, config: TableConfig, seed: Seed) -> None:
+    Of a game of `robots` the drones move by `place` alone.
+    """
+
+    def __init__(self, config: TableConfig, seed: Seed, *, robots: bool = False) -> None:
         self.config, self.reader = config, CommandReader(config.game)
-        self.simulator = Simulator(config.game)
+        self.simulator = Simulator(config.game, external_motion=robots)
         self.simulator.reset([seed])
         self._waiting: list[Command | None] = [None, None]
         self._begun = -1
@@ -174,6 +181,16 @@ class LiveGame:
         """Let a team follow a command from the next solve on, however young its last one is."""
         self.simulator.command(command.team, CheckedCommands(self.reader.packed(command)))
         self._last_in_force[command.team] = self.tick
+
+    def place(self, poses: NDArray[np.float32]) -> None:
+        """Put drones where they are measured: x, y and their velocity (N, 4); a row of NaN is a lost drone.
+
+        A lost drone has failed by the rules, at rest where it was last.
+        """
+        games, lost = self.simulator.games, np.isnan(poses).any(axis=1)
+        games.positions[0, ~lost], games.velocities[0, ~lost] = poses[~lost, :2], poses[~lost, 2:]
+        games.velocities[0, lost] = 0.0
+        games.failed[0] = lost
 
     def advance(self, ticks: int = 1) -> list[Event]:
         """Advance the game, or to its end, and return what happened, in order."""

@@ -490,6 +490,13 @@ class FrameMessage(Message, tag="frame"):
     data: bytes
 
 
+class PosesMessage(Message, tag="poses"):
+    """Poses of robots by which the tick after this one is played: float32 (N, 4) of `LiveGame.place`, in base64."""
+
+    tick: Tick
+    data: bytes
+
+
 class SeatMessage(OfSeat, tag="seat"):
     """A connection came, went or changed; or a seat failed, and why."""
 
@@ -530,7 +537,7 @@ class EndMessage(Message, tag="end"):
 
 
 LogMessage = (
-    SeatCommand | InForceMessage | CapturedMessage | FrameMessage | SeatMessage | EndMessage
+    SeatCommand | InForceMessage | CapturedMessage | FrameMessage | PosesMessage | SeatMessage | EndMessage
 )  # fmt: skip
 
 # --- reading and writing --------------------------------------------------------------------------

@@ -68,6 +68,15 @@ def rule_variants(config: GameConfig) -> RuleVariants | None:
     )
 
 
+def external_rules(config: GameConfig) -> tuple[RuleParameters, RuleVariants]:
+    """Return the rules of drones that others move: they neither move nor fail by themselves, but may be set failed."""
+    still = rule_parameters(config)._replace(tick=np.float32(0.0), drift=np.float32(0.0), min_speed=np.float32(0.0))
+    can_fail = config.dynamics.replace(failure_rate=1.0, min_speed=0.0)
+    variants = rule_variants(config.replace(dynamics=can_fail))
+    assert variants is not None  # noqa: S101
+    return still, variants._replace(failure_chance=0.0, repair_chance=0.0)
+
+
 def check_finite(parameters: NamedTuple) -> None:
     """Check the numbers that kernels take.
 

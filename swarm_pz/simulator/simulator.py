@@ -23,7 +23,7 @@ from swarm_pz.kernels.step import NO_REPORT, Report, step_games
 from swarm_pz.simulator.commands import CheckedCommands, coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.openmp import limit_spinning
-from swarm_pz.simulator.parameters import boards_of, check_finite, rule_parameters, rule_variants
+from swarm_pz.simulator.parameters import boards_of, check_finite, external_rules, rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import (
     FASTEST,
     Seed,
@@ -52,6 +52,8 @@ _RANGES = {
 class Simulator:
     """E = `num_games` independent games, advanced together by `threads`.
 
+    With `external_motion` somebody else writes positions, velocities and `failed` into `games` before each tick.
+
     Row e of a batch is the same game, bit for bit, as that game alone, whatever the number of
     games or threads (on one kind of processor and one version).
 
@@ -65,12 +67,16 @@ class Simulator:
     ((4, 20, 2), [20, 20, 20, 20], [1.0, 1.0, 1.0, 1.0])
     """
 
-    def __init__(self, config: GameConfig | None = None, num_games: int = 1, threads: int = 1) -> None:
+    def __init__(
+        self, config: GameConfig | None = None, num_games: int = 1, threads: int = 1, *, external_motion: bool = False
+    ) -> None:
         self.config = config if config is not None else GameConfig()
         self.num_games = check_count(num_games, "num_games", 1, _MOST_GAMES)
         self.threads = min(check_count(threads, "threads", 1, _MOST_GAMES), os.cpu_count() or 1, self.num_games)
         self._pool = self._make_pool()
         self.rules, self._variants = rule_parameters(self.config), rule_variants(self.config)
+        if external_motion:
+            self.rules, self._variants = external_rules(self.config)
         self.control = Control(self.config)
         """The control systems of the teams."""
         self._target_mass, self._tells_sending = float(self.config.controller.target_mass), self.config.tells_sending

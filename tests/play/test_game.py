@@ -144,3 +144,45 @@ def test_who_asks_at_every_step_hands_in_only_what_is_not_held():
     assert holds(game, RED, aside) and not holds(game, RED, evenly)
     # Where it is all the same, everything is handed in, and recordings tell of it.
     assert not holds(LiveGame(TableConfig(), seed=0), RED, evenly)
+
+
+# --- robots ---------------------------------------------------------------------------------------
+
+
+def poses_of(game, **moved):
+    """Return poses of all drones at rest where they are; `moved` drones are elsewhere, or lost (None)."""
+    poses = np.zeros((game.config.game.num_drones, 4), np.float32)
+    poses[:, :2] = game.simulator.positions[0]
+    for name, place in moved.items():
+        poses[int(name[1:])] = np.nan if place is None else (*place, 0.0, 0.0)
+    return poses
+
+
+def test_robots_move_by_their_poses_alone_and_are_captured_where_they_are():
+    game = LiveGame(TableConfig(game=GameConfig(drones_per_team=(16, 2))), seed=0, robots=True)
+    angles = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    ring = {f"d{n}": (0.31 + 0.04 * np.cos(a), 0.31 + 0.04 * np.sin(a)) for n, a in enumerate(angles)}
+    for _ in range(60):
+        game.place(poses_of(game, **ring, d16=(0.9, 0.9), d17=(0.9, 0.1)))
+        assert not [event for event in game.advance() if isinstance(event, Captured)]
+        np.testing.assert_allclose(game.simulator.positions[0, 16], (0.9, 0.9), atol=1e-6)
+    assert np.abs(game.simulator.games.accelerations[0]).max() > 0.1, "the control systems choose all the same"
+    game.place(poses_of(game, d16=(0.31, 0.31)))
+    assert [event.drone for event in game.advance() if isinstance(event, Captured)] == [16]
+
+
+def test_a_lost_robot_stands_where_it_was_leaves_no_trail_and_comes_back():
+    game = LiveGame(TableConfig(), seed=0, robots=True)
+    game.place(poses_of(game, d0=(0.4, 0.6)))
+    game.advance()
+    before = game.simulator.occupancy[0].sum()
+    for _ in range(6):
+        game.place(poses_of(game, d0=None))
+        game.advance()
+    assert game.simulator.failed[0].tolist() == [True] + [False] * 19
+    assert game.simulator.occupancy[0].sum() - before == 6 * 19
+    np.testing.assert_allclose(game.simulator.positions[0, 0], (0.4, 0.6), atol=1e-6)
+    assert not game.simulator.games.accelerations[0, 0].any()
+    game.place(poses_of(game, d0=(0.5, 0.6)))
+    game.advance(1)
+    assert not game.simulator.failed[0].any() and game.simulator.positions[0, 0, 0] == 0.5

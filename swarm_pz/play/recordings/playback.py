@@ -12,7 +12,6 @@ from pathlib import Path
 
 from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
 from swarm_pz.film import FILM_RATE, open_film
-from swarm_pz.play.game import LiveGame
 from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording
 from swarm_pz.play.recordings.verification import Verification, verify
 from swarm_pz.rendering.painter import FILM, Painter
@@ -30,7 +29,7 @@ class Playback:
         self.recording = recording
         self._followed = recording.in_force()
         self._exact = {frame.tick: frame for frame in recording.frames() if frame.is_exact}
-        self.game = LiveGame(recording.config, recording.header.seed)
+        self.game = recording.start()
         self._next = 0
         start = self.game.simulator.snapshot()
         most = max(2, _MARKS_BYTES // sum(array.nbytes for array in start))
@@ -45,13 +44,15 @@ class Playback:
         self._advance(tick)
 
     def _go_to_mark(self, mark: int) -> None:
-        self.game = LiveGame(self.recording.config, self.recording.header.seed)
+        self.game = self.recording.start()
         self.game.simulator.restore(self._marks[mark])
         self._next = sum(when < mark for when, _ in self._followed)
 
     def _advance(self, tick: int) -> None:
         game, end = self.game, min(tick, self.recording.last_tick)
         while game.tick < end and not game.over:
+            if (poses := self.recording.poses.get(game.tick)) is not None:
+                game.place(poses)
             if (frame := self._exact.get(game.tick)) is not None:
                 games = game.simulator.games
                 games.positions[0], games.velocities[0] = frame.positions, frame.velocities
@@ -63,6 +64,7 @@ class Playback:
             until = self._followed[self._next][0] if self._next < len(self._followed) else end
             mark = (game.tick // self._mark_ticks + 1) * self._mark_ticks
             period = (game.tick // FRAME_TICKS + 1) * FRAME_TICKS if self._exact else end
+            period = game.tick + 1 if self.recording.poses else period
             game.simulator.advance(min(until, end, mark, period) - game.tick)
 
     def verify(self) -> Verification:

@@ -12,12 +12,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swarm_pz.config.values import check_densities
 from swarm_pz.errors import CommandError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play.commands import Command
 from swarm_pz.play.forms import read_form
 from swarm_pz.play.frames import Frame, decode_frame
-from swarm_pz.play.game import TableConfig
+from swarm_pz.play.game import SPEED_LIMIT, LiveGame, TableConfig
 from swarm_pz.play.protocol import (
     SUBPROTOCOL,
     CapturedMessage,
@@ -28,6 +31,7 @@ from swarm_pz.play.protocol import (
     InForceMessage,
     LogMessage,
     Outcome,
+    PosesMessage,
     SeatCommand,
     SeatMessage,
     decode_log,
@@ -37,7 +41,7 @@ from swarm_pz.simulator.spawn import check_seed
 
 FRAME_TICKS = 3
 """Ticks between two recorded frames."""
-_OF_GAME = (SeatCommand, InForceMessage, CapturedMessage, FrameMessage, EndMessage)
+_OF_GAME = (SeatCommand, InForceMessage, CapturedMessage, FrameMessage, PosesMessage, EndMessage)
 """Messages with a tick."""
 L = TypeVar("L", bound=LogMessage)
 
@@ -170,6 +174,23 @@ class Recording:
         except CommandError as error:
             raise RecordingError(f"{self.name} is corrupt: {error}") from error
         return Command(line.team, line.number, values, kind, line.sender)
+
+    @cached_property
+    def poses(self) -> dict[int, NDArray[np.float32]]:
+        """The poses of robots (N, 4) by tick; empty if the game was simulated."""
+        found, drones = {}, self.config.game.num_drones
+        low, high = (0.0, 0.0, -SPEED_LIMIT, -SPEED_LIMIT), (1.0, 1.0, SPEED_LIMIT, SPEED_LIMIT)
+        for line in self.of(PosesMessage):
+            poses = np.frombuffer(line.data, "<f4") if len(line.data) == 16 * drones else np.full(4, np.inf)
+            poses = poses.reshape(-1, 4)
+            if not (np.isnan(poses) | ((poses >= low) & (poses <= high))).all():
+                raise RecordingError(f"{self.name}: poses at tick {line.tick} must be of {drones} drones on the map")
+            found[line.tick] = poses
+        return found
+
+    def start(self) -> LiveGame:
+        """Return the game at its start."""
+        return LiveGame(self.config, self.header.seed, robots=bool(self.poses))
 
     def frames(self) -> Iterator[Frame]:
         """Yield the recorded frames."""

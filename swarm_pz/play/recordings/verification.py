@@ -74,7 +74,7 @@ class _Again:
     """A recorded game that is played again: commands arrive as they did, and come into force by the rules."""
 
     def __init__(self, recording: Recording) -> None:
-        self.recording, self.game = recording, LiveGame(recording.config, recording.header.seed)
+        self.recording, self.game = recording, recording.start()
         self.compared, self.faults, self.in_page = 0, [], False  # type: int, list[str], bool
         self._arrived: dict[int, list[Command]] = defaultdict(list)
         for line, command in zip(recording.of(SeatCommand), recording.commands, strict=True):
@@ -111,6 +111,8 @@ class _Again:
                 return tick
             self._command(tick)
             if tick < recording.last_tick:
+                if (poses := recording.poses.get(tick)) is not None:
+                    game.place(poses)
                 game.advance()
         return None if frame is None else frame.tick
 

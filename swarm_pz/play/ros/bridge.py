@@ -22,7 +22,8 @@ from swarm_pz.errors import ProtocolError
 from swarm_pz.play.frames import Frame, Target
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import SIDES, Side
-from swarm_pz.play.ros import commands, messages
+from swarm_pz.play.robots import Lab
+from swarm_pz.play.ros import commands, messages, robots
 from swarm_pz.play.ros.commands import Maker
 from swarm_pz.play.ros.connection import Client
 from swarm_pz.play.ros.messages import LOG, TOPICS, Message, log
@@ -38,7 +39,7 @@ class Bridge(Rosbridge):
     """A rosbridge whose clients play in one room of the table at an address (host and port).
 
     `opponent`, a policy, plays the other side of the first client's; without one the game waits for somebody there.
-    `say` is called with lines for the terminal.
+    `say` is called with lines for the terminal. With the numbers of a lab and the server's token, its robots fly.
     """
 
     def __init__(
@@ -49,8 +50,14 @@ class Bridge(Rosbridge):
         say: Callable[[str], None],
         origins: Origins | None = None,
         alone_s: float = _ALONE_S,
+        lab: Lab | None = None,
     ) -> None:
-        super().__init__(TOPICS, commands.INPUTS, every=frozenset({"/agent_team_status", LOG}))
+        topics = (TOPICS, commands.INPUTS) if lab is None else (TOPICS | robots.TOPICS, commands.INPUTS | robots.INPUTS)
+        super().__init__(*topics, every=frozenset({"/agent_team_status", LOG}))
+        self._flight: robots.Flight | None = None
+        if lab is not None:
+            config, token = lab
+            self._flight = robots.Flight(robots.Robots(config, self._log), address, token, self.publish)
         self._address, self._opponent, self._say, self._alone_s = address, opponent, say, alone_s
         self._origins, self._settings = origins, settings_of(table)
         self._is_weak = table.mapping != "paper"
@@ -73,7 +80,7 @@ class Bridge(Rosbridge):
         host, port = listening.getsockname()[:2]
         self._say(f"rosbridge is at ws://{f'[{host}]' if ':' in host else host}:{port}")
         try:
-            await asyncio.get_running_loop().create_future()
+            await (self._flight.run() if self._flight is not None else asyncio.get_running_loop().create_future())
         finally:
             for task in self._tasks:
                 task.cancel()
@@ -88,6 +95,9 @@ class Bridge(Rosbridge):
         if self._ending is not None:
             self._ending.cancel()
             self._ending = None
+        if self._flight is not None and topic in robots.INPUTS:
+            self._flight.robots.hear(topic, message, time.monotonic())
+            return
         own = [side for side, owner in self._owners.items() if owner is client]
         if topic == commands.TABLET:
             self._command(client, message.get("team"), commands.density(message, self._is_weak))
@@ -181,6 +191,8 @@ class Bridge(Rosbridge):
 
     def report(self, seat: Seat, text: str, is_fault: bool) -> None:
         """Publish a report on a seat in the log."""
-        line = f"{seat.side}: {text}"
+        self._log(f"{seat.side}: {text}", is_fault)
+
+    def _log(self, line: str, is_fault: bool = True) -> None:
         self._say(f"rosbridge: {line}")
         self.publish(LOG, log(line, time.time(), is_fault))

@@ -28,7 +28,7 @@ _INFO, _WARN = 20, 30
 """`rcl_interfaces/Log`'s numbers for news, and for faults."""
 _SIZE = 0.02
 """Diameter of a drone's sphere, in m."""
-_COLOURS = ((0.85, 0.20, 0.16), (0.13, 0.40, 0.85))
+COLOURS = ((0.85, 0.20, 0.16), (0.13, 0.40, 0.85))
 """Red, green and blue of the teams, each from 0 to 1."""
 TOPICS: dict[str, str] = {
     "/clock": "rosgraph_msgs/Clock",
@@ -128,7 +128,7 @@ def markers(frame: Frame) -> Message:
     """Return every drone as a ball in its team's colour: visualization_msgs/MarkerArray."""
     found = []
     for drone, team in enumerate(frame.teams.tolist()):
-        colour = dict(zip("rgba", (*_COLOURS[team], 1.0), strict=True))
+        colour = dict(zip("rgba", (*COLOURS[team], 1.0), strict=True))
         found.append(
             {
                 "header": _header(frame.tick),
@@ -158,15 +158,16 @@ def markers(frame: Frame) -> Message:
 def sizes(frame: Frame) -> Message:
     """Return the numbers of red and blue drones: std_msgs/Int32MultiArray."""
     blue = int(frame.teams.sum(dtype=np.int64))
-    return _array([len(frame.teams) - blue, blue], "team")
+    return array([len(frame.teams) - blue, blue], "team")
 
 
 def ck_plot(field: NDArray[np.uint8]) -> Message:
     """Return a capture field by rows from the bottom, at least 0.75 where it captures: std_msgs/Float32MultiArray."""
-    return _array((field / np.float32(255.0)).ravel().tolist(), "cell")
+    return array((field / np.float32(255.0)).ravel().tolist(), "cell")
 
 
-def _array(data: list[Any], label: str) -> Message:
+def array(data: list[Any], label: str) -> Message:
+    """Return numbers, all in one dimension, as a message with a layout."""
     dim = {"label": label, "size": len(data), "stride": len(data)}
     return {"layout": {"dim": [dim], "data_offset": 0}, "data": data}
 

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.processes import prepare_process
 from swarm_pz.play.game import TableConfig
+from swarm_pz.play.robots import Lab
 from swarm_pz.play.ros.bridge import Bridge
 from swarm_pz.play.ros.rosbridge import Origins
 
@@ -30,10 +31,10 @@ def listen(host: str, port: int) -> socket.socket:
 
 @contextlib.contextmanager
 def rosbridge(
-    listening: socket.socket, opponent: str | None, table: TableConfig, origins: Origins, address: str
+    listening: socket.socket, opponent: str | None, table: TableConfig, origins: Origins, lab: Lab | None, address: str
 ) -> Iterator[None]:
     """Serve ROS programs at a socket while the table at an address (host and port) is up; see `Bridge`."""
-    arguments = (listening, opponent, table, origins, address)
+    arguments = (listening, opponent, table, origins, lab, address)
     process = multiprocessing.get_context("spawn").Process(target=_serve, args=arguments, daemon=True)
     process.start()
     listening.close()
@@ -44,8 +45,11 @@ def rosbridge(
         process.join()
 
 
-def _serve(listening: socket.socket, opponent: str | None, table: TableConfig, origins: Origins, address: str) -> None:
+def _serve(
+    listening: socket.socket, opponent: str | None, table: TableConfig, origins: Origins, lab: Lab | None, address: str
+) -> None:
     prepare_process()
     if hasattr(os, "nice"):
         os.nice(5)  # a large message takes a tenth of a second to read: the table's ticks come first
-    asyncio.run(Bridge(address, opponent, table, functools.partial(print, flush=True), origins).run(listening))
+    say = functools.partial(print, flush=True)
+    asyncio.run(Bridge(address, opponent, table, say, origins, lab=lab).run(listening))

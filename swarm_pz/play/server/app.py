@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import functools
 import io
+import secrets
 import time
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
@@ -29,6 +30,7 @@ from swarm_pz.play.server.client_handler import ClientHandler
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.middleware import STATIC, AccessMiddleware, page
+from swarm_pz.play.server.robots import PATH
 
 if TYPE_CHECKING:
     from swarm_pz.play.server.studies import StudyHost
@@ -58,6 +60,7 @@ class Server:
             *(own if self.study is None else self.study.routes()),
             Route("/status", self._status),
             WebSocketRoute("/socket", self._socket),
+            WebSocketRoute(PATH, self._robots),
             Mount("/static", GZipMiddleware(StaticFiles(directory=STATIC))),
         ]
         inner = Starlette(routes=routes, lifespan=self._lifespan, exception_handlers={RecordingError: _not_found})
@@ -100,6 +103,13 @@ class Server:
             await handler.serve(socket)
         finally:
             self._handlers.discard(handler)
+
+    async def _robots(self, socket: WebSocket) -> None:
+        robots, token = self.lobby.context.robots, socket.query_params.get("token", "")
+        if robots is None or not secrets.compare_digest(token.encode(), robots.token.encode()):
+            await socket.close(code=1008)
+            return
+        await robots.serve(socket)
 
     # --- pages ------------------------------------------------------------------------------------
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swarm_pz.play.game import Captured, LiveGame
 from swarm_pz.play.protocol import (
     SIDES,
@@ -14,6 +17,7 @@ from swarm_pz.play.protocol import (
     FrameMessage,
     Header,
     Outcome,
+    PosesMessage,
     SeatCommand,
     SeatDelays,
     SeatMessage,
@@ -90,6 +94,10 @@ class GameLog:
     def frame(self, frame: bytes) -> None:
         """Record the present moment."""
         self.recorder.write(FrameMessage(tick=self._game.tick, data=frame))
+
+    def poses(self, poses: NDArray[np.float32]) -> None:
+        """Record the poses of robots by which the next tick is played."""
+        self.recorder.write(PosesMessage(self._game.tick, poses.astype("<f4").tobytes()))
 
     def captured(self, event: Captured) -> None:
         """Record a capture."""

@@ -24,6 +24,7 @@ from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.recorder import Recorder
 from swarm_pz.play.recordings.recording import FRAME_TICKS, reason_of_end
 from swarm_pz.play.server.audience import Audience
+from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.delays import Measured
 from swarm_pz.play.server.game_log import GameLog
 from swarm_pz.play.server.incoming_commands import IncomingCommands
@@ -122,7 +123,8 @@ class LiveSession:
         self.config, self._hosted = config, plan.hosted
         self._seats, self._audience, self._context = seats, audience, context
         self._began, self._refused, self._over = began, refused, over
-        self.game = LiveGame(config, seed)
+        self._robots = context.robots
+        self.game = LiveGame(config, seed, robots=self._robots is not None)
         self.sizes = [self.game.sizes]
         self.starts_ms = context.now_ms() + 1000.0 * context.countdown_s
         red, blue = (seat.recorded(with_label=context.record_labels) for seat in seats)
@@ -152,6 +154,8 @@ class LiveSession:
         self._numbers = [itertools.count(1), itertools.count(1)]
         self._sequence = 0
         self.ended = self.is_paused = False
+        if self._robots is not None:
+            self._robots.begin(self.game)
         self.log.frame(self._frame())
         self._clock = asyncio.create_task(self._run())
 
@@ -208,6 +212,8 @@ class LiveSession:
             policy.rest()
         if self._control is not None:
             self._control.close()
+        if self._robots is not None:
+            self._robots.end(self.game)
 
     def stop(self, outcome: Outcome = "stopped", ended_by: EndedBy | None = None) -> None:
         """End the game and finish its file; by default `ended_by` follows from the outcome and who was there."""
@@ -228,6 +234,14 @@ class LiveSession:
         self._audience.notice(f"{TEAM_NAMES[error.team]} forfeits this game: {self.forfeit}")
         self.stop("blue" if error.team == RED else "red", "forfeit")
 
+    def _give_up(self, reason: str) -> None:
+        """End a game that the robots cannot fly."""
+        if not self.has_begun:
+            self._refused(reason)
+            return
+        self._audience.notice(f"this game is stopped: {reason}")
+        self.stop(ended_by="server")
+
     # --- time -------------------------------------------------------------------------------------
 
     async def _run(self) -> None:
@@ -237,10 +251,14 @@ class LiveSession:
             trial = [self._control.try_out()] if self._control is not None else []
             answers = [policy.wait() for _, policy in self._policies]
             await asyncio.gather(asyncio.sleep(self._context.countdown_s), *answers, *trial)
+            if self._robots is not None:
+                await self._robots.gather(self.game, self._audience.notice)
             if self._begin():
                 await self._play()
         except FlightError as error:
             self._lose(error)
+        except RefusedError as error:  # by the robots
+            self._give_up(str(error))
         except Exception:
             log.exception("a game was stopped")
             self._audience.notice("this game was stopped by a fault of the server")
@@ -270,6 +288,10 @@ class LiveSession:
 
     async def _tick(self) -> None:
         game = self.game
+        if self._robots is not None:
+            poses = self._robots.see(game)
+            self.log.poses(poses)
+            game.place(poses)
         if game.tick % self.config.game.step_ticks == 0 and game.tick > 0:
             for team, policy in self._policies:
                 self._ask(team, policy)
@@ -285,6 +307,8 @@ class LiveSession:
         for event in game.advance():
             if isinstance(event, Captured):
                 self.log.captured(event)
+        if self._robots is not None:
+            self._robots.order(game)
         if game.tick % TICKS_PER_SECOND == 0:
             self.sizes.append(game.sizes)
         self._audience.show(self.frame(), self._sequence)

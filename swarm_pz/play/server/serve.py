@@ -21,6 +21,7 @@ from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
+from swarm_pz.play.server.robots import Robots
 from swarm_pz.play.server.server_context import COUNTDOWN_S, ServerContext
 from swarm_pz.play.server.views import capture_fields, target_message
 from swarm_pz.play.strokes import WIDEST, Stroke, density_of
@@ -111,9 +112,9 @@ def _is_here(address: str) -> bool:
     return ipaddress.ip_address(address).is_loopback
 
 
-def _warm_up(table: TableConfig) -> None:
+def _warm_up(table: TableConfig, robots: bool) -> None:
     """Compile kernels, so that neither the first game nor the first drawing waits."""
-    game = LiveGame(table, 0)
+    game = LiveGame(table, 0, robots=robots)
     game.advance(TICKS_PER_SECOND)
     capture_fields(game.simulator)
     target_message(RED, 0, game.simulator.games.coefficients[0, RED])
@@ -138,6 +139,7 @@ def serve(
     record_labels: bool = True,
     study: StudyFolder | None = None,
     embedders: Sequence[str] = (),
+    robots: Robots | None = None,
     beside: Callable[[str], AbstractContextManager[None]] = lambda _: contextlib.nullcontext(),
     greeting: str = "",
 ) -> None:
@@ -153,6 +155,7 @@ def serve(
     - `say`: prints lines, `greeting` first; `draw_code` draws an address as text.
     - `study`: the server is for this study alone.
     - `embedders`: origins of pages that may hold this one in a frame.
+    - `robots`: fly the games.
     - `beside`: for this machine's address of the server, a context in which it serves.
 
     Raises CommandError if it cannot listen there, or a name or an origin is malformed.
@@ -176,6 +179,7 @@ def serve(
         table=table,
         countdown_s=countdown_s,
         record_labels=record_labels,
+        robots=robots,
     )
     lobby = Lobby(context, policies, cards, addresses_of(names), origins, is_hosted=study is not None)
     host_of_study = None
@@ -193,7 +197,7 @@ def serve(
     if greeting:
         say(greeting)
     say("the page is not up yet: its address follows, after up to a minute where the game must be compiled first")
-    _warm_up(table)  # before the address is shown
+    _warm_up(table, robots is not None)  # before the address is shown
     say(f"swarm-pz is at {address}")
     if host_of_study is not None:
         say(f"participants type their code there; you look on at {here}study/monitor#{host_of_study.token}")

@@ -12,6 +12,7 @@ from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import OutputError
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.server.policy_workers import PolicyWorkers
+from swarm_pz.play.server.robots import Robots
 
 COUNTDOWN_S = 3.0
 """Seconds for which the start is shown: time to find the drones and to draw, and for a policy's first command."""
@@ -59,6 +60,7 @@ class ServerContext:
     """All that games of a server share.
 
     - `table`: the default configuration; a room's settings replace parts of it.
+    - `robots`: fly the games, if there are any.
     - `record_labels`: recordings hold the players' labels, which else only the people in the room see.
     """
 
@@ -67,6 +69,7 @@ class ServerContext:
     table: TableConfig = field(default_factory=TableConfig)
     countdown_s: float = COUNTDOWN_S
     record_labels: bool = True
+    robots: Robots | None = None
     began: float = field(default_factory=time.monotonic)
 
     def now_ms(self) -> float:

@@ -15,6 +15,7 @@ from swarm_pz.play.protocol import (
     FrameMessage,
     Header,
     InForceMessage,
+    PosesMessage,
     RecordedSeat,
     SeatCommand,
     SeatMessage,
@@ -44,10 +45,14 @@ def header(config, seed, player, own=0):
 
 def record(
     path, ticks=300, seed=1, outcome=None, player="ring", config=CONFIG, own=0, both=False, delays=None, every=60,
-    strokes=None,
+    strokes=None, robots=False,
 ):  # fmt: skip
-    """Write a game in which a person commands corners, or draws, and the policy does nothing, or commands, too."""
-    game = LiveGame(config, seed)
+    """Write a game in which a person commands corners, or draws, and the policy does nothing, or commands, too.
+
+    Robots fly at random, and some are lost now and then.
+    """
+    game, generator = LiveGame(config, seed, robots=robots), np.random.default_rng(seed)
+    poses = np.pad(game.simulator.positions[0], ((0, 0), (0, 2)))
     recorder = Recorder(path, header(config, seed, player, own))
     recorder.write(FrameMessage(0, shown(game)))
     recorder.write(SeatMessage(SIDES[own], "connected", BEGAN_MS))
@@ -63,6 +68,12 @@ def record(
             plain = game.submit(team, number, density).values.tolist()
             timing = Timing(input_ms=5.0, sent_ms=6.0, round_trip_ms=2.0, drawing_ms=500.0) if team == own else None
             recorder.write(SeatCommand(number, drawn, plain, None, timing, seat=SIDES[team], tick=tick, server_ms=ms))
+        if robots:
+            poses[:, 2:] = generator.uniform(-1.0, 1.0, (len(poses), 2))
+            poses[:, :2] = np.clip(poses[:, :2] + poses[:, 2:] / 30, 0.0, 1.0)
+            seen = np.where(generator.random((len(poses), 1)) < 0.1, np.float32("nan"), poses)
+            recorder.write(PosesMessage(game.tick, seen.astype("<f4").tobytes()))
+            game.place(seen)
         for event in game.advance():
             if isinstance(event, InForce):
                 side, number = SIDES[event.command.team], event.command.number

@@ -170,3 +170,24 @@ def test_values_that_no_game_has_are_named_with_their_file(kind, change, played,
     lines[place_of(lines, kind)].update(change)
     write_lines(tmp_path / "a.jsonl", lines)
     assert "a.jsonl" in fault_of(tmp_path / "a.jsonl")
+
+
+def test_a_robots_game_verifies_by_its_poses_and_not_by_others(tmp_path):
+    path = tmp_path / "robots.jsonl"
+    record(path, ticks=240, robots=True)
+    recording = Recording.read(path)
+    assert recording.of(protocol.CapturedMessage), "or it proves little"
+    assert fault_of(path) == ""
+    playback = Playback(recording)
+    for tick in (100, 31):
+        playback.seek(tick)
+        poses = recording.poses[tick - 1]
+        shown = playback.game.simulator.positions[0]
+        np.testing.assert_array_equal(shown[~np.isnan(poses[:, 0])], poses[~np.isnan(poses[:, 0]), :2])
+    lines = plain_lines(path)
+    moved = lines[place_of(lines, "poses", tick=50)]
+    poses = np.abs(recording.poses[50] - np.float32(0.001))
+    for data, named in ((poses.tobytes(), "differs at 51"), (poses[:2].tobytes(), "poses at tick 50 must be of 8")):
+        moved["data"] = base64.b64encode(data).decode()
+        write_lines(path, lines)
+        assert named in fault_of(path)

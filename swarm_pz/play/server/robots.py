@@ -1,0 +1,157 @@
+"""Robots that fly this server's games: the bridge to the lab sends their poses, and is sent orders."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import secrets
+import time
+from collections.abc import Callable
+from typing import Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from swarm_pz.play.game import SPEED_LIMIT, LiveGame
+from swarm_pz.play.server.connection import RefusedError
+
+PATH = "/robots"
+"""Where the bridge connects, with the token."""
+_GONE_S = 1.0
+"""Seconds without a message of the bridge after which a game is stopped."""
+_NEAR = 0.1
+"""Map widths from their starts within which robots must be for a game to begin."""
+_LOOK_S, _REMIND_S = 0.1, 10.0
+"""Seconds between two looks whether they are, and between two notices of those that are not."""
+
+Pair = tuple[float, float]
+
+
+class Sight(msgspec.Struct, tag=True):
+    """Robots' positions and velocities by number, in map widths and seconds; None of those that are lost."""
+
+    poses: list[tuple[float, float, float, float] | None]
+
+
+class Stop(msgspec.Struct, tag=True):
+    """Emergency stop."""
+
+
+class Orders(msgspec.Struct):
+    """Positions and accelerations of a game's drones, in map widths and seconds; starts in the phase "starting"."""
+
+    phase: Literal["starting", "playing", "over"]
+    teams: list[int]
+    failed: list[bool]
+    positions: list[Pair]
+    accelerations: list[Pair]
+
+
+_decoder = msgspec.json.Decoder(Sight | Stop)
+
+
+class Robots:
+    """The robots, which fly one game at a time; `token` lets the bridge in."""
+
+    def __init__(self) -> None:
+        self.token = secrets.token_hex(16)
+        self._game: LiveGame | None = None
+        self._sight, self._seen_s = Sight([]), -math.inf
+        self._is_stopped = False
+        self._orders = b""
+        self._wake = asyncio.Event()
+
+    async def serve(self, socket: WebSocket) -> None:
+        """Take the bridge's messages, and send it orders, until it goes."""
+        await socket.accept()
+        writer = asyncio.create_task(self._write(socket))
+        try:
+            while True:
+                message = _decoder.decode(await socket.receive_text())
+                if isinstance(message, Stop):
+                    self._is_stopped = True
+                else:
+                    self._sight, self._seen_s = message, time.monotonic()
+        except (WebSocketDisconnect, msgspec.DecodeError):
+            pass
+        finally:
+            writer.cancel()
+
+    async def _write(self, socket: WebSocket) -> None:
+        self._wake.set()  # an earlier bridge may have been told
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            if self._orders:
+                await socket.send_text(self._orders.decode())
+
+    # --- games ------------------------------------------------------------------------------------
+
+    def begin(self, game: LiveGame) -> None:
+        """Lead the robots to the start of a game; RefusedError if they cannot fly it."""
+        if self._game is not None:
+            raise RefusedError("full", "the robots fly another game; wait for its end")
+        self._check()
+        self._game = game
+        self.order(game, "starting")
+
+    def end(self, game: LiveGame) -> None:
+        """Let the robots of a game rest."""
+        if self._game is game:
+            self._game = None
+            self.order(game, "over")
+
+    async def gather(self, game: LiveGame, notice: Callable[[str], None]) -> None:
+        """Wait until all robots are near their starts; RefusedError after an emergency stop."""
+        reminded_s = -math.inf
+        while away := np.flatnonzero(self._distances(game) > _NEAR).tolist():
+            self._check()
+            if time.monotonic() - reminded_s > _REMIND_S:
+                reminded_s = time.monotonic()
+                notice(f"the game waits until robots {', '.join(map(str, away))} are at their starts")
+            await asyncio.sleep(_LOOK_S)
+
+    def _distances(self, game: LiveGame) -> NDArray[np.float32]:
+        """Return the distances of the robots from a game's drones, in map widths; infinity of those that are lost."""
+        away = self._poses(game)[:, :2] - game.simulator.positions[0]
+        return np.asarray(np.nan_to_num(np.hypot(away[:, 0], away[:, 1]), nan=math.inf))
+
+    def see(self, game: LiveGame) -> NDArray[np.float32]:
+        """Return the robots' poses as `LiveGame.place` takes them; RefusedError if the game cannot go on."""
+        self._check()
+        if time.monotonic() - self._seen_s > _GONE_S:
+            raise RefusedError("not_valid", f"no poses have come for {_GONE_S:g} s: is the bridge to the robots there?")
+        return self._poses(game)
+
+    def _poses(self, game: LiveGame) -> NDArray[np.float32]:
+        poses = np.full((game.config.game.num_drones, 4), np.nan, np.float32)
+        for drone, pose in enumerate(self._sight.poses[: len(poses)]):
+            if pose is not None:
+                poses[drone] = pose
+        poses[:, :2] = np.clip(poses[:, :2], 0.0, 1.0)
+        poses[:, 2:] = np.clip(poses[:, 2:] / _speed(game), -SPEED_LIMIT, SPEED_LIMIT)
+        return poses
+
+    def order(self, game: LiveGame, phase: Literal["starting", "playing", "over"] = "playing") -> None:
+        """Tell the bridge what the drones of a game do from now on."""
+        games, speed = game.simulator.games, _speed(game) * game.config.speed
+        orders = Orders(
+            phase,
+            games.teams[0].tolist(),
+            games.failed[0].tolist(),
+            games.positions[0].tolist(),
+            (games.accelerations[0] * np.float32(speed)).tolist(),
+        )
+        self._orders = msgspec.json.encode(orders)
+        self._wake.set()
+
+    def _check(self) -> None:
+        if self._is_stopped:
+            raise RefusedError("not_valid", "an emergency stop was made: restart swarm-pz to fly again")
+
+
+def _speed(game: LiveGame) -> float:
+    """Return the map widths a second of time that a drone of velocity 1 flies."""
+    return game.config.game.dynamics.speed_factor * game.config.speed
