@@ -16,8 +16,8 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.opponents import opponents_among
 
 STATIC = Path(__file__).parent / "static"
-_OF_SERVERS = {"marks.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js"}
-"""Files for other control systems and studies, which need a server."""
+_OF_SERVERS = {"marks.js", "monitor.html", "monitor.js", "practice.js", "study.css", "study.html", "study.js"}
+"""Files for other control systems, other people and studies, which need a server."""
 _HEAD = """\
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'self'; worker-src 'self';
  style-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'">

@@ -277,6 +277,10 @@ def views(page):
     page.click("#invite-somebody")
     expect(text_of(page, "invitation")).to_be_visible()
     yield "waiting"
+    page.click("#practise")
+    expect(text_of(page, "practice")).to_be_visible()
+    yield "practice"
+    page.click("#practice-stop")
     page.click("#go-home")
     page.click("#start-lesson")
     expect(text_of(page, "step")).to_be_visible()

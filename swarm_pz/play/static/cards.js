@@ -34,7 +34,7 @@ export function paintCard(canvas, card) {
 }
 
 // Drones of a team, by their places in hundredths of the map.
-export function paintDrones(canvas, team, drones) {
+function paintDrones(canvas, team, drones) {
   const pen = canvas.getContext("2d"), side = canvas.width, size = side * 0.028;
   pen.fillStyle = look.teams[team];
   pen.strokeStyle = look.ground;
@@ -53,9 +53,17 @@ export function paintPoster(canvas, card) {
   paintDrawing(canvas, arc(0.31, -0.4, 4.9), 10);
 }
 
-export const TIGHT = arc(0.1), CIRCLE = arc(0.25), CORNER = [[0.78, 0.8], [0.84, 0.86], [0.9, 0.9]];
+const TIGHT = arc(0.1), CIRCLE = arc(0.25), CORNER = [[0.78, 0.8], [0.84, 0.86], [0.9, 0.9]];
+// The rule: a drawing, the number of red drones on it, and the radius of a circle on which blue ones are.
+export const PICTURES = [{ shows: CORNER, drones: 3, blue: 0 }, { shows: CIRCLE, drones: 9, blue: 0.05 }, { shows: TIGHT, drones: 9, blue: 0.27 }];
 
-export function arc(radius, from = 0, to = 2 * Math.PI) {
+export function paintPicture(canvas, { shows, drones, blue }) {
+  paintCard(canvas, { target: ["0"], drones: [] });
+  paintDrawing(canvas, shows, drones);
+  if (blue) paintDrones(canvas, 1, arc(blue).filter((_, k) => k % 8 === 3).map((place) => place.map((value) => 100 * value)));
+}
+
+function arc(radius, from = 0, to = 2 * Math.PI) {
   return Array.from({ length: 60 }, (_, k) => {
     const angle = from + (to - from) * k / 59;
     return [0.5 + radius * Math.cos(angle), 0.5 - radius * Math.sin(angle)];
@@ -63,7 +71,7 @@ export function arc(radius, from = 0, to = 2 * Math.PI) {
 }
 
 // A drawing, by its points in map widths, and red drones that have followed it.
-export function paintDrawing(canvas, points, drones) {
+function paintDrawing(canvas, points, drones) {
   const pen = canvas.getContext("2d");
   pen.globalAlpha = 0.28;
   drawLine(pen, points, 0.1, canvas.width, look.asked);

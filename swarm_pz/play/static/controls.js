@@ -13,9 +13,10 @@ const HANDS = {
 const TURN = 1 / 24; // by a key
 
 export class Controls {
-  // mayPlay tells if a command counts now, answer shows a text, sent is called with the strokes that were sent.
-  constructor(link, { mayPlay, answer, sent }) {
+  // mayPlay tells if a command counts now, answer shows a text, send sends a command, sent is called with its strokes.
+  constructor(link, { mayPlay, answer, send, sent }) {
     this.link = link;
+    this.pass = send;
     this.mayPlay = () => mayPlay() && this.isEquipped;
     this.answer = answer;
     this.sent = sent;
@@ -156,7 +157,7 @@ export class Controls {
   send() {
     if (!this.mayPlay() || this.pen.sent) return false;
     const input = performance.now(), { drawingMs, ...command } = this.pen.take();
-    const isSent = this.link.send({
+    const isSent = this.pass({
       type: "command", number: this.number + 1, ...command,
       timing: {
         input_ms: input, sent_ms: performance.now(), offset_ms: this.link.offsetMs,

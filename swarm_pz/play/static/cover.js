@@ -20,7 +20,7 @@ export class Cover {
 
   // Something is on its way.
   wait(text) {
-    for (const id of ["waiting", "invitation", "next-game", "ready", "sit", "see", "recording", "turning", "result-chart"]) byId(id).hidden = true;
+    for (const id of ["waiting", "invitation", "next-game", "ready", "practise", "sit", "see", "recording", "turning", "result-chart"]) byId(id).hidden = true;
     byId("cover").hidden = false;
     byId("table").dataset.phase = "opening";
     byId("cover-text").textContent = text;
@@ -45,6 +45,7 @@ export class Cover {
     byId("go-home").classList.toggle("primary", Boolean(isDone));
     this.showResult(isOver && room.outcome !== "stopped");
     const waiting = this.waiting.show(room, seat), text = isOver ? this.result(lastTick) : `${this.unready ?? waiting}${this.pace}`;
+    say("practice-text", text);
     requestAnimationFrame(() => { byId("cover-text").textContent = text; }); // said once it is shown
   }
 

@@ -1,6 +1,6 @@
 // The first lesson: three steps. The board stands still before each step, until the player goes on.
 
-import { arc, CIRCLE, CORNER, paintCard, paintDrawing, paintDrones, TIGHT } from "./cards.js";
+import { paintPicture, PICTURES } from "./cards.js";
 import { byId, hear, on, say } from "./elements.js";
 import { ROUND } from "./progress.js";
 
@@ -17,7 +17,6 @@ const STEPS = [
   {
     title: "Draw where they should be",
     text: "You are red, the discs. Drag a short stroke in the top right corner: your drones fly there by themselves.",
-    shows: CORNER, drones: 3,
     task: "Draw a short stroke in the dashed corner, and nowhere else.",
     goal: [1, 1, IN_CORNER],
     room: ALONE,
@@ -27,7 +26,6 @@ const STEPS = [
     title: "Go all around",
     text: "A game of a minute. Blue crowds in the middle. Draw a big circle around it, and leave it so: ground that your drones fly "
       + "around becomes yours, and blue drones there turn red.",
-    shows: CIRCLE, drones: 9, blue: 0.05,
     task: "Draw the dashed circle around blue, all the way, and leave it so.",
     goal: [0.5, 0.5, 0.25],
     room: against("centre"),
@@ -38,7 +36,6 @@ const STEPS = [
     title: "Why a small ring loses",
     text: "Now blue flies the big ring. Draw a small one in the middle, and look: it leaves no middle free, so your drones crowd. "
       + "A crowd holds one small place, and blue flies around it.",
-    shows: TIGHT, drones: 9, blue: 0.27,
     task: "Draw the small dashed ring, and see what becomes of your drones.",
     goal: [0.5, 0.5, 0.1],
     room: against("halo"),
@@ -94,20 +91,11 @@ export class Lesson {
     byId("lesson").hidden = true;
     this.mark(null);
     byId("step-title").textContent = title;
-    this.paint(STEPS[this.step]);
+    byId("step-picture").hidden = this.isLast;
+    if (!this.isLast) paintPicture(byId("step-picture"), PICTURES[this.step]);
     byId("lesson-text").textContent = text;
     byId("lesson-next").textContent = button;
     byId("lesson-next").focus({ preventScroll: true });
-  }
-
-  // Paint the drawing of a step, and its effect.
-  paint(step) {
-    byId("step-picture").hidden = !step;
-    if (!step) return;
-    const canvas = byId("step-picture");
-    paintCard(canvas, { target: ["0"], drones: [] });
-    paintDrawing(canvas, step.shows, step.drones);
-    if (step.blue) paintDrones(canvas, 1, arc(step.blue).filter((_, k) => k % 8 === 3).map((place) => place.map((value) => 100 * value)));
   }
 
   // Begin, in the room that the step needs.

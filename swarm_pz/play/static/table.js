@@ -33,13 +33,15 @@ export class Table {
     /** @type {any} */
     this.lesson = NO_LESSON;
     this.replay = null; // fetched with the first recorded game
+    this.practice = null; // while a room waits
     this.arena = new Arena(byId("ground"), byId("drones"), () => link.now(), () => link.roundTripMs / 2);
     this.chart = new Chart(byId("chart"));
     this.sound = new Sound(byId("sound"));
     this.news = new News(this.sound);
     this.cover = new Cover(link, begin);
     this.controls = new Controls(link, {
-      mayPlay: () => this.mayPlay, answer: (text) => this.news.answer(text), sent: (strokes) => this.lesson.sent(strokes),
+      mayPlay: () => this.mayPlay, answer: (text) => this.news.answer(text),
+      send: (message) => (this.practice ?? link).send(message), sent: (strokes) => this.lesson.sent(strokes),
     });
     this.listen();
     new ResizeObserver(() => this.resize()).observe(byId("arena"));
@@ -52,7 +54,12 @@ export class Table {
 
   listen() {
     on("click", {
-      ready: () => this.link.send({ type: "ready" }),
+      ready: () => this.link.send({ type: "ready", label: byId("label").value }),
+      practise: () => this.practise(),
+      "practice-stop": () => {
+        this.endPractice();
+        this.setRoom(this.room);
+      },
       sit: () => this.sit(),
       leave: () => this.left(),
       "close-replay": () => this.left(),
@@ -70,7 +77,10 @@ export class Table {
         this.seat = this.room = null;
         this.isAway = false;
       },
-      closed: () => this.controls.show(),
+      closed: () => {
+        this.endPractice();
+        this.controls.show();
+      },
     });
   }
 
@@ -87,7 +97,7 @@ export class Table {
 
   // --- the room ---------------------------------------------------------------------------------------
 
-  get mayPlay() { return this.seat !== null && isRunning(this.room) && this.link.isOpen && !this.lesson.held; }
+  get mayPlay() { return this.seat !== null && (isRunning(this.room) || this.practice !== null) && this.link.isOpen && !this.lesson.held; }
 
   get opponent() { return this.room[SIDES[1 - this.seat]]; }
 
@@ -114,6 +124,22 @@ export class Table {
     await this.replay.open(recording, from, () => this.place === recording);
   }
 
+  async practise() {
+    const { Practice } = await import("./practice.js"), { room } = this;
+    if (this.practice || this.seat === null || room?.phase !== "waiting") return;
+    this.practice = new Practice(this.link, this.seat);
+    this.setRoom(room);
+    this.forget();
+    this.focus();
+  }
+
+  endPractice() {
+    if (!this.practice) return;
+    this.practice.stop();
+    this.practice = null;
+    this.forget();
+  }
+
   sitDown({ seat, token, commands, factors }) {
     this.seat = SIDES.indexOf(seat);
     this.vary(factors);
@@ -138,6 +164,7 @@ export class Table {
     const entered = this.place !== place;
     const opened = phase === "replay" && this.room?.phase !== phase;
     this.place = place;
+    if (phase !== "waiting" || entered) this.endPractice();
     if (entered && this.lesson.room !== room.code) this.lesson.stop();
     if (began || entered) this.forget();
     if (began) this.isAway = false;
@@ -147,7 +174,7 @@ export class Table {
     else if (entered) this.arena.look(0);
     this.arena.isLive = phase === "playing";
     this.arena.speed = room.settings.speed;
-    this.chart.set(room.sizes);
+    if (!this.practice) this.chart.set(room.sizes);
     this.showScores();
     byId("controls").hidden = this.seat === null || ["replay", "over"].includes(phase);
     if (phase !== "replay") this.replay?.close();
@@ -155,12 +182,23 @@ export class Table {
       if (counts(room, this.opponent, this.lesson.running)) count(this.opponent.name, room.outcome === SIDES[this.seat]);
     }
     this.cover.show(room, this.seat, this.lastTick);
+    this.showPractice();
     this.controls.show();
     this.controls.pen.dirty = true; // marks show only while they may be placed
     if (began && this.seat !== null && this.controls.pen.hint) this.news.answer(this.controls.pen.hint);
     if (ended) this.end();
     this.pause();
     if (began || entered || opened || (ended && !this.lesson.running)) requestAnimationFrame(() => this.focus()); // once it is shown
+  }
+
+  // Offer practice in a room that waits for somebody; while it goes on, the board is free.
+  showPractice() {
+    const isOn = this.practice !== null;
+    byId("practise").hidden = byId("waiting").hidden || this.seat === null || this.controls.pen.kind !== "strokes";
+    byId("practice").hidden = !isOn;
+    if (!isOn) return;
+    byId("cover").hidden = true;
+    byId("table").dataset.phase = "practice";
   }
 
   focus() {
@@ -223,6 +261,7 @@ export class Table {
   // Leave the room or the recorded game, if there is one.
   leave() {
     this.lesson.stop();
+    this.endPractice();
     if (!this.place) return;
     this.leftPlace = this.place; // late messages from there are not shown
     this.link.send({ type: "leave" });

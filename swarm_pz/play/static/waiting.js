@@ -1,6 +1,9 @@
 // A room before its game: players, readiness, and the invitation.
 
+import { paintPicture, PICTURES } from "./cards.js";
 import { byId, hear, on } from "./elements.js";
+import { onLook } from "./ground.js";
+import { keep } from "./store.js";
 import { playerOf, SIDES } from "./words.js";
 
 const LOOPBACK = /^(localhost|127\.|\[::1\])/;
@@ -10,6 +13,10 @@ export class Waiting {
     hear(link, { welcome: ({ addresses }) => this.setAddresses(addresses) });
     on("change", { address: () => this.showInvitation() });
     on("focus", { "invitation-link": () => byId("invitation-link").select() });
+    on("input", { name: () => keep("name", byId("label").value = byId("name").value) });
+    const paint = () => byId("taught").querySelectorAll("canvas").forEach((canvas, i) => paintPicture(canvas, PICTURES[i]));
+    paint();
+    onLook(paint);
     on("click", { copy: () => this.copy() });
   }
 
@@ -26,6 +33,8 @@ export class Waiting {
   show(room, seat) {
     const isWaiting = room.phase === "waiting", free = freeSides(room);
     byId("waiting").hidden = !isWaiting || !meetsSomebody(room, seat);
+    byId("taught").hidden = byId("naming").hidden = seat === null;
+    if (document.activeElement !== byId("name")) byId("name").value = byId("label").value;
     byId("room-code").textContent = this.code = room.code;
     for (const side of SIDES) byId(`${side}-seat`).textContent = describe(room, side, seat);
     byId("invitation").hidden = !(isWaiting || room.phase === "over") || seat === null || room.once || !free.length;

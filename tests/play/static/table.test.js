@@ -8,6 +8,7 @@ import { at, bytes, fixtures, Line, reload, settled, time } from "./page.js";
 import { decode } from "../../../swarm_pz/play/static/frames.js";
 import { Table } from "../../../swarm_pz/play/static/table.js";
 import "../../../swarm_pz/play/static/marks.js";
+import "../../../swarm_pz/play/static/practice.js";
 import "../../../swarm_pz/play/static/replay.js";
 import "../../../swarm_pz/play/static/responses.js";
 
@@ -258,6 +259,31 @@ test("after a game between people both see the score, who wants another one, and
   line.hear("seated", { ...fixtures.seats.ergodic, seat: "blue" });
   line.hear("room", { ...fixtures.room, phase: "starting", wins: [1, 2], red: person });
   assert.deepEqual([table.seat, table.arena.guarded], [1, [1]]);
+});
+
+test("while a room waits one practises in the page alone, until the game begins", async () => {
+  const { line, table, commands } = await sit(), person = { ...fixtures.room.blue, kind: "person", name: "", policy_state: null };
+  const waits = (has = {}) => line.hear("room", { ...fixtures.room, phase: "waiting", red: { ...fixtures.room.red, ready: false }, blue: { ...person, ready: false, ...has } });
+  waits();
+  assert.equal(at("practise").hidden, false);
+  at("practise").click();
+  await settled();
+  draw([0.2, 0.2]);
+  for (let i = 0; i < 40; i++) table.practice.step();
+  assert.deepEqual([commands(), at("cover").hidden, table.arena.frame.tick, table.arena.ground.target.number], [[], true, 40, 1]);
+  waits({ ready: true, label: "Bob" });
+  assert.deepEqual([at("practice-text").textContent, at("cover").hidden], ["Bob is ready. The game begins when you are.", true]);
+  at("practice-stop").click();
+  assert.deepEqual([at("cover").hidden, table.arena.frame], [false, null]);
+  at("practise").click();
+  await settled();
+  line.hear("room", { ...fixtures.room, phase: "starting", blue: person });
+  draw([0.2, 0.2]);
+  assert.deepEqual([table.practice, commands().length], [null, 1]);
+  at("name").value = "Ann";
+  at("name").fire("input");
+  at("ready").click();
+  assert.equal(line.last("ready").label, "Ann");
 });
 
 test("a game against a policy stops while one looks at help or at another tab, and no other game does", async (context) => {

@@ -1,0 +1,41 @@
+// Practice while a room waits: a game in the page itself, against drones that spread out evenly.
+
+import { Game } from "./engine/game.js";
+import { fieldsOf } from "./engine/observation.js";
+import { densityOf, targetOf } from "./engine/strokes.js";
+import { SIDES, TICKS } from "./words.js";
+
+const FIELD_TICKS = 3; // between two looks at the ground
+
+export class Practice {
+  // team is the player's; what is seen goes out by the link, as from a server.
+  constructor(link, team) {
+    this.link = link;
+    this.team = team;
+    this.begin();
+    this.clock = setInterval(() => this.step(), 1000 / TICKS);
+  }
+
+  begin() { this.game = new Game({}, crypto.getRandomValues(new Uint32Array(1))[0]); }
+
+  stop() { clearInterval(this.clock); }
+
+  step() {
+    if (this.game.isOver) this.begin();
+    const { game } = this;
+    game.advance();
+    this.link.tell("frame", {
+      tick: game.tick, serverMs: this.link.now(), positions: game.positions.slice(), velocities: game.velocities.slice(),
+      teams: game.teams.slice(), altitudes: null, fields: game.tick % FIELD_TICKS === 0 || game.isOver ? fieldsOf(game) : null,
+    });
+  }
+
+  // Follow a drawing, as the server does; return true: it was taken.
+  send({ number, strokes }) {
+    const density = densityOf(strokes ?? []), { team } = this;
+    this.game.command(team, density);
+    this.link.tell("target", { team, number, ...targetOf(density) });
+    this.link.tell("in_force", { seat: SIDES[team], number, sender: "" });
+    return true;
+  }
+}
