@@ -34,7 +34,7 @@ export function paintCard(canvas, card) {
 }
 
 // Drones of a team, by their places in hundredths of the map.
-function paintDrones(canvas, team, drones) {
+export function paintDrones(canvas, team, drones) {
   const pen = canvas.getContext("2d"), side = canvas.width, size = side * 0.028;
   pen.fillStyle = look.teams[team];
   pen.strokeStyle = look.ground;
@@ -63,7 +63,7 @@ export function paintPicture(canvas, { shows, drones, blue }) {
   if (blue) paintDrones(canvas, 1, arc(blue).filter((_, k) => k % 8 === 3).map((place) => place.map((value) => 100 * value)));
 }
 
-function arc(radius, from = 0, to = 2 * Math.PI) {
+export function arc(radius, from = 0, to = 2 * Math.PI) {
   return Array.from({ length: 60 }, (_, k) => {
     const angle = from + (to - from) * k / 59;
     return [0.5 + radius * Math.cos(angle), 0.5 - radius * Math.sin(angle)];

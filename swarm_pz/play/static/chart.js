@@ -11,13 +11,15 @@ export class Chart {
     this.canvas = canvas;
     this.sizes = [];
     this.marked = null; // a second to point out
+    this.span = 0; // seconds from end to end; 0: of the game so far
     this.cursor = null; // the seconds that are shown of a recorded game
     new ResizeObserver(() => this.resize()).observe(canvas);
     onLook(() => this.paint());
   }
 
   // Sizes of red and blue, one entry a second.
-  set(sizes, marked = null) {
+  set(sizes, marked = null, span = 0) {
+    this.span = span;
     this.sizes = sizes.map((entry) => [...entry]);
     this.marked = marked;
     this.paint();
@@ -52,7 +54,7 @@ export class Chart {
     pen.fillRect(0, 0, width, height);
     if (!sizes.length || !width) return;
     const hatches = [0, 1].map((team) => hatch(pen, team, width / (canvas.clientWidth || width)));
-    const step = width / Math.max(sizes.length, SHORTEST_S), edge = ([red, blue]) => height * (1 - red / (red + blue || 1));
+    const step = width / (this.span || Math.max(sizes.length, SHORTEST_S)), edge = ([red, blue]) => height * (1 - red / (red + blue || 1));
     [height, 0].forEach((from, team) => {
       pen.fillStyle = hatches[team];
       pen.beginPath();
@@ -62,7 +64,7 @@ export class Chart {
     const border = sizes.flatMap((entry, i) => [[i * step, edge(entry)], [(i + 1) * step, edge(entry)]]);
     paintLine(pen, border, Math.max(height / 40, 1.5));
     paintLine(pen, [[0, height / 2], [width, height / 2]], 1, [3, 3]);
-    if (this.marked !== null) paintMark(pen, (this.marked + 0.5) * step, edge(sizes[this.marked]), height);
+    if (this.marked !== null) paintMark(pen, Math.min((this.marked + 0.5) * step, width - 0.11 * height), edge(sizes[this.marked]), height);
     if (this.cursor !== null) paintCursor(pen, this.cursor * step, height);
     const [red, blue] = (this.cursor === null ? null : sizes[Math.floor(this.cursor)]) ?? sizes.at(-1);
     canvas.setAttribute("aria-label", `Team sizes over time: now red ${red}, blue ${blue}`);

@@ -20,7 +20,7 @@ export class Cover {
 
   // Something is on its way.
   wait(text) {
-    for (const id of ["waiting", "invitation", "next-game", "ready", "practise", "sit", "see", "recording", "turning", "result-chart"]) byId(id).hidden = true;
+    for (const id of ["waiting", "invitation", "next-game", "ready", "practise", "sit", "recording", "turning", "result-chart"]) byId(id).hidden = true;
     byId("cover").hidden = false;
     byId("table").dataset.phase = "opening";
     byId("cover-text").textContent = text;
@@ -40,7 +40,6 @@ export class Cover {
     byId("ready").textContent = isOver ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
     byId("sit").hidden = isDone || own !== null || freeSides(room).length === 0;
     byId("recording").hidden = !isOver;
-    byId("recording").href = `#replay=${room.recording}`;
     byId("go-home").textContent = isDone ? "Go on" : "Back to the start";
     byId("go-home").classList.toggle("primary", Boolean(isDone));
     this.showResult(isOver && room.outcome !== "stopped");
@@ -99,11 +98,12 @@ export class Cover {
     const ended = untilTheEnd(this.room), hasChart = isShown && ended.length > 1;
     const turn = hasChart ? turningPoint(ended) : null;
     byId("result-chart").hidden = !hasChart;
-    byId("turning").hidden = byId("see").hidden = turn === null;
+    byId("turning").hidden = turn === null;
+    byId("recording").href = `#replay=${this.room.recording}${turn === null ? "" : `@${TICKS * Math.max(turn - DECISIVE_S, 0)}`}`;
+    byId("recording").textContent = turn === null ? "Watch" : "Watch the turn";
     if (hasChart) this.chart.set(ended, turn);
     if (turn === null) return;
     const [red, blue] = ended[turn], when = clock(TICKS * (turn - 1));
-    byId("see").href = `#replay=${this.room.recording}@${TICKS * Math.max(turn - DECISIVE_S, 0)}`;
     byId("turning").textContent = `The turn, at ${when}: red ${red}, blue ${blue}.`;
   }
 

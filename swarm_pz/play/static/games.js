@@ -1,7 +1,8 @@
 // Recorded games: links with players and results.
 
 import { make } from "./elements.js";
-import { clock, playerOf, TICKS } from "./words.js";
+import { sideIn } from "./progress.js";
+import { clock, playerOf, SIDES, TICKS } from "./words.js";
 
 const NAME = /^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)Z-([A-Z0-9]+)-(\d+)/;
 
@@ -18,8 +19,9 @@ export async function listGames(table, list) {
   if (!shown.length) list.append(make("li", {}, "None so far."));
 }
 
-function players({ red, blue }) {
-  return red && blue ? `${playerOf(red)} (red) against ${playerOf(blue)} (blue)` : "";
+function players({ name, red, blue }) {
+  const [one, other] = SIDES.map((side, i) => (sideIn(name) === side ? "you" : playerOf([red, blue][i] ?? {})));
+  return red && blue ? `${one} (red) against ${other} (blue)` : "";
 }
 
 function ending({ outcome, ended_by: by, seconds, sizes }) {

@@ -24,6 +24,8 @@ paintSigns();
 onLook(paintSigns);
 
 export function explain() {
+  byId("keys-placed").hidden = byId("placing").hidden;
+  byId("keys-drawn").hidden = !byId("placing").hidden;
   byId("legend").showModal();
   byId("legend").scrollTop = 0;
 }

@@ -6,7 +6,6 @@ import { ROUND } from "./progress.js";
 
 const IN_CORNER = 0.35; // map widths from the corner
 const EFFECT_TICKS = 30; // after which a drawing can have had an effect
-const FEW = 0.35; // of all drones: a small ring has lost
 const DRAWN = { red_system: "ergodic", blue_system: "ergodic" }; // whatever control systems the server has by default
 const ALONE = { settings: { red: 10, blue: 0, time_limit: null, ...DRAWN } };
 const against = (opponent) => ({ opponent, settings: { time_limit: 60, majority: true, ...DRAWN } });
@@ -30,7 +29,6 @@ const STEPS = [
     goal: [0.5, 0.5, 0.25],
     room: against("centre"),
     isWon: true,
-    done: () => false,
   },
   {
     title: "Why a small ring loses",
@@ -39,7 +37,6 @@ const STEPS = [
     task: "Draw the small dashed ring, and see what becomes of your drones.",
     goal: [0.5, 0.5, 0.1],
     room: against("halo"),
-    done: (frame) => share(frame) <= FEW,
   },
 ];
 
@@ -146,12 +143,12 @@ export class Lesson {
     if (!this.running || this.held || seat === null) return;
     this.mark(STEPS[this.step].goal);
     if (this.isDrawn) this.drawnTick ??= frame.tick;
-    if (this.isDrawn && frame.tick - this.drawnTick >= EFFECT_TICKS && STEPS[this.step].done(frame)) this.go(this.step + 1);
+    if (this.isDrawn && frame.tick - this.drawnTick >= EFFECT_TICKS && STEPS[this.step].done?.(frame)) this.go(this.step + 1);
   }
 }
 
-// The part of all drones that is red, somewhere.
-function share({ teams, positions }, isThere = (_x, _y) => true) {
+// The part of all drones that is red, and is somewhere.
+function share({ teams, positions }, isThere) {
   const found = [...teams.keys()].filter((i) => teams[i] === 0 && isThere(positions[2 * i], positions[2 * i + 1]));
   return found.length / teams.length;
 }

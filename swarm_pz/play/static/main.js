@@ -27,9 +27,10 @@ const lobby = new Lobby(link, { begin, go });
 link.addEventListener("room", (event) => {
   const { detail } = /** @type {CustomEvent} */ (event);
   if (placeOf(detail) === table.leftPlace) event.stopImmediatePropagation();
+  else if (table.holds(detail)) event.stopImmediatePropagation();
   else arrive(detail);
 });
-const table = new Table(link, { left: () => go(""), begin });
+const table = new Table(link, { left: () => go(table.aside ? `room=${table.aside.room.code}` : ""), begin });
 const embed = framed && new framed.Embed(link, wanted().value, begin);
 let welcomed = null;
 let isBeginning = false; // a seat in a room that begins at once is ready at once
@@ -110,11 +111,12 @@ function show() {
   if (name === "") return showLobby();
   open("table");
   if (!welcomed || isHere) return;
+  if (ROOMS.includes(name) && table.aside?.room.code === value) return table.takeUp();
   if (name === "embed" && embed) table.cover.wait(embed.waiting);
   else if (name === "play") begin({ seat: "red", ...(value && value !== "none" ? { opponent: value, settings: ROUND } : { settings: { blue: 0 } }) });
   else if (ROOMS.includes(name)) enter(name, value);
   else if (name === "replay") {
-    table.leave();
+    table.putAside();
     const [recording, from] = value.split("@");
     table.open(recording, Number(from) || 0).catch(({ message }) => { if (wanted().value === value) giveUp(message); });
   } else if (name === "lesson") {
@@ -206,7 +208,7 @@ hear(link, {
 });
 addEventListener("keydown", (event) => {
   const { target } = /** @type {any} */ (event);
-  document.documentElement.dataset.keys = "";
+  if (/^(Tab|Arrow)/.test(event.key)) document.documentElement.dataset.keys = "";
   if (event.key !== "?" || event.ctrlKey || event.metaKey || target.closest("input:not([type=range], [type=checkbox])")) return;
   if (!document.querySelector("dialog[open]")) explain();
   event.preventDefault();

@@ -22,3 +22,12 @@ export function counts({ settings: { red, blue, speed }, once }, opponent, isLes
 }
 
 export function inARow(streak) { return streak > 1 ? `${streak} won in a row.` : ""; }
+
+const MOST_OWN = 200; // recorded games
+
+// Keep the side that one had in a recorded game.
+export function keepSide(recording, side) {
+  keep("sides", Object.fromEntries([...Object.entries(recall("sides") ?? {}), [recording, side]].slice(-MOST_OWN)));
+}
+
+export function sideIn(recording) { return recall("sides")?.[recording] ?? ""; }

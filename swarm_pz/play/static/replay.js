@@ -110,7 +110,7 @@ export class Replay {
   // What each side gained in each second, as places to go to; and the turn, in the chart, too.
   list(sizes) {
     const turn = turningPoint(sizes);
-    this.chart.set(sizes, turn);
+    this.chart.set(sizes, turn, this.playback.lastTick / TICKS);
     this.captures = [];
     for (let second = 1; second < sizes.length; second++) {
       const gain = sizes[second][0] - sizes[second - 1][0], tick = Math.max(TICKS * (second - 1) - BEFORE_TICKS, 0);

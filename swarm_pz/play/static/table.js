@@ -7,7 +7,7 @@ import { Cover } from "./cover.js";
 import { byId, hear, on, say } from "./elements.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
-import { count, counts, progress } from "./progress.js";
+import { count, counts, keepSide, progress, sideIn } from "./progress.js";
 import { recall } from "./store.js";
 import { freeSides } from "./waiting.js";
 import { clock, isStudy, playerOf, SIDES, TICKS } from "./words.js";
@@ -34,6 +34,7 @@ export class Table {
     this.lesson = NO_LESSON;
     this.replay = null; // fetched with the first recorded game
     this.practice = null; // while a room waits
+    this.aside = null; // a room whose game is over, and the seat there, while a recorded game is watched
     this.arena = new Arena(byId("ground"), byId("drones"), () => link.now(), () => link.roundTripMs / 2);
     this.chart = new Chart(byId("chart"));
     this.sound = new Sound(byId("sound"));
@@ -74,7 +75,7 @@ export class Table {
       target: (target) => { if (target.team === this.arena.own) this.arena.ground.setTarget(target); },
       welcome: ({ policies }) => {
         this.policies = policies;
-        this.seat = this.room = null;
+        this.seat = this.room = this.aside = null;
         this.isAway = false;
       },
       closed: () => {
@@ -98,6 +99,9 @@ export class Table {
   // --- the room ---------------------------------------------------------------------------------------
 
   get mayPlay() { return this.seat !== null && (isRunning(this.room) || this.practice !== null) && this.link.isOpen && !this.lesson.held; }
+
+  // The side that one has, or had in a recorded game; -1 without one.
+  get own() { return this.room?.phase === "replay" ? SIDES.indexOf(sideIn(this.room.recording)) : this.seat ?? -1; }
 
   get opponent() { return this.room[SIDES[1 - this.seat]]; }
 
@@ -171,7 +175,7 @@ export class Table {
     if (starts || this.room?.paused) this.heardMs = performance.now();
     this.room = room;
     if (phase !== "replay") this.arena.look(this.seat ?? 0, this.seat === null ? [0, 1] : [this.seat]);
-    else if (entered) this.arena.look(0);
+    else if (entered) this.arena.look(Math.max(this.own, 0));
     this.arena.isLive = phase === "playing";
     this.arena.speed = room.settings.speed;
     if (!this.practice) this.chart.set(room.sizes);
@@ -179,6 +183,7 @@ export class Table {
     byId("controls").hidden = this.seat === null || ["replay", "over"].includes(phase);
     if (phase !== "replay") this.replay?.close();
     if (ended && this.seat !== null) {
+      keepSide(room.recording, SIDES[this.seat]);
       if (counts(room, this.opponent, this.lesson.running)) count(this.opponent.name, room.outcome === SIDES[this.seat]);
     }
     this.cover.show(room, this.seat, this.lastTick);
@@ -226,7 +231,7 @@ export class Table {
     const { room } = this;
     for (const side of SIDES) {
       const { kind, label, connected, gone } = room[side], who = playerOf(room[side], room.settings[side] ? "free seat" : "nobody");
-      const isOwn = this.seat === SIDES.indexOf(side), away = connected || kind === "free" ? "" : gone ? " (left)" : " (away)";
+      const isOwn = this.own === SIDES.indexOf(side), away = connected || kind === "free" ? "" : gone ? " (left)" : " (away)";
       if (this.lastTick === null) byId(`${side}-size`).textContent = room.settings[side]; // until a frame says how many
       byId(`${side}-who`).textContent = isOwn ? `${label} (you)`.trim() : who + away;
     }
@@ -258,10 +263,37 @@ export class Table {
     this.vary(null);
   }
 
+  // Leave the room for a recorded game; if its game is over, one can come back.
+  putAside() {
+    if (this.room?.phase !== "over") return this.leave();
+    this.aside = { room: this.room, seat: this.seat };
+    this.seat = null;
+  }
+
+  // Tell if a room only waits aside; when its next game begins, that is shown.
+  holds(room) {
+    if (this.aside?.room.code !== room.code) return false;
+    this.aside.room = room;
+    if (room.phase === "over") return true;
+    this.seat ??= this.aside.seat;
+    this.aside = null;
+    return false;
+  }
+
+  // Come back from a recorded game, whose last moment stays on the board.
+  takeUp() {
+    const { room, seat } = this.aside, playback = this.replay?.playback;
+    Object.assign(this, { aside: null, seat });
+    this.setRoom(room);
+    playback?.goTo(playback.lastTick);
+    if (playback) this.takeFrame(playback.moment);
+  }
+
   // Leave the room or the recorded game, if there is one.
   leave() {
     this.lesson.stop();
     this.endPractice();
+    if (this.aside) Object.assign(this, { place: this.aside.room.code, seat: this.aside.seat, aside: null });
     if (!this.place) return;
     this.leftPlace = this.place; // late messages from there are not shown
     this.link.send({ type: "leave" });

@@ -261,6 +261,22 @@ test("after a game between people both see the score, who wants another one, and
   assert.deepEqual([table.seat, table.arena.guarded], [1, [1]]);
 });
 
+test("a recorded game is watched aside from its room, and one comes back to the result, or to the next game", async () => {
+  const { line, table } = await sit(), over = { ...fixtures.room, phase: "over", outcome: "red", recording: "a.jsonl" };
+  line.hear("room", over);
+  table.putAside();
+  line.hear("room", { ...fixtures.room, phase: "replay", recording: "a.jsonl", last_tick: 30 });
+  assert.deepEqual([table.seat, at("red-who").textContent, table.holds({ ...over, code: "WXYZ" }), table.holds({ ...over, wins: [1, 0] })], [null, "(you)", false, true]);
+  table.takeUp();
+  assert.deepEqual([table.seat, table.room.wins, at("cover").hidden, line.count("leave")], [0, [1, 0], false, 0]);
+  table.putAside();
+  assert.deepEqual([table.holds({ ...over, phase: "starting" }), table.seat], [false, 0]);
+  line.hear("room", over);
+  table.putAside();
+  table.leave();
+  assert.deepEqual([line.count("leave"), table.leftPlace, table.aside], [1, over.code, null]);
+});
+
 test("while a room waits one practises in the page alone, until the game begins", async () => {
   const { line, table, commands } = await sit(), person = { ...fixtures.room.blue, kind: "person", name: "", policy_state: null };
   const waits = (has = {}) => line.hear("room", { ...fixtures.room, phase: "waiting", red: { ...fixtures.room.red, ready: false }, blue: { ...person, ready: false, ...has } });
