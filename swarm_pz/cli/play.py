@@ -91,11 +91,12 @@ def play(
             policies.load(name, game, game.team_systems[1])
             installed |= {name: about(name)}
     varied = read_factors(factors) if factors is not None else (Factors(), Factors())
-    table = TableConfig(game=game, min_command_interval=min_command_interval, factors=varied)
+    speed = robots.speed if poses else 1.0
+    table = TableConfig(game=game, min_command_interval=min_command_interval, factors=varied, speed=speed)
     for team, own in enumerate(varied):
         if own.share > 0.0:
             policies.load(own.helper, game, game.team_systems[team])
-    flown = Robots() if poses else None
+    flown = Robots(robots.speed) if poses else None
     lab = (robots, flown.token) if flown is not None else None
     with folder_lock(out):
         serve(

@@ -14,6 +14,8 @@ class RobotsConfig(Config):
 
     Attributes
     ----------
+    speed : float
+        Seconds of game a second, at most.
     frame : str
         Name of the lab's frame, in which poses come.
     scale : float
@@ -36,6 +38,7 @@ class RobotsConfig(Config):
         A drone has failed that is so far outside of the map, or above or below all altitudes.
     """
 
+    speed: Annotated[float, Range(0.25, 2.0)] = 0.5
     frame: str = "world"
     scale: Annotated[float, Range(0.1, 1000.0)] = 3.0
     corner: tuple[float, float] = (-1.5, -1.5)

@@ -47,8 +47,10 @@ _GAIN, _BRAKE = 2.0, 0.8
 """Share of the way that they take a second there; share of its speed that a setpoint keeps a period while it stops."""
 _ORDERED_S, _AGAIN_S = 0.5, 1.0
 """Seconds for which orders of a running game hold; seconds between two tries to reach the server."""
-_ROUNDS = 4
-"""Passes over pairs of setpoints that are too close."""
+_BRAKING, _ROUNDS = 1.0, 4
+"""Metres a second squared at which setpoints stop before walls and others, and passes over pairs of them."""
+_HARDEST = 5.0
+"""Metres a second squared of an acceleration that is published, at most."""
 
 Floats = NDArray[np.float64]
 
@@ -136,7 +138,7 @@ class Robots:
         self.look(now)
         config, orders, count = self.config, self._orders, self.count
         former, is_free = self.setpoints[:count].copy(), np.array([s == "seen" for s in self.states[:count]], bool)
-        speeds, forces = self.speeds[:count].copy(), np.zeros((count, 3))
+        begun, speeds = self.speeds[:count].copy(), self.speeds[:count].copy()
         led = np.flatnonzero(is_free[: len(orders.teams)])
         if orders.phase == "over" or (orders.phase == "playing" and now - self._ordered_s > _ORDERED_S):
             led = led[:0]
@@ -144,39 +146,37 @@ class Robots:
         stops[led] = False
         speeds[stops, :2] *= _BRAKE
         if orders.phase == "playing":
-            forces[led, :2] = config.scale * np.array(orders.accelerations)[led].reshape(-1, 2)
-            speeds += forces * _PERIOD_S
+            speeds[led, :2] += _PERIOD_S * config.scale * np.array(orders.accelerations)[led].reshape(-1, 2)
         else:
             starts = self._corner + config.scale * np.array(orders.positions)[led].reshape(-1, 2)
             speeds[led, :2] = _shortened(_GAIN * (starts - former[led, :2]), _SLOWLY)
         lowest, highest = config.altitudes
         altitudes = lowest + (highest - lowest) * np.arange(count) / max(len(orders.teams) - 1, count - 1, 1)
         speeds[:, 2] = np.clip(_GAIN * (altitudes - former[:, 2]), -_CLIMB, _CLIMB)
-        free = former + speeds * _PERIOD_S
-        places = self._limited(free, former, is_free)
-        self.setpoints[:count], self.speeds[:count] = places, (places - former) / _PERIOD_S
-        self.accelerations[:count] = np.where(np.abs(places - free) < 1e-9, forces, 0.0)
-
-    def _limited(self, places: Floats, former: Floats, is_free: NDArray[np.bool_]) -> Floats:
-        """Return setpoints that keep to the map, apart from each other, near their drones, and to the speed limit."""
-        config, low, high = self.config, self._corner, self._corner + self.config.scale
-        seen = self.positions[: len(places)]
-        places = seen + _shortened(places - seen, config.leash)
-        places[~is_free, :2] = former[~is_free, :2]
         for _ in range(_ROUNDS):
-            places[:, :2] = np.clip(places[:, :2] + self._pushes(places[:, :2], is_free), low, high)
-        return former + _shortened(places - former, config.max_speed * _PERIOD_S)
+            speeds[:, :2] = self._braked(former[:, :2], _shortened(speeds, config.max_speed)[:, :2], is_free)
+        free = former + speeds * _PERIOD_S
+        places = self.positions[:count] + _shortened(free - self.positions[:count], config.leash)
+        places[~is_free, :2] = free[~is_free, :2]
+        places[:, :2] = np.clip(places[:, :2], self._corner, self._corner + config.scale)
+        places = former + _shortened(places - former, config.max_speed * _PERIOD_S)
+        self.setpoints[:count], self.speeds[:count] = places, (places - former) / _PERIOD_S
+        self.accelerations[:count] = _shortened((self.speeds[:count] - begun) / _PERIOD_S, _HARDEST)
 
-    def _pushes(self, places: Floats, is_free: NDArray[np.bool_]) -> Floats:
-        """Return the ways (N, 2) by which setpoints that are too close give way; those that are held do not."""
+    def _braked(self, places: Floats, speeds: Floats, is_free: NDArray[np.bool_]) -> Floats:
+        """Return velocities (N, 2) at which setpoints stop in time before walls and each other, robots as well."""
+        seen = self.positions[: len(places), :2]
+        gaps = np.minimum(_distances(places), _distances(seen)) - self.config.separation
         away = places[:, None] - places[None, :]
         numbers = np.arange(len(places))
         away[..., 0] += 1e-6 * np.sign(numbers[:, None] - numbers[None, :])  # of those at one place
-        distance = np.hypot(away[..., 0], away[..., 1])
-        np.fill_diagonal(distance, np.inf)
+        away /= np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-9)
+        closing = -((speeds[:, None] - speeds[None, :]) * away).sum(axis=-1)
         share = is_free[:, None] / np.maximum(is_free[:, None] + is_free[None, :].astype(float), 1.0)
-        gap = np.maximum(self.config.separation - distance, 0.0) * share
-        return np.asarray(((gap / distance)[..., None] * away).sum(axis=1), np.float64)
+        excess = np.maximum(closing - _safe(gaps, 2.0 * _BRAKING), 0.0) * share
+        speeds = speeds + (excess[..., None] * away).sum(axis=1)
+        low, high = places - self._corner, self._corner + self.config.scale - places
+        return np.asarray(np.clip(speeds, -_safe(low, _BRAKING), _safe(high, _BRAKING)), np.float64)
 
     def messages(self, seconds: float) -> Iterator[tuple[str, Message]]:
         """Yield what the lab's programs read, with the topics, at a time of the clock on the wall.
@@ -246,6 +246,18 @@ def _shortened(ways: Floats, most: float) -> Floats:
     """Return vectors (N, ...) no longer than `most`."""
     lengths = np.linalg.norm(ways, axis=-1, keepdims=True)
     return np.asarray(ways * np.minimum(1.0, most / np.maximum(lengths, 1e-12)))
+
+
+def _distances(places: Floats) -> Floats:
+    """Return distances (N, N); infinity from itself."""
+    found = np.linalg.norm(places[:, None] - places[None, :], axis=-1)
+    np.fill_diagonal(found, np.inf)
+    return np.asarray(found)
+
+
+def _safe(gaps: Floats, braking: float) -> Floats:
+    """Return the speeds from which robots stop within gaps; negative ones, which lead away, where these are."""
+    return np.where(gaps > 0.0, np.sqrt(2.0 * braking * np.maximum(gaps, 0.0)), _GAIN * gaps)
 
 
 def _poses(message: Message) -> Iterator[tuple[int, Floats | None, None]]:

@@ -53,9 +53,10 @@ _decoder = msgspec.json.Decoder(Sight | Stop)
 
 
 class Robots:
-    """The robots, which fly one game at a time; `token` lets the bridge in."""
+    """The robots, which fly one game at a time, at most at a speed; `token` lets the bridge in."""
 
-    def __init__(self) -> None:
+    def __init__(self, speed: float) -> None:
+        self._most_speed = speed
         self.token = secrets.token_hex(16)
         self._game: LiveGame | None = None
         self._sight, self._seen_s = Sight([]), -math.inf
@@ -93,6 +94,9 @@ class Robots:
         """Lead the robots to the start of a game; RefusedError if they cannot fly it."""
         if self._game is not None:
             raise RefusedError("full", "the robots fly another game; wait for its end")
+        if game.config.speed > self._most_speed:
+            most = self._most_speed
+            raise RefusedError("not_valid", f"speed must be at most {most:g} for robots, got {game.config.speed:g}")
         self._check()
         self._game = game
         self.order(game, "starting")

@@ -88,7 +88,7 @@ def test_a_robot_that_is_not_seen_holds_its_place_and_then_has_failed_until_two_
     lab.order(accelerations=[(1.0, 0.0)])
     lab.see(5, follows=True)
     before = lab.robots.setpoints[0, 0]
-    lab.see(15, hidden=[0])
+    lab.see(22, hidden=[0])
     assert "robots: 0 is late, was seen" in lab.lines and lab.sight[0] is not None
     stopped = lab.robots.setpoints[0, 0]
     assert before < stopped < before + 0.3 and abs(lab.robots.speeds[0, 0]) < 0.05
@@ -136,7 +136,7 @@ def test_setpoints_fly_as_orders_say_within_the_map_and_the_speed_limit():
     lab.see(3, follows=True)
     np.testing.assert_allclose(lab.robots.speeds[0, 0], 3 * 2.0 * PERIOD, rtol=1e-6)
     (point,) = lab.messages()[SETPOINTS]["points"]
-    assert point["accelerations"][0]["linear"] == {"x": 2.0, "y": 0.0, "z": 0.0}
+    assert point["accelerations"][0]["linear"] == pytest.approx({"x": 2.0, "y": 0.0, "z": 0.0})
     for _ in range(60):
         lab.order(accelerations=[(5.0, 0.0)])
         lab.see(1, follows=True)
@@ -166,6 +166,17 @@ def test_setpoints_stay_apart_and_robots_keep_altitudes_of_their_own():
         distances = np.linalg.norm(places[:, None] - places[None], axis=-1)[~np.eye(6, dtype=bool)]
         assert distances.min() > 0.95 * LAB.separation
     np.testing.assert_allclose(lab.robots.setpoints[:6, 2], np.linspace(0.5, 1.0, 6), atol=1e-3)
+
+
+def test_setpoints_that_meet_or_reach_a_wall_slow_down_before():
+    lab, former = Lab((-0.9, 0.0, 0.5), (0.3, 0.0, 1.0)), np.zeros((2, 3))
+    for tick in range(150):
+        lab.order(accelerations=[(0.4, 0.0), (0.4 if tick > 45 else -0.4, 0.0)])
+        lab.see(1, follows=True)
+        change = np.abs(lab.robots.speeds[:2] - former).max()
+        assert change <= 2.5 * PERIOD, "no faster than they speed up, and brake"
+        former = lab.robots.speeds[:2].copy()
+    assert lab.robots.setpoints[1, 0] > 0.9
 
 
 def test_robots_of_one_place_part_slowly():
@@ -266,7 +277,7 @@ def test_a_game_is_played_where_robots_are_and_ends_with_an_emergency_stop(tmp_p
     assert any("4 is lost, was late" in line for line in log) and any("4 is seen, was lost" in line for line in log)
     assert any("emergency stop was made" in line for line in log)
     again = table.visit()
-    again.say(protocol.Create(opponent="uniform", settings=protocol.Settings(red=3, blue=3)))
+    again.say(protocol.Create(opponent="uniform", settings=protocol.Settings(red=3, blue=3, speed=0.5)))
     again.say(protocol.Ready())
     assert "restart swarm-pz" in again.hear(protocol.Notice).text
     table.end()
@@ -286,7 +297,7 @@ def test_without_poses_a_game_waits_and_without_the_token_nobody_flies(tmp_path)
         pass
     page, other = table.visit(), table.visit()
     for client in (page, other):
-        client.say(protocol.Create(opponent="uniform", settings=protocol.Settings(red=2, blue=2)))
+        client.say(protocol.Create(opponent="uniform", settings=protocol.Settings(red=2, blue=2, speed=0.5)))
         client.hear(protocol.Seated)
         client.say(protocol.Ready())
     assert "waits until robots 0, 1, 2, 3 are at their starts" in page.hear(protocol.Notice).text
