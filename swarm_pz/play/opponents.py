@@ -1,14 +1,14 @@
-"""Opponents that a page unlocks one after the other, from the weakest on, as docs/ladder.md rates them."""
+"""Opponents that a page unlocks one after the other: scripts, then learned players, as docs/ladder.md rates them."""
 
 from collections.abc import Container
 
-_ORDER = (
-    "corners", "centre", "blind_ring", "wavefront", "ring", "uniform",
-    "lasso", "halo", "selfplay", "hunter", "champion", "veteran",
+SCRIPTED = (
+    "corners", "uniform", "centre", "wavefront", "halo", "lasso", "breather", "pendulum", "tide", "stroller", "hoop", "runner",
 )  # fmt: skip
-"""Without planners, which see the simulator, and without scripts that avoid fights or play like `uniform`."""
+LEARNED = ("hunter", "champion", "veteran", "finisher")
+"""Each has a face and an idea that beats it in `static/levels.js`, and plays without a server, too."""
 
 
 def opponents_among(policies: Container[str]) -> list[str]:
-    """Return the opponents that are installed, from the weakest on."""
-    return [name for name in _ORDER if name in policies]
+    """Return the opponents that are installed, in this order."""
+    return [name for name in (*SCRIPTED, *LEARNED) if name in policies]

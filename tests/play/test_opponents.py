@@ -1,9 +1,11 @@
-"""Opponents unlock in the order of the ladder's ratings."""
+"""Opponents unlock in the order of the ladder's ratings: scripts, then learned players."""
 
 import csv
+import re
 from pathlib import Path
 
-from swarm_pz.play.opponents import opponents_among
+from swarm_pz.play.opponents import LEARNED, SCRIPTED, opponents_among
+from swarm_pz.play.site import STATIC
 
 LADDER = Path(__file__).parents[2] / "docs" / "tables" / "ladder.csv"
 
@@ -11,6 +13,15 @@ LADDER = Path(__file__).parents[2] / "docs" / "tables" / "ladder.csv"
 def test_opponents_come_from_the_weakest_to_the_strongest_of_those_installed():
     with LADDER.open() as file:
         rated = {row["player"]: float(row["rating"]) for row in csv.DictReader(file)}
-    order = [rated[name] for name in opponents_among(rated)]
-    assert order == sorted(order) and len(order) == 12
-    assert opponents_among({"halo", "mine", "ring"}) == ["ring", "halo"]
+    for names in (SCRIPTED, LEARNED):
+        order = [rated[name] for name in names]
+        assert order == sorted(order)
+    assert opponents_among(rated) == [*SCRIPTED, *LEARNED]
+    assert opponents_among({"halo", "mine", "lasso"}) == ["halo", "lasso"]
+
+
+def test_the_page_has_a_face_and_an_idea_for_each_and_no_other():
+    levels = re.findall(r"^  (\w+): \{ face.*idea: \"(\w+)\"", (STATIC / "levels.js").read_text(), re.M)
+    assert [name for name, _ in levels] == [*SCRIPTED, *LEARNED]
+    ideas = re.findall(r"^  (\w+): \{", (STATIC / "ideas.js").read_text(), re.M)
+    assert {idea for _, idea in levels} == set(ideas)

@@ -1,17 +1,21 @@
-// Opponents as cards: a picture of a game, a line, and if they are beaten.
+// Opponents as cards: a picture of a game with a face, a sentence, and the stars that one has won.
 
 import { button, make } from "./elements.js";
-import { addDrone, drawLine, look, newCanvas } from "./ground.js";
+import { addDrone, disc, drawLine, look, newCanvas } from "./ground.js";
+import { LEVELS } from "./levels.js";
+import { starsOf } from "./progress.js";
 import { called } from "./words.js";
 
 // Return opponents, which unlock one by one, as items of a list; a click calls play(name).
-export function opponentCards(policies, opponents, { beaten, next }, play) {
+export function opponentCards(policies, opponents, { stars, next }, play) {
   return opponents.map((name, i) => {
-    const isBeaten = beaten.includes(name), isOpen = isBeaten || name === next, { about, card } = policies.find((policy) => policy.name === name);
+    const won = stars[name], isOpen = won || name === next, { card } = policies.find((policy) => policy.name === name);
     const canvas = make("canvas", { width: 144, height: 144, "aria-hidden": "true" });
     paintCard(canvas, card);
-    const how = isBeaten ? "✓ beaten" : isOpen ? "next" : `after ${called(opponents.slice(0, i).findLast((other) => !beaten.includes(other)))}`;
-    const text = make("span", {}, make("strong", {}, called(name)), make("span", {}, about), make("small", {}, how));
+    paintFace(canvas, LEVELS[name].face);
+    const how = won ? starsOf(won) : isOpen ? "next" : `after ${called(opponents.slice(0, i).findLast((other) => !stars[other]))}`;
+    const label = won ? `${won.filter(Boolean).length} of ${won.length} stars` : how;
+    const text = make("span", {}, make("strong", {}, called(name)), make("span", {}, LEVELS[name].says), make("small", { "aria-label": label }, how));
     return make("li", {}, button([canvas, text], () => play(name), { className: "card", "data-opponent": name, disabled: !isOpen }));
   });
 }
@@ -31,6 +35,31 @@ export function paintCard(canvas, card) {
   });
   pen.drawImage(small, 0, 0, side, side);
   paintDrones(canvas, 1, card.drones);
+}
+
+// Paint a face: a large drone with eyes, sloping brows and a bent mouth.
+function paintFace(canvas, [eyes, slope, bend]) {
+  const pen = canvas.getContext("2d"), size = canvas.width * 0.22, x = canvas.width - 1.3 * size, y = canvas.width - 1.3 * size;
+  const line = (/** @type {number[][]} */ ...points) => {
+    pen.beginPath();
+    for (const [right, up] of points) pen.lineTo(x + right * size, y - up * size);
+    pen.stroke();
+  };
+  pen.beginPath();
+  addDrone(pen, 1, x, y, size);
+  pen.fillStyle = look.teams[1];
+  pen.strokeStyle = look.ground;
+  pen.lineWidth = size / 6;
+  pen.stroke();
+  pen.fill();
+  pen.lineWidth = size / 9;
+  pen.fillStyle = look.ground;
+  for (let eye = 0; eye < eyes; eye++) {
+    const at = (eye - (eyes - 1) / 2) * 0.4, side = Math.sign(at) || 1;
+    disc(pen, x + at * size, y - 0.15 * size, size * 0.13);
+    if (eye === 0 || eye === eyes - 1) line([at - 0.16, 0.4 - side * 0.12 * slope], [at + 0.16, 0.4 + side * 0.12 * slope]);
+  }
+  line([-0.3, -0.4 + 0.12 * bend], [0, -0.4 - 0.12 * bend], [0.3, -0.4 + 0.12 * bend]);
 }
 
 // Drones of a team, by their places in hundredths of the map.
@@ -63,10 +92,10 @@ export function paintPicture(canvas, { shows, drones, blue }) {
   if (blue) paintDrones(canvas, 1, arc(blue).filter((_, k) => k % 8 === 3).map((place) => place.map((value) => 100 * value)));
 }
 
-export function arc(radius, from = 0, to = 2 * Math.PI) {
+export function arc(radius, from = 0, to = 2 * Math.PI, [x, y] = [0.5, 0.5]) {
   return Array.from({ length: 60 }, (_, k) => {
     const angle = from + (to - from) * k / 59;
-    return [0.5 + radius * Math.cos(angle), 0.5 - radius * Math.sin(angle)];
+    return [x + radius * Math.cos(angle), y - radius * Math.sin(angle)];
   });
 }
 

@@ -2,7 +2,8 @@
 
 import { Chart, timeIsUp, turningPoint, untilTheEnd } from "./chart.js";
 import { byId, hear, on, say } from "./elements.js";
-import { inARow, progress, ROUND } from "./progress.js";
+import { LEVELS } from "./levels.js";
+import { FAST_S, FEW, inARow, progress, ROUND, starsOf } from "./progress.js";
 import { freeSides, meetsSomebody, Waiting } from "./waiting.js";
 import { called, clock, isStudy, NAMES, SIDES, SIGNS, TICKS } from "./words.js";
 
@@ -20,7 +21,7 @@ export class Cover {
 
   // Something is on its way.
   wait(text) {
-    for (const id of ["waiting", "invitation", "next-game", "ready", "practise", "sit", "recording", "turning", "result-chart"]) byId(id).hidden = true;
+    for (const id of ["waiting", "invitation", "next-game", "ready", "practise", "sit", "recording", "turning", "result-chart", "idea"]) byId(id).hidden = true;
     byId("cover").hidden = false;
     byId("table").dataset.phase = "opening";
     byId("cover-text").textContent = text;
@@ -43,6 +44,7 @@ export class Cover {
     byId("go-home").textContent = isDone ? "Go on" : "Back to the start";
     byId("go-home").classList.toggle("primary", Boolean(isDone));
     this.showResult(isOver && room.outcome !== "stopped");
+    this.teach(isOver && !isDone && own && room.outcome !== SIDES[seat] ? LEVELS[room[this.other].name]?.idea : null);
     const waiting = this.waiting.show(room, seat), text = isOver ? this.result(lastTick) : `${this.unready ?? waiting}${this.pace}`;
     say("practice-text", text);
     requestAnimationFrame(() => { byId("cover-text").textContent = text; }); // said once it is shown
@@ -51,12 +53,12 @@ export class Cover {
   // Offer the next opponent after a game that was won against another, or tell if somebody wants to play again.
   offerNext(isOffered) {
     const { next, streak } = progress(this.opponents), isPolicy = isOffered && this.room[this.other].kind === "policy";
-    const isWon = isPolicy && this.room.outcome === SIDES[this.seat] && this.room[this.other].name !== next;
+    const isWon = isPolicy && this.room.outcome === SIDES[this.seat];
     this.next = next;
-    byId("next-game").hidden = !isWon || !next;
+    byId("next-game").hidden = !isWon || !next || this.room[this.other].name === next;
     byId("next-game").textContent = `Next: ${called(next ?? "")}`;
     byId("ready").classList.toggle("primary", byId("next-game").hidden);
-    say("streak", isWon ? inARow(streak) : isOffered && !isPolicy ? this.again() : "");
+    say("streak", isWon ? [this.stars, inARow(streak)].filter(Boolean).join(" ") : isOffered && !isPolicy ? this.again() : "");
   }
 
   // The score between two people, and which of them want to play again.
@@ -67,6 +69,24 @@ export class Cover {
     const wins = this.room.wins[this.seat], lost = this.room.wins[1 - this.seat], score = wins + lost ? `${`You ${wins} : ${lost} ${other.label}`.trim()}. ` : "";
     if (own.ready) return `${score}You want to play again, and wait for the other player.`;
     return score + (!other.connected ? `${name} is away.` : other.ready ? `${name} wants to play again.` : "In the next game you change sides.");
+  }
+
+  // The stars that one has against this opponent, and how to win more.
+  get stars() {
+    const won = progress([]).stars[this.room[this.other].name];
+    if (!won) return "";
+    const more = [won[1] ? "" : `win within ${FAST_S} s`, won[2] ? "" : `with at most ${FEW} strokes`].filter(Boolean);
+    return `${starsOf(won)}${more.length ? ` For more: ${more.join(", ")}.` : ""}`;
+  }
+
+  // After a game that was not won, show the idea that beats this opponent; its code is fetched when needed.
+  async teach(idea) {
+    byId("idea").hidden = !idea;
+    if (!idea && !this.picture) return;
+    const { IdeaPicture, IDEAS } = await import("./ideas.js");
+    this.picture ??= new IdeaPicture(byId("idea-picture"));
+    byId("idea-text").textContent = idea ? IDEAS[idea].says : "";
+    this.picture.show(IDEAS[idea] ?? null);
   }
 
   get other() { return SIDES[1 - this.seat]; }

@@ -3,17 +3,26 @@
 import { keep, recall } from "./store.js";
 
 export const ROUND = { time_limit: 120, majority: true }; // how a person's games are decided
+export const FAST_S = 60, FEW = 10; // seconds and strokes for a star each
+const MOST = 3;
 
-// Return the opponents that were beaten, the games won in a row, and the next opponent: the last one again, once all are beaten.
+// Return the stars of opponents that were beaten, the games won in a row, and the next opponent: the last one again, once all are beaten.
 export function progress(opponents) {
-  const kept = recall("progress"), beaten = Array.isArray(kept?.beaten) ? kept.beaten : [];
-  return { beaten, streak: Number(kept?.streak) || 0, next: opponents.find((name) => !beaten.includes(name)) ?? opponents.at(-1) };
+  const kept = recall("progress"), stars = {};
+  for (const [name, won] of Object.entries(kept?.stars ?? {})) if (Array.isArray(won)) stars[name] = won.map(Boolean).slice(0, MOST);
+  return { stars, streak: Number(kept?.streak) || 0, next: opponents.find((name) => !stars[name]) ?? opponents.at(-1) };
 }
 
-// Keep the result of a game against an opponent.
-export function count(opponent, isWon) {
-  const { beaten, streak } = progress([]);
-  keep("progress", { beaten: isWon ? [...new Set([...beaten, opponent])] : beaten, streak: isWon ? streak + 1 : 0 });
+// Keep the result of a game against an opponent: a star for winning, one for winning fast, one for few strokes.
+export function count(opponent, isWon, seconds, strokes) {
+  const { stars, streak } = progress([]);
+  if (isWon) stars[opponent] = [true, seconds <= FAST_S, strokes <= FEW].map((star, i) => star || Boolean(stars[opponent]?.[i]));
+  keep("progress", { stars, streak: isWon ? streak + 1 : 0 });
+}
+
+export function starsOf(won = []) {
+  const count = won.filter(Boolean).length;
+  return "★".repeat(count) + "☆".repeat(MOST - count);
 }
 
 // Tell if a room's game counts: even sides, a person against a policy, full speed, no lesson.

@@ -5,12 +5,13 @@ import { Chart } from "./chart.js";
 import { Controls } from "./controls.js";
 import { Cover } from "./cover.js";
 import { byId, hear, on, say } from "./elements.js";
+import { LEVELS } from "./levels.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
 import { count, counts, keepSide, progress, sideIn } from "./progress.js";
 import { recall } from "./store.js";
 import { freeSides } from "./waiting.js";
-import { clock, isStudy, playerOf, SIDES, TICKS } from "./words.js";
+import { called, clock, isStudy, playerOf, SIDES, TICKS } from "./words.js";
 
 const NO_LESSON = { stop() {}, over() {}, sent() {}, watch() {}, held: false, running: false, room: null };
 const HIDDEN = { opponents: "your opponents", ground: "ground that captures", trails: "trails", target: "your target" };
@@ -184,13 +185,15 @@ export class Table {
     if (phase !== "replay") this.replay?.close();
     if (ended && this.seat !== null) {
       keepSide(room.recording, SIDES[this.seat]);
-      if (counts(room, this.opponent, this.lesson.running)) count(this.opponent.name, room.outcome === SIDES[this.seat]);
+      if (counts(room, this.opponent, this.lesson.running)) {
+        count(this.opponent.name, room.outcome === SIDES[this.seat], this.lastTick / TICKS, this.controls.number);
+      }
     }
     this.cover.show(room, this.seat, this.lastTick);
     this.showPractice();
     this.controls.show();
     this.controls.pen.dirty = true; // marks show only while they may be placed
-    if (began && this.seat !== null && this.controls.pen.hint) this.news.answer(this.controls.pen.hint);
+    if (began && this.seat !== null) this.introduce();
     if (ended) this.end();
     this.pause();
     if (began || entered || opened || (ended && !this.lesson.running)) requestAnimationFrame(() => this.focus()); // once it is shown
@@ -204,6 +207,13 @@ export class Table {
     if (!isOn) return;
     byId("cover").hidden = true;
     byId("table").dataset.phase = "practice";
+  }
+
+  // Say how commands are placed, or something about the opponent.
+  introduce() {
+    const { name } = this.opponent, says = isStudy() || this.lesson.running ? "" : LEVELS[name]?.says;
+    const hint = this.controls.pen.hint || (says ? `${called(name)}: ${says}` : "");
+    if (hint) this.news.answer(hint);
   }
 
   focus() {

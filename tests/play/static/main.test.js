@@ -14,7 +14,7 @@ const WELCOME = {
   type: "welcome", server_ms: 0, addresses: [], guests: true, records_labels: false, embedders: ["https://lab"],
   policies: [{ name: "ring", about: "", card: null, answers: "density" }, { name: "uniform", about: "", card: null, answers: "density" }],
   systems: [{ name: "ergodic", takes: "density" }, { name: "direct", takes: "accelerations" }], default_systems: ["ergodic", "ergodic"],
-  opponents: ["ring", "uniform"],
+  opponents: ["uniform"],
 };
 const FREE = { ...fixtures.room.blue, kind: "free", name: "", policy_state: null, connected: false };
 const room = (has = {}) => ({ ...fixtures.room, ...has });

@@ -10,24 +10,25 @@ import { Lesson } from "../../../swarm_pz/play/static/lesson.js";
 
 beforeEach(reload);
 
-test("opponents unlock one by one, and a game that is won counts where the sides are even and it is no lesson", () => {
-  const opponents = ["a", "b", "c"], policies = opponents.map((name) => ({ name, about: "", card: null })), chosen = [];
+test("opponents unlock one by one, stars add up over games, and a game counts where the sides are even and it is no lesson", () => {
+  const opponents = ["corners", "centre", "halo"], policies = opponents.map((name) => ({ name, card: null })), chosen = [];
   const buttons = () => opponentCards(policies, opponents, progress(opponents), (name) => chosen.push(name)).flatMap((item) => item.all("button"));
   const told = () => buttons().map(({ disabled, children }) => [disabled, children[1].all("small")[0].textContent]);
-  assert.deepEqual(told(), [[false, "next"], [true, "after a"], [true, "after b"]]);
-  count("a", true);
-  count("a", true);
-  assert.deepEqual([told(), progress(opponents)], [[[false, "✓ beaten"], [false, "next"], [true, "after b"]], { beaten: ["a"], streak: 2, next: "b" }]);
-  count("b", false);
+  assert.deepEqual(told(), [[false, "next"], [true, "after corners"], [true, "after centre"]]);
+  count("corners", true, 50, 11);
+  assert.deepEqual(told(), [[false, "★★☆"], [false, "next"], [true, "after centre"]]);
+  count("corners", true, 90, 10);
+  assert.deepEqual(progress(opponents), { stars: { corners: [true, true, true] }, streak: 2, next: "centre" });
+  count("centre", false, 10, 1);
   for (const button of buttons()) button.click();
-  assert.deepEqual([chosen, progress(opponents).streak], [["a", "b"], 0]);
-  localStorage.setItem("swarm-pz.progress", '{"beaten": ["b"]}');
-  assert.equal(told()[2][1], "after a", "what is beaten already opens nothing");
-  for (const name of ["a", "b", "c"]) count(name, true);
-  assert.equal(progress(opponents).next, "c", "the last one again");
-  for (const nonsense of ["5", "null", '{"beaten": 5, "streak": {}}']) {
+  assert.deepEqual([chosen, progress(opponents).streak], [["corners", "centre"], 0]);
+  localStorage.setItem("swarm-pz.progress", '{"stars": {"centre": [true]}}');
+  assert.equal(told()[2][1], "after corners", "what is beaten already opens nothing");
+  for (const name of opponents) count(name, true, 90, 20);
+  assert.equal(progress(opponents).next, "halo", "the last one again");
+  for (const nonsense of ["5", "null", '{"stars": 5, "streak": {}}', '{"stars": {"corners": 1}}']) {
     localStorage.setItem("swarm-pz.progress", nonsense);
-    assert.deepEqual(progress(opponents), { beaten: [], streak: 0, next: "a" });
+    assert.deepEqual(progress(opponents), { stars: {}, streak: 0, next: "corners" });
   }
   const policy = { kind: "policy" }, game = { settings: { red: 10, blue: 10, speed: 1 } }, uneven = { settings: { red: 20, blue: 10, speed: 1 } };
   assert.deepEqual([counts(game, policy, false), counts(uneven, policy, false), counts(game, { kind: "person" }, false), counts(game, policy, true)],

@@ -233,7 +233,7 @@ test("what one has left is shown no more, and leaving a game that others play is
 });
 
 test("a game that one wins unlocks the next opponent, and no other game does", async () => {
-  const { line } = await sit(), beaten = () => JSON.parse(localStorage.getItem("swarm-pz.progress"))?.beaten ?? [];
+  const { line } = await sit(), beaten = () => Object.keys(JSON.parse(localStorage.getItem("swarm-pz.progress"))?.stars ?? {});
   localStorage.removeItem("swarm-pz.progress");
   for (const [outcome, of] of [["blue", []], ["draw", []], ["red", ["blind_ring"]]]) {
     line.hear("room", fixtures.room);

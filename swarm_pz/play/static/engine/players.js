@@ -1,4 +1,4 @@
-// Opponents without a server: the scripts of policies/scripted.py, and learned players by their weights.
+// Opponents without a server: the scripts of policies/scripted.py and policies/moving.py, and learned players by their weights.
 
 import { CELLS } from "./controller.js";
 import { networkOf } from "./network.js";
@@ -10,21 +10,32 @@ const centre = (cell) => (cell + 0.5) / CELLS;
 // Densities, from x and y of the cells' centres.
 const every = (at) => Float64Array.from({ length: CELLS * CELLS }, (_, i) => at(centre(i % CELLS), centre(Math.floor(i / CELLS))));
 const away = (/** @type {number[]} */ [x0, y0]) => every((x, y) => Math.hypot(x - x0, y - y0));
-const disc = (distance) => Math.exp(-((distance / 0.1) ** 2) / 2);
-const ring = (place, width = 0.08) => away(place).map((distance) => Math.exp(-(((distance - 0.25) / width) ** 2)));
+const spot = (distance, width) => Math.exp(-((distance / width) ** 2) / 2);
+const disc = (distance) => spot(distance, 0.1);
+const ring = (place, width = 0.08, radius = 0.25) => away(place).map((distance) => Math.exp(-(((distance - radius) / width) ** 2)));
+const lap = (radius, period, answers) => [Math.cos, Math.sin].map((of) => 0.5 + radius * of(2 * Math.PI * answers / period));
 
 // Each maps the game, its team, the number of its earlier answers, and random numbers to a density.
 const SCRIPTS = {
   blind_ring: ({ random }) => ring([random.next(), random.next()]),
+  breather: ({ answers }) => ring(MIDDLE, 0.08, Math.floor(answers / 4) % 2 ? 0.2 : 0.37),
   centre: () => away(MIDDLE).map(disc),
   chase: (told) => away(opponents(told)).map(disc),
   corners: () => every((x, y) => disc(Math.hypot(Math.min(x, 1 - x) - 0.1, Math.min(y, 1 - y) - 0.1))),
   evade: (told) => away(opponents(told)).map((distance, _, all) => Math.exp(8 * (distance - Math.max(...all)))),
   halo: () => ring(MIDDLE, 0.15),
+  hoop: ({ answers }) => ring(lap(0.15, 6, answers), 0.08, 0.15),
   lasso: (told) => ring(opponents(told).map((place) => 0.5 + 0.3 * (place - 0.5)), 0.15),
   noise: ({ random }) => every(() => random.next()),
+  pendulum: ({ answers }) => away([0.5 + 0.35 * Math.sin(2 * Math.PI * answers / 25), 0.5]).map(disc),
   restless: ({ random }) => every(() => 1 + 0.001 * random.next()),
   ring: (told) => ring(opponents(told)),
+  runner: ({ answers }) => away(lap(0.24, 6, answers)).map((distance) => spot(distance, 0.18)),
+  stroller: ({ answers }) => away(lap(0.24, 10, answers)).map((distance) => spot(distance, 0.18)),
+  tide({ answers }) {
+    const side = Math.floor(answers / 5) % 2;
+    return every((x, y) => disc(Math.hypot((side ? 1 - x : x) - 0.25, Math.max(Math.abs(y - 0.5) - 0.3, 0))));
+  },
   uniform: () => every(() => 1),
   wavefront(told) {
     const gathersLeft = opponents(told)[0] > 0.5, front = 0.25 + 0.75 * Math.min(Math.max((told.answers % 12 - 4) / 8, 0), 1);

@@ -1,0 +1,61 @@
+"""Scripts that move by the clock: the page's levels between those that one stroke beats and the learned players."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.policies.scripted import CLOCK, View, tactic
+from swarm_pz.spaces.densities import disc
+from swarm_pz.spaces.densities import ring as ring_at
+
+Array = NDArray[np.float64]
+
+
+def _lap(view: View, radius: float, period: int) -> Array:
+    """Return the distance (n, A, A) of cells from a place that runs around the middle once in `period` commands."""
+    angles = 2.0 * np.pi * view.steps / period
+    return view.distance_from(0.5 + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+
+
+@tactic(sees=CLOCK)
+def pendulum(view: View) -> Array:
+    """Swing from left to right and back in 25 s, close together."""
+    swing = 0.35 * np.sin(2.0 * np.pi * view.steps / 25)
+    return disc(view.distance_from(np.stack([0.5 + swing, np.full_like(swing, 0.5)], axis=1)), 0.1)
+
+
+@tactic(sees=CLOCK)
+def tide(view: View) -> Array:
+    """Flow to the left half, then to the right half, five seconds each."""
+    beside = np.where((view.steps // 5 % 2 == 0)[:, None, None], view.x, 1.0 - view.x) - 0.25
+    return disc(np.hypot(beside, np.maximum(np.abs(view.y - 0.5) - 0.3, 0.0)), 0.1)
+
+
+@tactic(sees=CLOCK)
+def breather(view: View) -> Array:
+    """Make a wide ring around the middle, then a narrow one, four seconds each."""
+    radius = np.where(view.steps // 4 % 2 == 0, 0.37, 0.2)
+    return ring_at(np.hypot(view.x - 0.5, view.y - 0.5), radius[:, None, None])
+
+
+@tactic(sees=CLOCK)
+def stroller(view: View) -> Array:
+    """Walk around the middle in ten seconds, all together."""
+    return disc(_lap(view, 0.24, 10), 0.18)
+
+
+@tactic(sees=CLOCK)
+def runner(view: View) -> Array:
+    """Run around the middle in six seconds, all together: their trails close to a ring."""
+    return disc(_lap(view, 0.24, 6), 0.18)
+
+
+@tactic(sees=CLOCK)
+def hoop(view: View) -> Array:
+    """Roll a small ring around the middle in six seconds."""
+    return ring_at(_lap(view, 0.15, 6), 0.15)
+
+
+MOVING = (breather, hoop, pendulum, runner, stroller, tide)
+"""All tactics of this file."""
