@@ -20,8 +20,8 @@ def _lap(view: View, radius: float, period: int) -> Array:
 
 @tactic(sees=CLOCK)
 def pendulum(view: View) -> Array:
-    """Swing from left to right and back in 25 s, close together."""
-    swing = 0.35 * np.sin(2.0 * np.pi * view.steps / 25)
+    """Swing from left to right and back in 24 s, close together."""
+    swing = 0.35 * np.sin(2.0 * np.pi * view.steps / 24)
     return disc(view.distance_from(np.stack([0.5 + swing, np.full_like(swing, 0.5)], axis=1)), 0.1)
 
 

@@ -12,7 +12,7 @@ import { TICKS } from "./words.js";
 const PERIOD_S = 12; // after which the picture begins anew
 const STILL_S = 6; // the moment that is shown where nothing may move
 const WIDTH = 0.1; // of the brush
-const SEED = 4; // of the game in the picture: the swarms start apart
+const SEED = 12; // of the game in the picture, in which the idea soon pays
 const EVERYWHERE = new Float32Array(CELLS * CELLS).fill(1);
 const upright = (x) => [[x, 0.2], [x, 0.8]];
 
@@ -30,7 +30,7 @@ export const IDEAS = {
   },
   follow: {
     says: "They wander: every two seconds, draw the ring around them again.",
-    against: "pendulum", draw: (second, place) => (second % 2 ? null : arc(0.3, 0, 2 * Math.PI, place)),
+    against: "pendulum", seed: 1, draw: (second, place) => (second % 2 ? null : arc(0.3, 0, 2 * Math.PI, place)),
   },
   opposite: {
     says: "Every two seconds, draw a dot where they are not: across the middle from them.",
@@ -68,7 +68,7 @@ export class IdeaPicture {
 
   async begin() {
     this.player = await loadPlayer(this.idea.against);
-    this.game = new Game({}, SEED);
+    this.game = new Game({}, this.idea.seed ?? SEED);
     this.drawn = null;
   }
 

@@ -27,7 +27,7 @@ const SCRIPTS = {
   hoop: ({ answers }) => ring(lap(0.15, 6, answers), 0.08, 0.15),
   lasso: (told) => ring(opponents(told).map((place) => 0.5 + 0.3 * (place - 0.5)), 0.15),
   noise: ({ random }) => every(() => random.next()),
-  pendulum: ({ answers }) => away([0.5 + 0.35 * Math.sin(2 * Math.PI * answers / 25), 0.5]).map(disc),
+  pendulum: ({ answers }) => away([0.5 + 0.35 * Math.sin(2 * Math.PI * answers / 24), 0.5]).map(disc),
   restless: ({ random }) => every(() => 1 + 0.001 * random.next()),
   ring: (told) => ring(opponents(told)),
   runner: ({ answers }) => away(lap(0.24, 6, answers)).map((distance) => spot(distance, 0.18)),
