@@ -3,7 +3,8 @@
 from collections.abc import Container
 
 SCRIPTED = (
-    "corners", "uniform", "centre", "wavefront", "halo", "lasso", "breather", "pendulum", "tide", "stroller", "hoop", "runner",
+    "corners", "uniform", "centre", "wavefront", "halo", "lasso",
+    "breather", "pendulum", "tide", "stroller", "hoop", "runner",
 )  # fmt: skip
 LEARNED = ("hunter", "champion", "veteran", "finisher")
 """Each has a face and an idea that beats it in `static/levels.js`, and plays without a server, too."""
