@@ -36,7 +36,7 @@ def tide(view: View) -> Array:
 def breather(view: View) -> Array:
     """Make a wide ring around the middle, then a narrow one, four seconds each."""
     radius = np.where(view.steps // 4 % 2 == 0, 0.37, 0.2)
-    return ring_at(np.hypot(view.x - 0.5, view.y - 0.5), radius[:, None, None])
+    return ring_at(np.hypot(view.x - 0.5, view.y - 0.5) - radius[:, None, None], 0.0)
 
 
 @tactic(sees=CLOCK)
