@@ -248,3 +248,27 @@ def test_a_second_window_says_so_and_may_take_over_and_the_monitor_follows(visit
     check(nobody, "nobody")
     closed = visit("study/monitor")
     expect(closed.locator("#lost")).to_contain_text("as the terminal shows it")
+
+
+def test_a_participant_stops_from_a_game_and_has_all_deleted_while_the_server_runs(visit, study):
+    one = Participant(study, "P05")
+    one.walk(lambda step: step["kind"] == "practice")
+    page = visit("study/P05")
+    go_on(page, "Go on here")
+    at_heading(page, "Practice game 1")
+    with page.expect_popup() as copy:
+        page.get_by_role("link", name="Your consent").click()
+    expect(copy.value.locator("body")).to_contain_text("P05")
+    page.evaluate("sessionStorage.setItem('hold', 'yes')")
+    go_on(page, "Begin")
+    page.wait_for_url("**/game#room=*")
+    page.get_by_role("link", name="Stop", exact=True).click()
+    at_heading(page, "Do you want to stop?")
+    check(page, "stop")
+    go_on(page, "Go back to the study")
+    page.wait_for_url(lambda address: "#stop" not in address)
+    page.goto(f"http://{study.address}/study/P05#stop")
+    at_heading(page, "Do you want to stop?")
+    go_on(page, "Stop, and delete it")
+    at_heading(page, "You have withdrawn")
+    assert len(lines_of(study, "P05")) == 1

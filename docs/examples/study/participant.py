@@ -8,6 +8,11 @@ POST /study/CODE/done
     A step is done: the state after it. Takes `step`, its id, and of a form the `answers`, by the questions' ids.
 POST /study/CODE/play
     The participant is ready for the game `step`: the state.
+POST /study/CODE/stop
+    The participant stops for good: the state. With `delete` true all that they did is deleted: `withdrawn` is true, and
+    `html` the debriefing.
+GET /study/CODE/consent
+    The participant's copy of the consent.
 GET /socket
     The WebSocket of the game; docs/protocol.md explains it.
 GET /study/monitor/data
@@ -26,7 +31,11 @@ done, of
     Number of steps done, and of all steps known so far.
 step
     The next step, missing at the end: `id`, `kind` ("consent", "form", "text", "break", "practice" or "game"),
-    `heading`; `html` of a text; `items` of a form; `seconds` left of a break.
+    `heading`; `html` of a text; `items` of a form, and `attempt`, from 1; `seconds` left of a break.
+may_stop, consented
+    True if `stop` does something, and if there is a consent to copy.
+completion
+    At the end: the study's code or address of completion, if all was done.
 game
     `phase`: in "before" send `play`; "waiting" is for the other player; "ready", "running" and "saving" have a `seat`
     with `room`, `seat` and `token`. Send this token in `hello`.

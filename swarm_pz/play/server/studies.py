@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import html
 import logging
 import secrets
 import time
@@ -13,7 +14,7 @@ from typing import Annotated, Any
 import msgspec
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import JSONResponse, RedirectResponse, Response
+from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 from starlette.routing import Route
 
 from swarm_pz.errors import ConfigError, OutputError, ProtocolError, RecordingError, SwarmError
@@ -23,8 +24,9 @@ from swarm_pz.play.server.middleware import page
 from swarm_pz.play.server.rate_limit import AddressLimits
 from swarm_pz.play.server.study_games import StudyGames
 from swarm_pz.play.studies.folder import StudyFolder
-from swarm_pz.play.studies.progress import Progress, Step
+from swarm_pz.play.studies.progress import Progress, Step, items_of
 from swarm_pz.play.studies.texts import html_of
+from swarm_pz.play.studies.withdrawal import delete
 
 LEASE_S = 8.0
 """Seconds for which a silent window is still the participant's: pages send something every two."""
@@ -34,18 +36,27 @@ _MOST_BYTES = 2**19
 """Bytes of a page's message: answers to a form of twenty long texts have fewer."""
 _PART_S = 10.0
 """Seconds within which a message must have come."""
-_HEADINGS = {"consent": "Do you want to take part?", "text": "Please read", "break": "Time for a rest"}
+_HEADINGS = {
+    "consent": "Do you want to take part?",
+    "text": "Please read",
+    "break": "Time for a rest",
+    "debriefing": "About this study",
+}
 _GAMES = ("game", "practice")
 log = logging.getLogger("swarm_pz.play")
 
 
 class PageMessage(msgspec.Struct):
-    """The message of a participant's page; `here` takes the session over from another window."""
+    """The message of a participant's page.
+
+    `here` takes the session over from another window; `delete` makes a participant who stops withdraw.
+    """
 
     window: str = ""
     loaded: Annotated[float, msgspec.Meta(ge=0, le=1e15)] = 0.0
     here: bool = False
     step: str = ""
+    delete: bool = False
     answers: Any = msgspec.field(default_factory=dict)
 
 
@@ -102,6 +113,8 @@ class StudyHost:
             Route("/study/{code}/state", self._answer(self._look), methods=["POST"]),
             Route("/study/{code}/done", self._answer(self._finish), methods=["POST"]),
             Route("/study/{code}/play", self._answer(self._play), methods=["POST"]),
+            Route("/study/{code}/stop", self._answer(self._stop), methods=["POST"]),
+            Route("/study/{code}/consent", self._consent),
         ]
 
     # --- participants -----------------------------------------------------------------------------
@@ -132,7 +145,8 @@ class StudyHost:
             number, fault = self.folder.number_of(code), ""
         except ConfigError as error:
             number, fault = -1, str(error)
-        if number >= 0 and window and window == self._visitors[number].window:
+        is_known = number >= 0 and bool(window) and window == self._visitors[number].window
+        if is_known and number not in self.folder.withdrawn:
             return number
         self._guesses.forget()
         guesses = self._guesses.of(address)
@@ -142,7 +156,9 @@ class StudyHost:
             guesses.take()
             raise HTTPException(404, fault)
         if number in self.folder.withdrawn:
-            raise HTTPException(410, "who had this code has withdrawn from the study, and nothing of theirs is kept")
+            raise HTTPException(
+                410, "whoever had this code has withdrawn from the study, and nothing of theirs is kept"
+            )
         return number
 
     async def _obey(self, number: int, message: PageMessage, act: Action) -> dict[str, Any]:
@@ -152,7 +168,7 @@ class StudyHost:
             if not visitor.claim(message.window, message.loaded, now, takes_over=message.here, is_busy=is_busy):
                 return {"code": self.folder.codes[number], "title": self.study.title, "elsewhere": True}
             more = await act(number, message)
-            return await self._state(number) | more
+            return more if number in self.folder.withdrawn else await self._state(number) | more
 
     async def _look(self, number: int, message: PageMessage) -> dict[str, Any]:
         return {}
@@ -193,6 +209,30 @@ class StudyHost:
                 return {"refused": f"the game cannot begin: {error}. Please tell whoever runs the study"}
         return {}
 
+    async def _stop(self, number: int, message: PageMessage) -> dict[str, Any]:
+        """Let a participant stop for good: what they did is kept, or deleted."""
+        if not (await self._progress(number)).may_stop:
+            return {}
+        await self.games.leave(number)
+        if not message.delete:
+            await asyncio.to_thread((await self._progress(number)).stop)
+            return {}
+        await asyncio.to_thread(delete, self.folder, number)
+        text = html_of(self.study.text(self.study.debriefing)) if self.study.debriefing else ""
+        return {"code": self.folder.codes[number], "title": self.study.title, "withdrawn": True, "html": text}
+
+    async def _consent(self, request: Request) -> Response:
+        """Return a participant's copy of the consent."""
+        code, address = request.path_params["code"], request.client.host if request.client is not None else ""
+        number = self._number_of(code, "", address)
+        at = self.folder.progress(number).done.get("consent", {}).get("at") if self.folder.has_come(number) else None
+        if at is None:
+            raise HTTPException(404, "nobody has agreed here")
+        when = f"{time.strftime('%Y-%m-%d %H:%M', time.gmtime(at))} UTC"
+        title, text = html.escape(self.study.title), html_of(self.study.text(self.study.consent))
+        agreed = f"<p>{self.folder.codes[number]}: &#10003; {when}</p>"
+        return HTMLResponse(f"<!doctype html><meta charset=utf-8><title>{title}</title><p>{title}</p>{text}{agreed}")
+
     def _is_ready(self, number: int, step: Step) -> bool:
         visitor = self._visitors[number]
         is_there = time.monotonic() - visitor.seen < LEASE_S
@@ -222,14 +262,17 @@ class StudyHost:
         step, steps = progress.next, progress.steps
         done = len(progress.done)
         state: dict[str, Any] = {"code": self.folder.codes[number], "title": self.study.title, "done": done}
-        state["of"] = max(len(steps), done + (step is not None))
+        state |= {"of": max(len(steps), done + (step is not None)), "may_stop": progress.may_stop}
+        state["consented"] = "consent" in progress.done
         if step is None:
-            return state
+            return state | {"completion": "" if progress.has_ended_early else self.study.completion}
         state["step"] = {"id": step.id, "kind": step.kind, "heading": self._heading(step)}
         if step.text:
             state["step"]["html"] = html_of(self.study.text(step.text))
         if step.form is not None:
-            state["step"]["items"] = step.form.to_dict()["items"]
+            items = [item.to_dict() for item in items_of(self.study, number, step)]
+            state["step"]["items"] = [{name: one for name, one in item.items() if name != "correct"} for item in items]
+            state["step"]["attempt"] = step.attempt
         if step.kind == "break":
             state["step"]["seconds"] = self._rest_s(progress)
         if step.kind in _GAMES:
@@ -243,7 +286,7 @@ class StudyHost:
             return f"Practice game {step.game + 1}"
         if step.kind == "game":
             return f"Game {step.game + 1} of {self.study.games}"
-        return _HEADINGS[step.kind]
+        return _HEADINGS.get(step.id) or _HEADINGS[step.kind]
 
     def _game(self, number: int, step: Step) -> dict[str, Any]:
         """Return the state of a participant's next game."""

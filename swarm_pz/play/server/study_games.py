@@ -155,6 +155,12 @@ class StudyGames:
         for connection in there:
             connection.close("this game was broken off")
 
+    async def leave(self, number: int) -> None:
+        """Break a participant's game off, and wait until its recording is set aside."""
+        if (game := self._of.get(number)) is not None:
+            self.drop(game)
+            await self.close()
+
     async def close(self) -> None:
         """Wait until games that have ended are settled."""
         await asyncio.gather(*self._ending, return_exceptions=True)

@@ -5,7 +5,7 @@
 //   #embed=ORIGIN  in the frame of an experiment there
 // At /study/CODE/game the page shows a game of a study, and then leads back to it.
 
-import { byId, hear, on } from "./elements.js";
+import { byId, hear, make, on } from "./elements.js";
 import { Link, SERVER } from "./link.js";
 import { Lobby } from "./lobby.js";
 import { ROUND } from "./progress.js";
@@ -217,6 +217,7 @@ addEventListener("pointerdown", () => { delete document.documentElement.dataset.
 if (STUDY) {
   document.body.classList.add("study");
   document.title = "A game";
+  byId("leave").before(make("a", { href: `${STUDY}#stop`, className: "button quiet" }, "Stop"));
   hear(link, { room: ({ phase }) => { if (phase === "over") setTimeout(goOn, RESULT_MS); } });
 }
 addEventListener("hashchange", show);

@@ -11,7 +11,7 @@ const SHORT = 11; // points of a scale that are buttons; longer ones are sliders
 
 let shown = ""; // key of the page that is shown: it is not drawn again while somebody writes
 let takesOver = false;
-let declined = false; // the participant does not take part
+let asks = false; // a page of its own is shown until it is answered: the participant does not take part, or may stop
 /** @type {any} */
 let later = 0;
 let own = recall("window", "session") ?? newWindow();
@@ -51,7 +51,7 @@ function lookAgain(ms = STATE_MS) {
 // --- what is shown --------------------------------------------------------------------------------
 
 function show(state) {
-  if (declined) return;
+  if (asks) return;
   if (state.fault) {
     draw("fault", "This does not go on", [make("p", {}, make("a", { href: "/study", className: "button" }, "Type a code"))]);
     byId("told").textContent = state.fault;
@@ -61,9 +61,15 @@ function show(state) {
   byId("study").textContent = document.title = state.title;
   byId("who").textContent = state.code;
   if (state.elsewhere) return showElsewhere();
+  for (const [id, is] of [["stop", state.may_stop], ["consented", state.consented]]) byId(id).hidden = !is;
+  if (state.withdrawn) {
+    const told = [paragraph("All that was kept of you is deleted. You can close this page."), ...text(state)];
+    return draw("withdrawn", "You have withdrawn", told);
+  }
+  if (state.may_stop && location.hash === "#stop") return askToStop();
   Object.assign(byId("progress"), { max: state.of, value: state.done });
   const { step, game } = state, hasBegun = step && shown.startsWith(`${step.id} begun`);
-  if (!step) return draw("end", "Thank you", [paragraph("That was all. You can close this page.")]);
+  if (!step) return draw("end", "Thank you", [paragraph("That was all. You can close this page."), ...completion(state)]);
   if (game?.phase === "running" || (game?.phase === "ready" && !game.fault && hasBegun)) {
     keep("seat", game.seat, "session");
     location.replace(`/study/${CODE}/game#room=${game.seat.room}`);
@@ -71,8 +77,9 @@ function show(state) {
   }
   const words = game ? gameWords(game) : "", begun = hasBegun && ["waiting", "ready"].includes(game?.phase) ? " begun" : "";
   const key = `${step.id}${begun} ${game?.phase ?? ""}${words}`;
+  const again = key !== shown && step.attempt > 1 ? "Some answers were not right. Please try once more." : "";
   if (key !== shown) draw(key, step.heading, parts(state, words));
-  const told = state.refused || game?.fault || recall("told", "session");
+  const told = state.refused || game?.fault || recall("told", "session") || again;
   if (told) byId("told").textContent = told;
   keep("told", "", "session");
   lookAgain(["waiting", "saving"].includes(game?.phase) ? WAIT_MS : STATE_MS);
@@ -101,13 +108,39 @@ function draw(key, heading, content) {
   byId("heading").focus({ preventScroll: true });
 }
 
+// The server's own rendering of a text.
+function text({ html }) { return html ? [make("div", { className: "text", innerHTML: html })] : []; }
+
+function completion({ completion: told }) {
+  if (!told) return [];
+  if (/^https:/.test(told)) return [choices(make("a", { href: told, className: "button" }, "Go on"))];
+  return [paragraph("This code shows that you have taken part:"), make("p", { id: "completion" }, told)];
+}
+
+// Ask if the participant wants to stop, and what becomes of what they have done.
+function askToStop() {
+  asks = true;
+  clearTimeout(later);
+  const leave = (act, has) => {
+    asks = false;
+    history.replaceState(null, "", location.pathname);
+    ask(act, has);
+  };
+  draw("stop", "Do you want to stop?", [
+    paragraph("You need not say why, and you cannot come back. What you have done so far can be kept for the study, or deleted."),
+    choices(
+      button("Go back to the study", () => leave("state")), button("Stop, and keep it", () => leave("stop")),
+      button("Stop, and delete it", () => leave("stop", { delete: true })),
+    ),
+  ]);
+}
+
 function parts({ step, game }, words) {
-  const text = step.html ? [make("div", { className: "text", innerHTML: step.html })] : []; // the server's own rendering
   switch (step.kind) {
-    case "consent": return [...text, consent(step)];
-    case "form": return [form(step)];
+    case "consent": return [...text(step), consent(step)];
+    case "form": return [...text(step), form(step)];
     case "break": return [rest(step)];
-    case "text": return [...text, choices(button("Go on", () => ask("done", { step: step.id })))];
+    case "text": return [...text(step), choices(button("Go on", () => ask("done", { step: step.id })))];
     default: return [paragraph(words), ...(game.phase === "before" || game.fault || game.phase === "ready" ? [begin(step)] : [])];
   }
 }
@@ -158,12 +191,12 @@ function consent(step) {
   const agree = make("input", { type: "checkbox", name: "agree" });
   const label = make("label", { className: "agree" }, agree, "I have read this, and I agree to take part.");
   const refuse = button("I do not want to take part", () => {
-    declined = true;
+    asks = true;
     clearTimeout(later);
     draw("declined", "Thank you for reading this", [
       paragraph("Nothing was written down about you. You can close this page."),
       choices(button("Back", () => {
-        declined = false;
+        asks = false;
         ask("state");
       })),
     ]);
@@ -301,5 +334,7 @@ function askForCode() {
   field.focus();
 }
 
+byId("stop").onclick = askToStop;
+byId("consented").href = `/study/${CODE}/consent`;
 if (CODE) ask("state");
 else askForCode();

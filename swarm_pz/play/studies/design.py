@@ -25,7 +25,7 @@ from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, check_words
 
-When = Literal["start", "block", "end"]
+When = Literal["start", "welcome", "block", "end"]
 PERSON = "person"
 """The opponent of a condition in which two participants play each other."""
 _STUDY = 21
@@ -97,7 +97,7 @@ class Practice(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class Asked(Config):
-    """A form, and when it is asked: once at the start, after each block, or at the end."""
+    """A form, and when it is asked: at the start, after the welcome, after each block, or at the end."""
 
     form: Form
     when: When = "block"
@@ -111,7 +111,8 @@ class Study(Config):
     """A whole study; docs/studies.md describes its fields.
 
     `order` is "balanced", or rows of conditions' titles, one for each participant in turn; after the last row the first
-    one comes again. `consent`, `welcome` and the conditions' texts are Markdown files in `folder`.
+    one comes again. `consent`, `welcome`, `debriefing` and the conditions' texts are Markdown files in `folder`.
+    `completion` is a code that is shown at the end, or an https address to which the last page leads.
     """
 
     title: str
@@ -125,6 +126,8 @@ class Study(Config):
     forms: tuple[Asked, ...] = ()
     consent: str = ""
     welcome: str = ""
+    debriefing: str = ""
+    completion: str = ""
     seed: Annotated[int, Range(0, 2**63)] = 0
     codes: tuple[str, ...] = ()
     folder: Path = Path()
@@ -137,6 +140,7 @@ class Study(Config):
         check(len(set(titles)) == len(titles), "conditions", titles, "conditions of different titles")
         names = [asked.form.name for asked in self.forms]
         check(len(set(names)) == len(names), "forms", names, "forms of different names")
+        check_words(self.completion, "completion", may_be_empty=True)
         self._check_order(titles)
         self._check_codes()
         for condition in self.conditions:
@@ -160,7 +164,7 @@ class Study(Config):
     @property
     def texts(self) -> tuple[str, ...]:
         """Names of the files of texts."""
-        names = (self.consent, self.welcome, *(condition.text for condition in self.conditions))
+        names = (self.consent, self.welcome, self.debriefing, *(condition.text for condition in self.conditions))
         return tuple(dict.fromkeys(filter(None, names)))
 
     @property

@@ -14,6 +14,7 @@ A name, such as P01, stands in all that others may see; a code opens its partici
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 import re
@@ -115,8 +116,10 @@ class StudyFolder:
             if number not in self._progress:
                 path = self.file_of(number)
                 try:
-                    how = {"only_read": self._only_read, "is_alone": self.is_alone(number)}
-                    self._progress[number] = Progress(self.study, path, number, **how)
+                    is_alone = functools.partial(self.is_alone, number)
+                    self._progress[number] = Progress(
+                        self.study, path, number, only_read=self._only_read, is_alone=is_alone
+                    )
                     sync_folder(path.parent)
                 except OSError as error:
                     raise RecordingError(f"{path} cannot be used: {explain(error)}") from error
@@ -134,8 +137,14 @@ class StudyFolder:
         return isinstance(first, dict) and "withdrawn" in first
 
     def is_alone(self, number: int) -> bool:
-        """Return True if a participant's partner has withdrawn."""
-        return self.study.is_of_pairs and number ^ 1 in self.withdrawn
+        """Return True if a participant's partner has withdrawn or stopped."""
+        if not self.study.is_of_pairs or number ^ 1 in self.withdrawn:
+            return self.study.is_of_pairs
+        try:
+            last = read_ends(self.file_of(number ^ 1), 4096)[1]
+        except RecordingError:
+            return False
+        return b'"step": "stop"' in last or b'"ends": true' in last
 
     def summary(self, number: int) -> dict[str, Any]:
         """Return a participant's progress, for the monitor."""
@@ -150,7 +159,7 @@ class StudyFolder:
             return row | {"step": "corrupt", "fault": str(error)}
         step, games = progress.next, [line for name, line in progress.done.items() if _GAME.fullmatch(name)]
         return row | {
-            "step": step.id if step is not None else "all done",
+            "step": step.id if step is not None else "stopped" if progress.has_ended_early else "all done",
             "block": step.condition.title if step is not None and step.condition is not None else "",
             "played": len(games),
             "won": sum(line.get("won") is True for line in games),

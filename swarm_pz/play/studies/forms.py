@@ -10,6 +10,7 @@
 from __future__ import annotations
 
 import itertools
+import random
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -38,7 +39,8 @@ class Item(Config):
     """A question; tables call it by its `id`.
 
     A scale is a whole number between `least` and `most`, on a line with `low` and `high` at its ends; a choice one of
-    `choices`; a number any in that range; a text words; a pair which of two (`choices`) counts more.
+    `choices`; a number any in that range; a text words; a pair which of two (`choices`) counts more. `correct` is the
+    right answer, if there is one.
     """
 
     id: str
@@ -51,6 +53,7 @@ class Item(Config):
     high: str = ""
     choices: tuple[str, ...] = ()
     optional: bool = False
+    correct: str | float | None = None
 
     def _path(self, field: str) -> str:
         return "item.id" if field == "id" else f"item {self.id}: {field}"
@@ -71,6 +74,9 @@ class Item(Config):
             fits = len(self.choices) >= 2 and len(set(self.choices)) == len(self.choices)
             check(fits, f"{where}: choices", self.choices, "at least two different ones")
         check(self.kind != "pair" or len(self.choices) == 2, f"{where}: choices", self.choices, "two")
+        if self.correct is not None:
+            check(self.kind != "text" and not self.optional, f"{where}: correct", self.correct, "left out here")
+            self.read(self.correct)
 
     def read(self, answer: Any) -> Any:
         """Return an answer as it is kept; None for one that was left out.
@@ -99,12 +105,20 @@ class Item(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class Form(Config):
-    """A page of questions; `score` says how its answers are added up, empty for not at all."""
+    """A page of questions; `score` says how its answers are added up, empty for not at all.
+
+    Questions with a right answer are asked up to `tries` times, until all are right. If they never are, the participant
+    is left out of comparisons (`fails` is "exclude"), and the study ends for them ("end"). `shuffle` gives each
+    participant the questions in a random order.
+    """
 
     name: str
     title: str = ""
     items: tuple[Item, ...] = field(default=())
     score: Literal["", "nasa-tlx", "sus"] = ""
+    tries: Annotated[int, Range(1, 10)] = 1
+    fails: Literal["exclude", "end"] = "exclude"
+    shuffle: bool = False
 
     def _path(self, field: str) -> str:
         return "form.name" if field == "name" else f"form {self.name}: {field}"
@@ -145,6 +159,17 @@ class Form(Config):
         for name in answers:
             check(name in known, f"form {self.name}", name, f"answers to its questions; {nearest(str(name), known)}")
         return {item.id: item.read(answers.get(item.id)) for item in self.items}
+
+    def passes(self, answers: Mapping[str, Any]) -> bool:
+        """Return True if all questions with a right answer have it."""
+        return all(item.correct in (None, answers.get(item.id)) for item in self.items)
+
+    def order(self, seed: str) -> list[Item]:
+        """Return the questions in the order in which they are asked."""
+        items = list(self.items)
+        if self.shuffle:
+            random.Random(seed).shuffle(items)  # noqa: S311  (no secret)
+        return items
 
     def scores(self, answers: Mapping[str, Any]) -> dict[str, float]:
         """Return the scores of the answers; empty for forms without a score."""

@@ -10,7 +10,7 @@ import errno
 import json
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -22,9 +22,9 @@ from swarm_pz.files import explain
 from swarm_pz.play.protocol import decode
 from swarm_pz.play.recordings.folder import read_regular
 from swarm_pz.play.studies.design import Condition, Study
-from swarm_pz.play.studies.forms import Form
+from swarm_pz.play.studies.forms import Form, Item
 
-StepKind = Literal["consent", "form", "text", "practice", "game", "break"]
+StepKind = Literal["consent", "form", "text", "practice", "game", "break", "stop"]
 _Moment = Annotated[float, msgspec.Meta(ge=0.0, le=1e12)]
 
 
@@ -35,6 +35,8 @@ class _Line(msgspec.Struct):
     at: _Moment = 0.0
     answers: dict[str, str | int | float | None] = {}
     scores: dict[str, float] = {}
+    passed: bool = True
+    ends: bool = False
     condition: str = ""
     system: str = ""
     opponent: str = ""
@@ -56,7 +58,7 @@ class Step:
     """One thing that a participant does.
 
     `id` is its name among the participant's steps; `condition` that of its block; `text` the name of a text; `game` the
-    number of a game in its block, from 0.
+    number of a game in its block, from 0; `attempt` that of a form whose answers were wrong before, from 1.
     """
 
     id: str
@@ -65,6 +67,7 @@ class Step:
     form: Form | None = None
     text: str = ""
     game: int = 0
+    attempt: int = 1
 
     @property
     def is_game(self) -> bool:
@@ -84,16 +87,23 @@ def steps_of(
     """Return all steps of a participant (number, from 0), in turn.
 
     `done` are the finished steps: the results of practice decide how much of it there is. If they are alone, since
-    their partner has withdrawn, blocks of two have no further steps.
+    their partner has left, blocks of two have no further steps.
     """
 
-    def asked(when: str, name: str, condition: Condition | None = None) -> list[Step]:
-        forms = [one.form for one in study.forms if one.when == when]
-        return [Step(f"{name}.form.{form.name}", "form", condition, form=form) for form in forms]
+    def asked(when: str, name: str, condition: Condition | None = None, text: str = "") -> list[Step]:
+        found = []
+        for form in (one.form for one in study.forms if one.when == when):
+            for attempt in range(1, form.tries + 1):
+                step = f"{name}.form.{form.name}" + (f".{attempt}" if attempt > 1 else "")
+                found.append(Step(step, "form", condition, form, text if attempt > 1 else "", attempt=attempt))
+                if done.get(step, {}).get("passed", True):
+                    break
+        return found
 
     steps = [Step("consent", "consent", text=study.consent)] if study.consent else []
     steps += asked("start", "start")
     steps += [Step("welcome", "text", text=study.welcome)] if study.welcome else []
+    steps += asked("welcome", "welcome", text=study.welcome)
     for block, condition in enumerate(study.order_of(participant), 1):
         name, own = f"block{block}", []
         if block > 1 and study.break_s:
@@ -106,7 +116,15 @@ def steps_of(
             own.append(Step(f"{name}.game{game + 1}", "game", condition, game=game))
         own += asked("block", name, condition)
         steps += [step for step in own if not (is_alone and condition.is_of_two) or step.id in done]
-    return steps + asked("end", "end")
+    steps += asked("end", "end")
+    if "stop" in done or any(line.get("ends") for line in done.values()):
+        steps = [step for step in [*steps, Step("stop", "stop")] if step.id in done]
+    return steps + ([Step("debriefing", "text", text=study.debriefing)] if study.debriefing else [])
+
+
+def items_of(study: Study, participant: int, step: Step) -> list[Item]:
+    """Return the questions of a form in the order in which a participant is asked."""
+    return step.form.order(f"{study.seed} {participant} {step.id}") if step.form is not None else []
 
 
 def _practice_of(study: Study, block: str, done: Mapping[str, Mapping[str, Any]]) -> int:
@@ -141,12 +159,18 @@ def _read_line(line: bytes, path: Path, number: int) -> dict[str, Any]:
 class Progress:
     """A participant's file, which is made if it is not there.
 
-    With `only_read`, another program may be writing it, and it is left as it is; `is_alone` as of `steps_of`. Raises
-    RecordingError if the file is of another study or participant, or corrupt.
+    With `only_read`, another program may be writing it, and it is left as it is; `is_alone` returns what `steps_of`
+    asks. Raises RecordingError if the file is of another study or participant, or corrupt.
     """
 
     def __init__(
-        self, study: Study, path: Path, participant: int, *, only_read: bool = False, is_alone: bool = False
+        self,
+        study: Study,
+        path: Path,
+        participant: int,
+        *,
+        only_read: bool = False,
+        is_alone: Callable[[], bool] = lambda: False,
     ) -> None:
         self.study, self.participant, self._path, self._is_alone = study, participant, path, is_alone
         self.done: dict[str, dict[str, Any]] = {}
@@ -179,13 +203,23 @@ class Progress:
     @property
     def steps(self) -> list[Step]:
         """All steps, those of practice as far as they have come."""
-        return steps_of(self.study, self.participant, self.done, is_alone=self._is_alone)
+        return steps_of(self.study, self.participant, self.done, is_alone=self._is_alone())
 
     @property
     def next(self) -> Step | None:
         """The next step; None when all are done."""
         done = self.done
         return next((step for step in self.steps if step.id not in done), None)
+
+    @property
+    def may_stop(self) -> bool:
+        """True if something of the participant is kept, who has agreed to it, and something is left to be done."""
+        return bool(self.done) and self.next is not None and self.next.id not in ("consent", "debriefing")
+
+    @property
+    def has_ended_early(self) -> bool:
+        """True if the participant has stopped, or could not answer a form that they had to."""
+        return "stop" in self.done or any(line.get("ends") for line in self.done.values())
 
     def finish(self, step: Step, **record: Any) -> None:
         """Keep that a step is done, and what came of it: on the disk when this returns.
@@ -199,6 +233,16 @@ class Progress:
         if step.form is not None:
             record["answers"] = step.form.read(record.get("answers", {}))
             record["scores"] = step.form.scores(record["answers"])
-        line = {"step": step.id, "at": time.time(), **record}
+            if not step.form.passes(record["answers"]):
+                record |= {"passed": False, "ends": step.form.fails == "end" and step.attempt == step.form.tries}
+        self._keep(step.id, record)
+
+    def stop(self) -> None:
+        """Keep that the participant has stopped: only the debriefing is left."""
+        if "stop" not in self.done and self.next is not None:
+            self._keep("stop", {})
+
+    def _keep(self, step: str, record: dict[str, Any]) -> None:
+        line = {"step": step, "at": time.time(), **record}
         self._write(line)
-        self.done = self.done | {step.id: line}
+        self.done = self.done | {step: line}

@@ -20,7 +20,7 @@ from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
-from swarm_pz.play.studies.progress import Step, read_lines, steps_of
+from swarm_pz.play.studies.progress import Step, items_of, read_lines, steps_of
 from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
 
 _OF_LINE = ("system", "opponent", "side", "seed", "outcome", "seconds", "recording")
@@ -43,6 +43,11 @@ class StudyData:
     def remaining(self) -> list[ParticipantRow]:
         """The participants who have not withdrawn."""
         return [one for one in self.participants if not one.withdrawn]
+
+    @property
+    def failed(self) -> set[str]:
+        """Names of participants who failed a form, and so are in no comparison."""
+        return {one.participant for one in self.participants if one.failed}
 
     def table(self, name: str) -> list[Row]:
         """Return the rows of a table."""
@@ -118,6 +123,8 @@ class _Person:
         for name in self.done.keys() - known:
             self._fault(name, "is no step of the study", "")
         steps = [step for step in self.steps if step.id in self.done]
+        is_early = "stop" in self.done or any(line.get("ends") for line in self.done.values())
+        failed = [step.form.name for step in steps if step.form and self._has_failed(step)]
         for step in steps:
             if step.is_game:
                 self._game(step)
@@ -128,10 +135,15 @@ class _Person:
                 number=self.number,
                 order=" > ".join(condition.title for condition in self.data.study.order_of(self.number)),
                 withdrawn=self.number in self.folder.withdrawn,
-                finished=len(steps) == len(self.steps),
+                finished=len(steps) == len(self.steps) and not is_early,
+                stopped="stop" in self.done,
+                failed=", ".join(dict.fromkeys(failed)),
                 consent_day=_day(self.done.get("consent", {}).get("at")),
             )
         )
+
+    def _has_failed(self, step: Step) -> bool:
+        return step.form is not None and step.attempt == step.form.tries and not self.done[step.id].get("passed", True)
 
     def _after(self, step: str) -> float | None:
         """Return the time at which a step was done, after the first one: a time of day would tell who was here."""
@@ -246,8 +258,12 @@ class _Person:
             return
         answers, scores = line.get("answers", {}), line.get("scores", {})
         block = re.match(r"block(\d+)\.", step.id)
-        rows = [(item.id, item.kind, item.text, answers.get(item.id)) for item in form.items]
-        for name, kind, words, answer in [*rows, *((name, "score", "", value) for name, value in scores.items())]:
+        rows: list[tuple[Any, ...]] = [
+            (item.id, item.kind, item.text, place, item.correct, answers.get(item.id))
+            for place, item in enumerate(items_of(self.data.study, self.number, step), 1)
+        ]
+        rows += [(name, "score", "", None, None, value) for name, value in scores.items()]
+        for name, kind, words, place, right, answer in rows:
             self.data.forms.append(
                 FormRow(
                     participant=self.who,
@@ -258,8 +274,10 @@ class _Person:
                     item=name,
                     kind=kind,
                     question=words,
+                    place=place,
                     answer=None if answer is None else str(answer),
                     value=float(answer) if isinstance(answer, int | float) else None,
+                    correct=None if right is None else answer == right,
                     after_s=self._after(step.id),
                 )
             )

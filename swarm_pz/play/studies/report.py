@@ -56,23 +56,28 @@ def _template() -> Any:
 
 
 def counted_games(data: StudyData) -> list[GameRow]:
-    """Return the games that count, by the study's order of conditions: no practice, and none that a fault ended."""
+    """Return the games that count, by the study's order of conditions.
+
+    No practice, none that a fault ended, and none of who failed a form.
+    """
     places = [condition.title for condition in data.study.conditions]
     games = [
         game
         for game in data.games
-        if not game.practice and game.ended_by not in _FAULTS and game.outcome in ("win", "draw", "loss")
+        if not game.practice
+        and game.ended_by not in _FAULTS
+        and game.outcome in ("win", "draw", "loss")
+        and game.participant not in data.failed
     ]
     return sorted(games, key=lambda game: places.index(game.condition))
 
 
 def values_of_scores(data: StudyData) -> dict[str, dict[str, dict[str, float]]]:
     """Return each participant's scores under each condition, by score: those of forms that were asked after blocks."""
-    counted = {one.participant for one in data.remaining}
     found: dict[str, dict[str, dict[str, float]]] = {}
     for condition in data.study.conditions:
         for row in data.forms:
-            is_own = (row.kind, row.condition) == ("score", condition.title) and row.participant in counted
+            is_own = (row.kind, row.condition) == ("score", condition.title) and row.participant not in data.failed
             if is_own and row.value is not None:
                 found.setdefault(row.item, {}).setdefault(row.condition, {})[row.participant] = row.value
     return found
@@ -97,6 +102,8 @@ def write_report(data: StudyData, folder: Path, command: str = "") -> list[Effec
         finished=sum(one.finished for one in data.remaining),
         practice=sum(game.practice for game in data.games),
         gone=[one.participant for one in data.participants if one.withdrawn],
+        stopped=[one.participant for one in data.participants if one.stopped],
+        failed=[f"{one.participant} ({one.failed})" for one in data.participants if one.failed],
         left_out=[f"{count} {reason}" for reason, count in reasons.items()],
         conditions=rows,
         picture=PICTURE,

@@ -21,6 +21,8 @@ class ParticipantRow:
     order: str = column("titles of the conditions in the order in which they were met, with > between them")
     withdrawn: bool = column("whether the participant withdrew: then nothing else is known of them")
     finished: bool = column("whether all steps of the study are done")
+    stopped: bool = column("whether the participant stopped before, and left what was done")
+    failed: str = column("forms whose right answers were not given; then the participant is in no comparison")
     consent_day: str = column("day on which it was agreed to, in UTC; the study's folder has the time")
 
 
@@ -123,8 +125,10 @@ class FormRow:
     item: str = column("name of the question, or of the score")
     kind: str = column("scale, choice, number, text or pair; score for what the answers come to")
     question: str = column("the question's words")
+    place: int | None = column("place of the question in the order in which it was asked, from 1")
     answer: str | None = column("the answer as text; empty if it was left out")
     value: float | None = column("the answer or score as a number; empty if it is none")
+    correct: bool | None = column("whether it is the right answer; empty if there is none")
     after_s: float | None = column("when the form was handed in, after the participant's first step", "s")
 
 

@@ -30,32 +30,41 @@ def withdraw(path: Path, code: str) -> tuple[str, int]:
         opened = StudyFolder(path, only_read=False)
     except ResultsError as error:
         raise OutputError(
-            f"{path} is being served, so the participant may be in session: end the server (Ctrl-C), call this again, "
-            "and start the server again; everybody goes on where they were"
+            f"{path} is being served, so the participant may be in session: withdraw on their page (Stop), or end the "
+            "server (Ctrl-C), call this again, and start the server again; everybody goes on where they were"
         ) from error
     with contextlib.closing(opened):
         number = opened.number_of(code)
         name = opened.study.name_of(number)
         if number in opened.withdrawn and not _recordings(opened, number):
             raise ConfigError(f"{name}, who had the code {code}, has withdrawn already: nothing of theirs is left")
-        try:
-            if number not in opened.withdrawn:
-                _settle_partner(opened, number)
-                line, file = first_line(opened.study, number) | {"withdrawn": time.time()}, opened.file_of(number)
-                with draft_of(file) as draft:
-                    write_down(draft, json.dumps(line).encode() + b"\n")
-                sync_folder(file.parent)
-                opened.withdrawn.add(number)
-            left = _recordings(opened, number)  # the partner's game may have been set aside
-            for file in left:
-                file.unlink()
-            for folder in {file.parent for file in left}:
-                sync_folder(folder)
-        except OSError as error:
-            raise OutputError(
-                f"not all of {name} is deleted: {explain(error)}; call this again when that is mended"
-            ) from error
-        return name, len(left)
+        return name, delete(opened, number)
+
+
+def delete(opened: StudyFolder, number: int) -> int:
+    """Delete all that a participant did, who is in no game, and return the number of deleted recordings.
+
+    Raises OutputError if a file cannot be deleted.
+    """
+    try:
+        if number not in opened.withdrawn:
+            _settle_partner(opened, number)
+            line, file = first_line(opened.study, number) | {"withdrawn": time.time()}, opened.file_of(number)
+            with draft_of(file) as draft:
+                write_down(draft, json.dumps(line).encode() + b"\n")
+            sync_folder(file.parent)
+            opened.withdrawn.add(number)
+        left = _recordings(opened, number)  # the partner's game may have been set aside
+        for file in left:
+            file.unlink()
+        for folder in {file.parent for file in left}:
+            sync_folder(folder)
+    except OSError as error:
+        name = opened.study.name_of(number)
+        raise OutputError(
+            f"not all of {name} is deleted: {explain(error)}; call this again when that is mended"
+        ) from error
+    return len(left)
 
 
 def _recordings(opened: StudyFolder, number: int) -> list[Path]:
@@ -74,4 +83,6 @@ def _settle_partner(opened: StudyFolder, number: int) -> None:
     partner = number ^ 1
     if opened.study.is_of_pairs and partner not in opened.withdrawn and opened.has_come(partner):
         with contextlib.suppress(RecordingError):  # a corrupt file is kept as it is
-            opened.settle(partner)
+            step = opened.progress(partner).next
+            if step is not None and number in opened.players(partner, step):  # they may be in a game of their own
+                opened.settle(partner)

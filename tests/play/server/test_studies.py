@@ -262,6 +262,69 @@ async def test_who_has_withdrawn_is_told_so_and_the_partner_is_asked_no_game_of_
         assert "block2.game1" not in [step.id for step in folder.progress(1).steps]
 
 
+@pytest.mark.parametrize("is_deleted", [True, False])
+async def test_who_stops_in_a_game_of_two_is_gone_and_the_other_goes_on_while_the_server_runs(is_deleted, tmp_path):
+    plan = PLAN.replace(
+        'consent = "consent.md"', 'consent = "consent.md"\ndebriefing = "consent.md"\ncompletion = "C1"'
+    )
+    with begun(tmp_path, plan.replace('order = [["alone", "together"]]', 'order = [["together", "alone"]]')) as (
+        host,
+        folder,
+    ):
+        assert (await asked(host, "stop"))["step"]["id"] == "consent", "nothing is kept yet"
+        steps = [walk(folder.progress(number), "practice") for number in (0, 1)]
+        for number, step in enumerate(steps):
+            folder.progress(number).finish(step, won=True)
+        game = folder.progress(0).next
+        host.games.open((0, 1), game)
+        room, players = host.games.of(0).room, [Connection(), Connection()]
+        for player, seat in zip(players, room.seats, strict=True):
+            player.close = lambda _: None
+            room.resume(player, seat)
+        await playing(room)
+        told = await asked(host, "stop", delete=is_deleted)
+        assert host.games.of(0) is host.games.of(1) is None
+        recordings = [path.name for path in (tmp_path / "data").glob("*/P01.block*.jsonl")]
+        if is_deleted:
+            assert told["withdrawn"] and "Will you" in told["html"] and recordings == []
+            assert (await posted(host, "state"))[0] == 410
+            assert len(lines_of(SimpleNamespace(folder=folder.path), "P01")) == 1
+        else:
+            assert told["step"]["id"] == "debriefing" and recordings == [f"P01.{game.id}.1.jsonl"]
+            end = await asked(host, "done", step="debriefing")
+            assert "step" not in end and end["completion"] == "" and host._row(0)["step"] == "stopped"
+        other = await asked(host, "state", code="P02")
+        assert other["step"]["id"] == "block2.break", "the other goes on without them"
+
+
+async def test_a_page_gets_a_copy_of_the_consent_and_no_right_answers_and_the_code_at_the_end(tmp_path):
+    plan = PLAN.replace("[[conditions]]", 'completion = "C1"\n[[conditions]]', 1).replace(
+        'choices = ["left", "right"]', 'choices = ["left", "right"], correct = "left"'
+    )
+    plan = plan.replace("practice = { wins = 1, most = 1 }\nrules", 'completion = "C1"\nrules').replace(
+        'completion = "C1"\n[[conditions]]', "[[conditions]]"
+    )
+    with begun(tmp_path, plan) as (host, folder):
+        consent = next(route for route in host.routes() if route.path == "/study/{code}/consent").endpoint
+        scope = {"type": "http", "method": "GET", "headers": [], "path_params": {"code": "P01"}}
+        with pytest.raises(HTTPException):
+            await consent(Request(scope))
+        await asked(host, "state")
+        state = await asked(host, "done", step="consent")
+        assert state["step"]["items"][0]["id"] == "hand" and "correct" not in state["step"]["items"][0]
+        copy = (await consent(Request(scope))).body.decode()
+        assert "You <em>may</em> stop." in copy and "P01: &#10003; 20" in copy
+        walked = folder.progress(0)
+        while (step := walked.next) is not None:
+            answers = (
+                {item.id: item.choices[0] if item.choices else item.least for item in step.form.items}
+                if step.form
+                else {}
+            )
+            walked.finish(step, answers=answers)
+        assert (await asked(host, "state"))["completion"] == "C1"
+
+
 # --- its games ------------------------------------------------------------------------------------
 
 

@@ -224,6 +224,32 @@ def test_the_report_tells_what_was_found_in_percent_and_seconds(ran, out, tmp_pa
     )
 
 
+def test_who_gave_wrong_answers_or_stopped_is_named_and_the_first_is_in_no_comparison(tmp_path):
+    checked = PLAIN.replace('{ id = "words"', '{ id = "check", text = "Choose 7", correct = 7 },\n    { id = "words"')
+    with begun(tmp_path, checked.replace("most = 3", "most = 1")) as folder:
+        for number, check in enumerate((7, 1, 7)):
+            progress = folder.progress(number)
+            progress.finish(progress.next)
+            progress.finish(progress.next, answers=ANSWERS["background"] | {"check": check})
+            walk(folder, number, until="block2.practice1")
+        folder.progress(2).stop()
+    data = export(tmp_path / "data", tmp_path / "out")
+    people = {
+        row["participant"]: (row["failed"], row["stopped"], row["finished"])
+        for row in table(tmp_path / "out", "participants")
+    }
+    assert people == {
+        "P01": ("", "false", "false"),
+        "P02": ("background", "false", "false"),
+        "P03": ("", "true", "false"),
+    }
+    assert {game.participant for game in counted_games(data)} == {"P01", "P03"}
+    report = (tmp_path / "out" / "report.md").read_text()
+    assert "Stopped before the end: P03." in report and "not right: P02 (background)" in report
+    right = {row["participant"]: row["correct"] for row in table(tmp_path / "out", "forms") if row["item"] == "check"}
+    assert right == {"P01": "true", "P02": "false", "P03": "true"}
+
+
 @pytest.mark.parametrize("sign", ["<b>a</b>", "[a](b)", "a|b", "*a*", "`a`", "&amp;", "# a", "![a](b)", "a_b_"])
 def test_a_title_is_text_and_neither_markdown_nor_html(sign):
     page = MarkdownIt("commonmark").enable("table")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import ConfigError, RecordingError
-from swarm_pz.play.studies.progress import Progress
+from swarm_pz.play.studies.progress import Progress, items_of
 from tests.play.studies.playing import PLAIN, told, written
 
 
@@ -53,6 +53,70 @@ def test_practice_ends_when_it_is_won_or_has_been_enough(is_won, games, tmp_path
     while (step := progress.next).kind != "game":
         progress.finish(step, **(told(step) | {"won": is_won}))
     assert sum("practice" in name for name in progress.done) == games
+
+
+QUIZ = """
+welcome = "consent.md"
+debriefing = "consent.md"
+
+[[forms]]
+name = "quiz"
+when = "welcome"
+tries = 2
+fails = "FAILS"
+items = [
+    { id = "goal", text = "Your goal?", kind = "choice", choices = ["win", "lose"], correct = "win" },
+    { id = "size", text = "How many drones?", most = 9, correct = 3 },
+]
+"""
+RIGHT, WRONG = {"answers": {"goal": "win", "size": 3}}, {"answers": {"goal": "win", "size": 4}}
+
+
+@pytest.mark.parametrize("fails", ["exclude", "end"])
+def test_a_form_with_right_answers_is_asked_again_beside_the_text_and_may_end_the_study(fails, tmp_path):
+    head, forms = QUIZ.replace("FAILS", fails).split("\n\n[[", 1)
+    study = written(tmp_path, f"{head}\n{PLAIN}[[{forms}")
+    for given, after in ((RIGHT, "block1.practice1"), (WRONG, "welcome.form.quiz.2")):
+        progress = Progress(study, tmp_path / f"{after}.jsonl", 0)
+        for _ in range(3):
+            progress.finish(progress.next, **told(progress.next))
+        assert (progress.next.id, progress.next.text) == ("welcome.form.quiz", "")
+        progress.finish(progress.next, **given)
+        assert progress.next.id == after
+    assert progress.next.text == study.welcome
+    progress.finish(progress.next, **WRONG)
+    assert progress.next.id == ("debriefing" if fails == "end" else "block1.practice1")
+    assert progress.has_ended_early == (fails == "end")
+    assert Progress(study, tmp_path / f"{after}.jsonl", 0).next == progress.next
+    with pytest.raises(ConfigError, match=r"item size: correct|size must be"):
+        written(tmp_path, f"{head}\n{PLAIN}[[{forms.replace('correct = 3', 'correct = 10')}")
+
+
+def test_who_stops_is_asked_nothing_more_and_is_debriefed(tmp_path):
+    progress = Progress(written(tmp_path, 'debriefing = "consent.md"\n' + PLAIN), tmp_path / "p.jsonl", 0)
+    assert not progress.may_stop, "nothing is kept before the consent"
+    for _ in range(2):
+        progress.finish(progress.next, **told(progress.next))
+    assert progress.may_stop
+    progress.stop()
+    progress.stop()
+    assert (progress.next.id, progress.may_stop) == ("debriefing", False)
+    progress.finish(progress.next)
+    again = Progress(progress.study, tmp_path / "p.jsonl", 0)
+    assert [*again.done] == ["consent", "start.form.background", "stop", "debriefing"] and again.next is None
+
+
+def test_questions_in_a_random_order_are_the_same_again_and_differ_among_participants_and_steps(tmp_path):
+    study = written(
+        tmp_path,
+        PLAIN.replace('when = "start"', 'when = "start"\nshuffle = true').replace(
+            "items = [", "items = [\n" + "".join(f'{{ id = "q{number}", text = "?" }},\n' for number in range(6))
+        ),
+    )
+    step = Progress(study, tmp_path / "p.jsonl", 0).steps[1]
+    orders = [[item.id for item in items_of(study, number, step)] for number in (0, 0, 1, 2)]
+    assert orders[0] == orders[1] and len({*map(tuple, orders)}) == 3
+    assert sorted(orders[0]) == sorted(item.id for item in step.form.items)
 
 
 def test_whatever_ends_the_program_nothing_is_asked_twice_and_nothing_is_lost(tmp_path):
