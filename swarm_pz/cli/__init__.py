@@ -34,6 +34,8 @@ def commands_of(program: str) -> dict[str, Callable[..., None]]:
     """Return the commands of ``swarm-pz`` or of ``swarm-pz study``, by name."""
     if program == "swarm-pz study":
         return {
+            "plan": studies.plan,
+            "power": studies.power,
             "run": studies.run,
             "status": studies.status,
             "withdraw": studies.withdraw,

@@ -12,6 +12,7 @@ from swarm_pz.evaluation.match import MatchResult
 
 if TYPE_CHECKING:
     from swarm_pz.bench import Speed
+    from swarm_pz.play.studies.planning import PowerRow
     from swarm_pz.standard.exploitability import Exploitability
 
 _WIDE = 400
@@ -140,6 +141,26 @@ def print_status(title: str, rows: Sequence[dict[str, Any]]) -> None:
         ],
         texts=4,
         title=title,
+    )
+
+
+def print_power(rows: Sequence[PowerRow]) -> None:
+    """Print the power of a study's tests."""
+    _print(
+        ("effect", "participants", "power", "95 % interval", "by pairs", "false alarms"),
+        [
+            (
+                row.effect,
+                f"{row.participants}",
+                f"{row.power:.2f}",
+                f"{row.low:.2f} to {row.high:.2f}",
+                f"{row.pairs:.2f}",
+                f"{row.false_alarms:.2f}",
+            )
+            for row in rows
+        ],
+        texts=1,
+        title="Power",
     )
 
 

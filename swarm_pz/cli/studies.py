@@ -1,4 +1,4 @@
-"""Commands of studies: ``study run``, ``study status``, ``study withdraw``, ``study tables`` and ``study export``."""
+"""Commands of studies, as ``study run``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from swarm_pz.cli.options import HERE, AddressOptions
 from swarm_pz.cli.play import need_play, serve
 from swarm_pz.cli.player_options import known
 from swarm_pz.cli.report import command, progress, say
-from swarm_pz.config.base import check_number
+from swarm_pz.config.base import check_count, check_number
 from swarm_pz.errors import ConfigError, SwarmError, require_extra
 
 if TYPE_CHECKING:
@@ -59,6 +59,57 @@ def run(
         )
     finally:
         opened.close()
+
+
+def plan(study: Annotated[Path, tyro.conf.Positional], /, out: Path | None = None) -> None:
+    """Show the plan of a study, to register it before the study begins; see docs/studies.md.
+
+    Args:
+        study: The study's file.
+        out: Markdown file to write it to.
+    """
+    need_play()
+    from swarm_pz.play.studies.design import Study
+    from swarm_pz.play.studies.planning import plan_of
+
+    text = plan_of(Study.read(study), study)
+    if out is not None:
+        out.write_text(text, encoding="utf-8")
+    print(text if out is None else out)
+
+
+def power(
+    study: Annotated[Path, tyro.conf.Positional],
+    /,
+    difference: float = 0.2,
+    share: float = 0.5,
+    spread: float = 0.15,
+    participants: tuple[int, ...] = (),
+    runs: int = 200,
+) -> None:
+    """Simulate how often a study's tests find an effect on the share of games won; see docs/studies.md.
+
+    Args:
+        study: The study's file.
+        difference: Effect on the share won; of an interaction the difference of differences.
+        share: Share of games that participants win.
+        spread: Standard deviation of this share among participants.
+        participants: Numbers of participants to try, by default the study's.
+        runs: Simulated studies for each effect.
+    """
+    need_play()
+    from swarm_pz.play.studies.design import Study
+    from swarm_pz.play.studies.planning import power as simulate
+
+    for name, value, high in (("difference", abs(difference), 1.0), ("share", share, 1.0), ("spread", spread, 1.0)):
+        check_number(value, name, 0.0, high)
+    check_count(runs, "runs", 1, 100_000)
+    design, rows = Study.read(study), []
+    for count in participants or (design.participants,):
+        check_count(count, "participants", 1, 10_000)
+        with progress("studies", "simulating") as show:
+            rows += simulate(design, count, difference=difference, share=share, spread=spread, runs=runs, progress=show)
+    printing.print_power(rows)
 
 
 def _check_players(study: Study) -> None:

@@ -132,6 +132,10 @@ def test_a_study_that_cannot_be_run_is_refused_before_anything_is_made(before, a
 
 
 def test_a_study_has_a_status_an_export_and_participants_who_withdraw(study, capsys, refused):
+    run("study plan study.toml")
+    assert "# Plan: Two interfaces" in capsys.readouterr().out
+    run("study power study.toml --runs 1 --participants 4")
+    assert "false alarms" in capsys.readouterr().out
     run("study status data")
     printed = capsys.readouterr().out
     for said in ("Two interfaces", "0 of 4 participants", "has not come", "start.form", "line 1"):

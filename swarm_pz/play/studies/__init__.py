@@ -6,7 +6,8 @@
 `progress`     what a person has done already, line by line, and what is next
 `withdrawal`   what a participant did, deleted
 `reading`      a study's folder as rows, which `rows` describes
-`analysis`     conditions compared within participants
+`analysis`     main effects, interactions and pairs of conditions
+`planning`     the plan before the data, and the power of its tests
 `export`       all that is published: tables, data sets of two `standards`, and a `report`
 =============  ==============================================================
 """

@@ -66,6 +66,7 @@ class Effect:
     low: float | None = column("lower end of its 95 % interval")
     high: float | None = column("upper end of its 95 % interval")
     p: float = column("chance of an effect as large or larger if there is none, by permutation")
+    planned: bool = column("whether the study's plan names the test; else it is exploratory", default=False)
     p_holm: float | None = column("p of a pair after Holm's correction for all pairs of the measure", default=None)
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import itertools
 import math
 import re
 import secrets
@@ -18,7 +19,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 
 from swarm_pz.config import TEAM_NAMES, GameConfig
-from swarm_pz.config.base import Config, Range, check
+from swarm_pz.config.base import Config, Range, check, check_choice
 from swarm_pz.errors import ConfigError, nearest
 from swarm_pz.files import read_text, read_toml
 from swarm_pz.play.factors import Factors
@@ -107,6 +108,22 @@ class Asked(Config):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Plan(Config):
+    """A plan made before the data: hypotheses, the tests that decide, as "MEASURE: EFFECT", and when to stop."""
+
+    _section: ClassVar[str] = "plan"
+
+    hypotheses: tuple[str, ...] = ()
+    tests: tuple[str, ...] = ()
+    stopping: str = ""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for line in (*self.hypotheses, self.stopping):
+            check_words(line, "plan", may_be_empty=True)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Study(Config):
     """A whole study; docs/studies.md describes its fields.
 
@@ -124,6 +141,7 @@ class Study(Config):
     practice: Practice = field(default_factory=Practice)
     break_s: Annotated[float, Range(0.0, 86_400.0)] = 0.0
     forms: tuple[Asked, ...] = ()
+    plan: Plan = field(default_factory=Plan)
     consent: str = ""
     welcome: str = ""
     debriefing: str = ""
@@ -149,6 +167,12 @@ class Study(Config):
             check(sorted(condition.levels) == named, "levels", condition.levels, f"of every condition, here of {named}")
         for name in self.texts:
             self.text(name)
+        pairs = [f"{first} less {second}" for first, second in itertools.combinations(titles, 2)]
+        scores = [score for asked in self.forms if asked.when == "block" for score in asked.form.score_names]
+        for test in self.plan.tests:
+            measure, _, effect = test.partition(": ")
+            check_choice(measure, f"plan.tests: {test!r}: measure", ("win_rate", "restricted_mean_s", *scores))
+            check_choice(effect, f"plan.tests: {test!r}: effect", (*self.effects, *pairs))
 
     def _check_codes(self) -> None:
         for code in self.codes:
@@ -204,6 +228,12 @@ class Study(Config):
         count = math.prod(len(set(of.values())) for of in factors.values())
         cells = {*zip(*(of.values() for of in factors.values()), strict=True)}
         return factors if count == len(cells) == len(self.conditions) > 1 else {}
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the main effects and interactions of a factorial design."""
+        sizes = range(1, len(self.crossed) + 1)
+        return tuple(" x ".join(one) for size in sizes for one in itertools.combinations(self.crossed, size))
 
     @functools.cached_property
     def between(self) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 ============================  ==========================================================================
 `report.md`                   wins, lengths and scores by condition, compared; with a picture
+`plan.md`                     what was planned before the data
 `results.csv`                 effects and pairs of conditions, with all digits
 `data/`                       games, commands, captures, forms and participants, as CSV
 `materials/`                  the study's file and its texts
@@ -26,6 +27,7 @@ from swarm_pz.files import check_folder, explain, read_text
 from swarm_pz.play.recordings.tables import columns_of, write_table
 from swarm_pz.play.studies.analysis import Effect
 from swarm_pz.play.studies.folder import FILE, FROZEN
+from swarm_pz.play.studies.planning import plan_of
 from swarm_pz.play.studies.reading import StudyData, read_study
 from swarm_pz.play.studies.report import markdown, write_report
 from swarm_pz.play.studies.rows import NOTES, TABLES
@@ -60,6 +62,7 @@ def export(
             path = draft / "data" / f"description-{name}_data.csv"
             write_table(data.table(name), kind, path, data.factor_columns)
         _describe(data, draft)
+        (draft / "plan.md").write_text(plan_of(data.study, folder / FROZEN / FILE), encoding="utf-8")
         _copy_materials(data, folder, draft / "materials")
         write_table(write_report(data, draft, command), Effect, draft / "results.csv")
     return data

@@ -171,6 +171,12 @@ class Form(Config):
             random.Random(seed).shuffle(items)  # noqa: S311  (no secret)
         return items
 
+    @property
+    def score_names(self) -> tuple[str, ...]:
+        """Names of its scores."""
+        is_weighed = any(item.kind == "pair" for item in self.items)
+        return {"sus": ("sus",), "nasa-tlx": ("tlx_raw", "tlx") if is_weighed else ("tlx_raw",)}.get(self.score, ())
+
     def scores(self, answers: Mapping[str, Any]) -> dict[str, float]:
         """Return the scores of the answers; empty for forms without a score."""
         if self.score == "sus":

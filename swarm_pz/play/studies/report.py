@@ -7,6 +7,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -92,6 +93,9 @@ def write_report(data: StudyData, folder: Path, command: str = "") -> list[Effec
         for measure, values in measures.items():
             effects += factor_effects(measure, values, data.study.crossed, data.study.between)
     pairs = [pair for measure, values in measures.items() for pair in compare_pairs(measure, values)]
+    tests = [
+        replace(one, planned=f"{one.measure}: {one.effect}" in data.study.plan.tests) for one in (*effects, *pairs)
+    ]
     if games:
         _draw(games, rows, folder / PICTURE)
     reasons = Counter(game.left_out for game in data.games if game.left_out and not game.practice)
@@ -108,6 +112,7 @@ def write_report(data: StudyData, folder: Path, command: str = "") -> list[Effec
         conditions=rows,
         picture=PICTURE,
         measures=_MEASURES,
+        planned=[one for one in tests if one.planned],
         effects=effects,
         pairs=pairs,
         means={
@@ -116,7 +121,7 @@ def write_report(data: StudyData, folder: Path, command: str = "") -> list[Effec
         },
     )
     (folder / "report.md").write_text(text, encoding="utf-8")
-    return effects + pairs
+    return tests
 
 
 def _draw(games: Sequence[GameRow], rows: Sequence[ConditionRow], path: Path) -> None:
