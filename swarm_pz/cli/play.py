@@ -161,26 +161,29 @@ def replay(
         serve(known(), host=at.host, port=at.port, folder=folder, page=page, cards=_cards(), record_labels=False)
 
 
-def site(out: Annotated[Path, tyro.conf.Positional], /) -> None:
+def site(out: Annotated[Path, tyro.conf.Positional], /, *, address: str = "") -> None:
     """Write the page as a folder that any file host serves: games are played in the page itself, without a server.
 
     Args:
         out: Folder of the page.
+        address: Address that it will have, such as https://example.org/game/: with it, links to it show a picture.
     """
     need_play()
     from swarm_pz.play.site import write
 
-    size = write(out, site_files())
+    fits = not address or (address.startswith(("https://", "http://")) and address.endswith("/"))
+    check(fits, "address", address, "an address that begins with https:// and ends with /")
+    size = write(out, site_files(address))
     print(f"site: {out}, {size / 1000:.0f} kB; try it with: python -m http.server --directory {out}")
 
 
-def site_files() -> dict[str, bytes]:
+def site_files(address: str = "") -> dict[str, bytes]:
     """Return the files of `site` by their paths."""
     from swarm_pz.play.site import files_of
     from swarm_pz.policies import zoo
 
     weights = {path.parent.name: path for path in Path(zoo.__file__).parent.glob("*/policy.safetensors")}
-    return files_of(known(), _cards(), weights)
+    return files_of(known(), _cards(), weights, address)
 
 
 def _print_verified(recording: Path, result: Verification) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import html
 import importlib.metadata
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,21 +19,24 @@ from swarm_pz.play.opponents import opponents_among
 STATIC = Path(__file__).parent / "static"
 _OF_SERVERS = {"marks.js", "monitor.html", "monitor.js", "practice.js", "study.css", "study.html", "study.js"}
 """Files for other control systems, other people and studies, which need a server."""
+_PICTURE = "static/picture.png"
+"""Shown beside links to the page; the page itself never loads it."""
 _HEAD = """\
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'self'; worker-src 'self';
- style-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'">
+ style-src 'self'; img-src 'self' data:; connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'">
 <meta name="table" content="page">"""
 """The last line tells the page that the game runs in its worker."""
 
 
 def files_of(
-    policies: Mapping[str, str], cards: Mapping[str, protocol.Card], weights: Mapping[str, Path]
+    policies: Mapping[str, str], cards: Mapping[str, protocol.Card], weights: Mapping[str, Path], address: str = ""
 ) -> dict[str, bytes]:
     """Return the site's files by their paths.
 
     - `policies`: installed ones, with a line about each; the engine picks those that it can play.
     - `cards`: of rated policies.
     - `weights`: files of learned policies.
+    - `address`: of the folder, which links' previews need for the picture.
     """
     files = {
         path.relative_to(STATIC.parent).as_posix(): path.read_bytes()
@@ -45,10 +49,11 @@ def files_of(
             files[f"static/engine/{name}.safetensors"] = path.read_bytes()
     files["static/engine/table.json"] = msgspec.json.encode(_table_file(policies, cards))
     page = files.pop("static/index.html").decode().replace('"/static/', '"static/')
+    page = page.replace(f'content="{_PICTURE}"', f'content="{html.escape(address)}{_PICTURE}"')
     files["index.html"] = page.replace("<head>\n", f"<head>\n{_HEAD}\n", 1).encode()
     worker = files.pop("static/engine/sw.js").decode()
     digest = hashlib.sha256(b"".join(path.encode() + data for path, data in sorted(files.items()))).hexdigest()[:16]
-    names = msgspec.json.encode(["./" if path == "index.html" else path for path in files]).decode()
+    names = msgspec.json.encode(["./" if path == "index.html" else path for path in files if path != _PICTURE]).decode()
     files["sw.js"] = worker.replace('VERSION = "", FILES = []', f'VERSION = "{digest}", FILES = {names}').encode()
     return files
 

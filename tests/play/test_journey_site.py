@@ -57,11 +57,27 @@ def test_a_game_is_played_watched_saved_and_verified_and_needs_no_network(site, 
     assert "played in a page" in capsys.readouterr().out
     recording = Recording.read(path)
     assert recording.end.ended_by == "left" and any(line.strokes for line in recording.of(SeatCommand))
+    page.click("#close-replay")
+    page.goto(f"{address}{AT_ONCE}#play=centre@7")
+    page.click("#ready")
+    wait_for_play(page)
+    Hand(page).draw((0.2, 0.2), (0.2, 0.8), (0.8, 0.8), (0.8, 0.2), (0.2, 0.2))
+    expect(text_of(page, "share")).to_be_visible()
+    page.click("#share")
+    page.click("#copy-game")
+    shared = text_of(page, "sharing-text").input_value().split()[-1]
+    assert "#replay=" in shared and len(shared) < 8000
     page.wait_for_function("navigator.serviceWorker.ready")  # unlike `evaluate`, it gives up
     shutil.rmtree(folder)
-    page.goto(address)
+    page.goto(shared)  # the whole game is in the link
+    expect(text_of(page, "scrubber")).to_be_visible()
+    expect(text_of(page, "try")).to_have_attribute("href", "#play=centre@7")
+    expect(text_of(page, "says")).to_be_empty()
+    page.click("#close-replay")
     page.click("#recorded summary")
-    expect(page.locator("#games a")).to_contain_text("person (red) against uniform (blue)")
+    expect(page.locator("#games a")).to_contain_text(
+        ["you (red) against centre (blue)", "you (red) against uniform (blue)"]
+    )
     page.click("#quick")
     wait_for_play(page)
 

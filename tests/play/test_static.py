@@ -190,13 +190,14 @@ def test_the_page_is_light():
     first = {"index.html", "icon.svg", "style.css", *needed("main.js")}
     assert sum(sizes[name] for name in first) < 60_000
     without_a_server = {Path(name): len(data) for name, data in site_files().items()}
-    of_weights = sum(size for path, size in without_a_server.items() if path.suffix == ".safetensors")
-    assert sum(without_a_server.values()) - of_weights < 300_000, "before a first game"
+    later = sum(size for path, size in without_a_server.items() if path.suffix in (".safetensors", ".png"))
+    assert sum(without_a_server.values()) - later < 300_000, "before a first game"
 
 
 def test_a_site_is_kept_anew_with_any_other_file_and_asks_nobody_else(tmp_path):
-    files, zoo = site_files(), Path(__file__).parents[2] / "policies" / "zoo"
+    files, zoo = site_files("https://lab.example/a&b/"), Path(__file__).parents[2] / "policies" / "zoo"
     assert b"""content="default-src 'none';""" in files["index.html"]
+    assert b'property="og:image" content="https://lab.example/a&amp;b/static/picture.png"' in files["index.html"]
     for name in ("hunter", "champion", "veteran", "finisher"):
         weights = (zoo / name / "policy.safetensors").read_bytes()
         assert files[f"static/engine/{name}.safetensors"] == weights
@@ -205,7 +206,7 @@ def test_a_site_is_kept_anew_with_any_other_file_and_asks_nobody_else(tmp_path):
         (tmp_path / "weights").write_bytes(weights)
         made = files_of({}, {}, {"hunter": tmp_path / "weights"})
         version, names = re.search(r'VERSION = "(\w+)", FILES = (.*);', made["sw.js"].decode()).groups()
-        assert set(json.loads(names)) == set(made) - {"sw.js", "index.html"} | {"./"}
+        assert set(json.loads(names)) == set(made) - {"sw.js", "index.html", "static/picture.png"} | {"./"}
         return version
 
     assert kept(b"1") == kept(b"1") != kept(b"2")

@@ -13,15 +13,22 @@ export class Cover {
   // begin opens a room by a message and begins in it at once.
   constructor(link, begin) {
     this.opponents = [];
+    this.note = ""; // to add to a result
+    /** @type {any} */
+    this.picture = null; // of an idea
     this.waiting = new Waiting(link);
     this.chart = new Chart(byId("result-chart"));
-    on("click", { "next-game": () => begin({ seat: "red", opponent: this.next, settings: ROUND }) });
+    on("click", {
+      share: async () => (await import("./share.js")).share(link.table, this.room, this.seat, this.opponents),
+      "next-game": () => begin({ seat: "red", opponent: this.next, settings: ROUND }),
+    });
     hear(link, { welcome: ({ opponents }) => { this.opponents = opponents; } });
   }
 
   // Something is on its way.
   wait(text) {
-    for (const id of ["waiting", "invitation", "next-game", "ready", "practise", "sit", "recording", "turning", "result-chart", "idea"]) byId(id).hidden = true;
+    const shown = ["waiting", "invitation", "next-game", "ready", "practise", "sit", "share", "taught", "recording", "turning", "result-chart", "idea"];
+    for (const id of shown) byId(id).hidden = true;
     byId("cover").hidden = false;
     byId("table").dataset.phase = "opening";
     byId("cover-text").textContent = text;
@@ -41,6 +48,7 @@ export class Cover {
     byId("ready").textContent = isOver ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
     byId("sit").hidden = isDone || own !== null || freeSides(room).length === 0;
     byId("recording").hidden = !isOver;
+    byId("share").hidden = !isOver || isDone || own === null || room.outcome === "stopped";
     byId("go-home").textContent = isDone ? "Go on" : "Back to the start";
     byId("go-home").classList.toggle("primary", Boolean(isDone));
     this.showResult(isOver && room.outcome !== "stopped");
@@ -58,7 +66,8 @@ export class Cover {
     byId("next-game").hidden = !isWon || !next || this.room[this.other].name === next;
     byId("next-game").textContent = `Next: ${called(next ?? "")}`;
     byId("ready").classList.toggle("primary", byId("next-game").hidden);
-    say("streak", isWon ? [this.stars, inARow(streak)].filter(Boolean).join(" ") : isOffered && !isPolicy ? this.again() : "");
+    const said = isWon ? [this.stars, inARow(streak)] : [isOffered && !isPolicy ? this.again() : ""];
+    say("streak", [...said, isOffered ? this.note : ""].filter(Boolean).join(" "));
   }
 
   // The score between two people, and which of them want to play again.

@@ -17,6 +17,17 @@ export function make(tag, has = {}, ...parts) {
 
 export function button(words, onclick, has = {}) { return make("button", { type: "button", onclick, ...has }, ...[words].flat()); }
 
+// Copy a field's text, and say so on a button.
+export async function copy(field, told) {
+  try {
+    await navigator.clipboard.writeText(field.value);
+  } catch { // only pages that are encrypted, or of this machine, may use it
+    field.select();
+    if (!document.execCommand("copy")) return;
+  }
+  told.textContent = "Copied";
+}
+
 // Have elements act when something happens to them; a form that is sent leaves the page where it is.
 export function on(type, acts) {
   for (const [id, act] of Object.entries(acts)) {

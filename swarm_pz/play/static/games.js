@@ -1,6 +1,7 @@
 // Recorded games: links with players and results.
 
 import { make } from "./elements.js";
+import { SERVER } from "./link.js";
 import { sideIn } from "./progress.js";
 import { clock, playerOf, SIDES, TICKS } from "./words.js";
 
@@ -12,15 +13,17 @@ export async function listGames(table, list) {
   const games = answer?.ok ? await answer.json() : [];
   const shown = games.filter(({ lesson }) => !lesson);
   list.replaceChildren(...shown.map((game) => {
-    const told = [["strong", players(game)], ["span", ending(game)], ["small", title(game)]].filter(([, words]) => words);
+    const told = [["strong", players(game, table !== SERVER)], ["span", ending(game)], ["small", title(game)]].filter(([, words]) => words);
     const href = `#replay=${encodeURIComponent(game.name)}`;
     return make("li", {}, make("a", { href }, ...told.flatMap(([tag, words]) => [make(tag, {}, words), " "])));
   }));
   if (!shown.length) list.append(make("li", {}, "None so far."));
 }
 
-function players({ name, red, blue }) {
-  const [one, other] = SIDES.map((side, i) => (sideIn(name) === side ? "you" : playerOf([red, blue][i] ?? {})));
+// Name the players; without a server every person is the visitor.
+function players({ name, red, blue }, isAlone) {
+  const [one, other] = [red ?? {}, blue ?? {}].map((seat, i) => (
+    sideIn(name) === SIDES[i] || (isAlone && seat.kind === "person") ? "you" : playerOf(seat)));
   return red && blue ? `${one} (red) against ${other} (blue)` : "";
 }
 

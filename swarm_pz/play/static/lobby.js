@@ -3,7 +3,7 @@
 import { opponentCards, paintPoster } from "./cards.js";
 import { byId, on } from "./elements.js";
 import { onLook } from "./ground.js";
-import { inARow, progress, ROUND } from "./progress.js";
+import { daily, dayStreak, inARow, progress, ROUND } from "./progress.js";
 import { keep, recall } from "./store.js";
 import { called, SIDES, systemOption } from "./words.js";
 
@@ -19,6 +19,7 @@ export class Lobby {
     on("click", {
       quick: () => this.play(this.next),
       "start-lesson": () => go("lesson"),
+      daily: () => go("daily"),
       "invite-somebody": () => link.send({ type: "create", seat: "red", settings: ROUND, label: byId("label").value }),
       return: () => go(`room=${link.lastSeat.room}`),
       "look-on": () => { if (byId("code").reportValidity()) this.enter("watch"); },
@@ -40,6 +41,7 @@ export class Lobby {
     if (!welcome) return;
     byId("quick").disabled = byId("invite-somebody").disabled = false;
     for (const id of ["invite-somebody", "guests", "responding", "side-watch"]) byId(id).hidden = !welcome.guests;
+    byId("daily").hidden = welcome.guests;
     byId("side-watch").disabled = !welcome.guests; // some browsers list hidden options
     this.suggest(this.welcome = welcome);
     byId("label-hint").textContent = welcome.records_labels
@@ -68,6 +70,8 @@ export class Lobby {
     const reached = progress(opponents), policy = policies.find(({ name }) => name === reached.next) ?? policies[0];
     this.next = policy?.name;
     byId("quick").hidden = !policy;
+    const { day, opponent } = daily(opponents), days = dayStreak(day);
+    byId("daily").textContent = `Game of the day: ${called(opponent ?? "")}${days > 1 ? `, ${days} days in a row` : ""}`;
     byId("next").textContent = policy ? `Next: ${called(policy.name)}. ${inARow(reached.streak)}` : "";
     byId("opponents").replaceChildren(...opponentCards(policies, opponents, reached, (name) => this.play(name)));
     paintPoster(byId("poster"), policy?.card);

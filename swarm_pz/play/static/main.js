@@ -1,17 +1,19 @@
 // The page: which view is shown, as its address asks.
 //   #room=ABCD   to a room: to one's seat there, or the free one, or to look on
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
-//   #replay=FILE@TICK a recorded game                #lesson      the first lesson
+//   #replay=FILE@TICK a recorded game                #play=ring@7 a challenge: a game from the start of a seed
+//   #lesson      the first lesson                    #daily       the game of the day, without a server
 //   #embed=ORIGIN  in the frame of an experiment there
 // At /study/CODE/game the page shows a game of a study, and then leads back to it.
 
 import { byId, hear, make, on } from "./elements.js";
 import { Link, SERVER } from "./link.js";
 import { Lobby } from "./lobby.js";
-import { ROUND } from "./progress.js";
+import { daily, ROUND } from "./progress.js";
 import { keep } from "./store.js";
 import { placeOf, Table } from "./table.js";
 import { freeSides } from "./waiting.js";
+import { called } from "./words.js";
 
 const VIEWS = ["lobby", "table"];
 const SAYING_MS = 6000;
@@ -35,6 +37,7 @@ const embed = framed && new framed.Embed(link, wanted().value, begin);
 let welcomed = null;
 let isBeginning = false; // a seat in a room that begins at once is ready at once
 let wantsSeat = ""; // the room of the address, while the visitor has no seat there
+let fixed = null; // the message that opens a room with a start of its own
 let goal = ""; // where to, once a running game may be left
 let saysFor = 0, forgets; // duration of the notice, and the timer that ends it
 
@@ -97,6 +100,7 @@ function open(name) {
 // Open a room and begin at once; return true if the message could be sent.
 function begin(message) {
   if (isBeginning) return false;
+  fixed = "seed" in message ? message : null;
   isBeginning = link.send({ type: "create", label: byId("label").value, settings: {}, ...message });
   if (!isBeginning) say("The server does not answer yet. Try again in a moment.");
   return isBeginning;
@@ -113,7 +117,8 @@ function show() {
   if (!welcomed || isHere) return;
   if (ROOMS.includes(name) && table.aside?.room.code === value) return table.takeUp();
   if (name === "embed" && embed) table.cover.wait(embed.waiting);
-  else if (name === "play") begin({ seat: "red", ...(value && value !== "none" ? { opponent: value, settings: ROUND } : { settings: { blue: 0 } }) });
+  else if (name === "play") play(value);
+  else if (name === "daily" && !welcomed.guests) beginDaily();
   else if (ROOMS.includes(name)) enter(name, value);
   else if (name === "replay") {
     table.putAside();
@@ -123,6 +128,22 @@ function show() {
     table.leave();
     table.learn();
   } else giveUp();
+}
+
+// Begin against a policy, or alone; with a seed it is a challenge, which waits until the visitor is ready.
+function play(value) {
+  const [, opponent, seed] = /^(.*?)(?:@(\d{1,10}))?$/.exec(value);
+  if (!opponent || opponent === "none") begin({ seat: "red", settings: { blue: 0 } });
+  else if (seed === undefined) begin({ seat: "red", opponent, settings: ROUND });
+  else if (begin({ seat: "red", opponent, settings: ROUND, seed: Number(seed) })) {
+    isBeginning = false;
+    say(`A challenge: ${called(opponent)}, from the same start as in the game that you were sent.`);
+  }
+}
+
+function beginDaily() {
+  const { opponent, seed } = daily(welcomed.opponents);
+  begin({ seat: "red", opponent, seed, settings: ROUND });
 }
 
 function showLobby() {
@@ -163,6 +184,7 @@ function ask() {
 function refused({ about, code, reason }) {
   const { name, value } = wanted(), lostSeat = about === "hello";
   isBeginning = false;
+  fixed = null;
   if (lostSeat && (STUDY || !embed)) link.seat = null;
   if (lostSeat && STUDY) return goOn(code === "unknown" ? "" : reason); // the study gives a new seat
   if (embed) embed.refused({ about, reason });
@@ -196,7 +218,9 @@ hear(link, {
     const seat = wantedSeat();
     if (!seat || seat.token !== link.asked?.token) show(); // else the server sends the seat by itself
   },
-  seated: () => {
+  seated: ({ room }) => {
+    if (fixed) table.start = { room, message: fixed };
+    fixed = null;
     if (isBeginning) link.send({ type: "ready" });
     isBeginning = false;
   },

@@ -32,6 +32,23 @@ export function counts({ settings: { red, blue, speed }, once }, opponent, isLes
 
 export function inARow(streak) { return streak > 1 ? `${streak} won in a row.` : ""; }
 
+const DAY_MS = 86_400_000, SPREAD = 2_654_435_761; // by which days are far apart
+
+// The game of a day, by UTC: the same opponent and the same start for everybody.
+export function daily(opponents, day = Math.floor(Date.now() / DAY_MS)) {
+  const seed = Math.imul(day, SPREAD) >>> 0;
+  return { day, seed, opponent: opponents[seed % opponents.length] };
+}
+
+// Return the number of days in a row, until a day or the day before it, whose games were won.
+export function dayStreak(day) {
+  const kept = recall("daily");
+  return kept?.day === day || kept?.day === day - 1 ? Number(kept.streak) || 0 : 0;
+}
+
+// Keep that a day's game was won.
+export function winDay(day) { if (recall("daily")?.day !== day) keep("daily", { day, streak: dayStreak(day) + 1 }); }
+
 const MOST_OWN = 200; // recorded games
 
 // Keep the side that one had in a recorded game.

@@ -11,8 +11,10 @@ const MOST_BYTES = 16 * 2 ** 20; // of a file
 const MOST_OWED = 8; // ticks that are made up for at once
 
 export class Replay {
-  constructor(link, chart) {
+  // opponents returns the names of those whom one may meet.
+  constructor(link, chart, opponents = () => []) {
     this.link = link;
+    this.opponents = opponents;
     this.chart = chart;
     this.playback = null;
     this.held = false;
@@ -36,7 +38,9 @@ export class Replay {
     const text = await this.read(name);
     if (!isWanted()) return;
     try { this.playback = new Playback(name, text); } catch (error) { throw new Error(`${name} cannot be shown: ${error.message}.`); }
-    const { room } = this.playback;
+    const { room, seed } = this.playback, opponent = room.red.kind === "person" ? room.blue.name : "";
+    byId("try").hidden = !this.opponents().includes(opponent);
+    byId("try").href = `#play=${opponent}@${seed}`;
     this.text = text;
     this.owed = 0;
     this.link.tell("room", room);
@@ -50,13 +54,23 @@ export class Replay {
     this.clock = setInterval(() => this.step(), 1000 / TICKS);
   }
 
+  // Read a recorded game, by its file's name or from a link that holds it.
   async read(name) {
+    if (!name.endsWith(".jsonl")) return this.playAgain(name);
     const answer = await this.link.table.fetch(`recordings/${encodeURIComponent(name)}`);
     if (!answer?.ok) throw new Error(`There is no recorded game ${name} here.`);
     const isShort = !(Number(answer.headers.get("content-length")) > MOST_BYTES), text = isShort ? await answer.text() : "";
     if (!isShort) answer.body.cancel();
     if (isShort && text.length <= MOST_BYTES) return text;
     throw new Error(`${name} is too long to be watched here; swarm-pz replay --film makes a film of it.`);
+  }
+
+  async playAgain(packed) {
+    const { unpack } = await import("./engine/linked.js"), written = await fetch(new URL("engine/table.json", import.meta.url)).catch(() => null);
+    if (!written?.ok) throw new Error("There is no such recorded game here.");
+    const { text, isSame } = await unpack(packed, await written.json()).catch(() => { throw new Error("This link holds no game: perhaps it was cut."); });
+    if (!isSame) this.link.tell("notice", { text: "Your browser computes this game otherwise than the one that played it." });
+    return text;
   }
 
   close() {

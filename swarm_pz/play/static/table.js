@@ -8,7 +8,7 @@ import { byId, hear, on, say } from "./elements.js";
 import { LEVELS } from "./levels.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
-import { count, counts, keepSide, progress, sideIn } from "./progress.js";
+import { count, counts, daily, dayStreak, keepSide, progress, sideIn, winDay } from "./progress.js";
 import { recall } from "./store.js";
 import { freeSides } from "./waiting.js";
 import { called, clock, isStudy, playerOf, SIDES, TICKS } from "./words.js";
@@ -35,6 +35,7 @@ export class Table {
     this.lesson = NO_LESSON;
     this.replay = null; // fetched with the first recorded game
     this.practice = null; // while a room waits
+    this.start = { room: "", message: null }; // a room with a start of its own, and the message that opens it
     this.aside = null; // a room whose game is over, and the seat there, while a recorded game is watched
     this.arena = new Arena(byId("ground"), byId("drones"), () => link.now(), () => link.roundTripMs / 2);
     this.chart = new Chart(byId("chart"));
@@ -56,7 +57,7 @@ export class Table {
 
   listen() {
     on("click", {
-      ready: () => this.link.send({ type: "ready", label: byId("label").value }),
+      ready: () => this.again(),
       practise: () => this.practise(),
       "practice-stop": () => {
         this.endPractice();
@@ -125,8 +126,24 @@ export class Table {
     this.leftPlace = null;
     this.cover.wait("Opening the recorded game…");
     const { Replay } = await import("./replay.js");
-    this.replay ??= new Replay(this.link, this.chart);
+    this.replay ??= new Replay(this.link, this.chart, () => this.cover.opponents);
     await this.replay.open(recording, from, () => this.place === recording);
+  }
+
+  // Keep a game of the day that was won, and return a note about it.
+  noteDay(room) {
+    const { day, seed } = daily(this.cover.opponents);
+    if (this.start.room !== room.code || this.start.message.seed !== seed) return "";
+    if (room.outcome !== SIDES[this.seat]) return "The game of the day has the same start each time: try again.";
+    winDay(day);
+    return `You won the game of the day, ${dayStreak(day)} in a row.`;
+  }
+
+  // Be ready, or begin anew from the same start.
+  again() {
+    const { room, message } = this.start;
+    if (this.room.phase === "over" && this.room.code === room) this.begin(message);
+    else this.link.send({ type: "ready", label: byId("label").value });
   }
 
   async practise() {
@@ -185,6 +202,7 @@ export class Table {
     if (phase !== "replay") this.replay?.close();
     if (ended && this.seat !== null) {
       keepSide(room.recording, SIDES[this.seat]);
+      this.cover.note = this.noteDay(room);
       if (counts(room, this.opponent, this.lesson.running)) {
         count(this.opponent.name, room.outcome === SIDES[this.seat], this.lastTick / TICKS, this.controls.number);
       }

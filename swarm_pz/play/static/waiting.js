@@ -1,7 +1,7 @@
 // A room before its game: players, readiness, and the invitation.
 
 import { paintPicture, PICTURES } from "./cards.js";
-import { byId, hear, on } from "./elements.js";
+import { byId, copy, hear, on } from "./elements.js";
 import { onLook } from "./ground.js";
 import { keep } from "./store.js";
 import { playerOf, SIDES } from "./words.js";
@@ -17,7 +17,7 @@ export class Waiting {
     const paint = () => byId("taught").querySelectorAll("canvas").forEach((canvas, i) => paintPicture(canvas, PICTURES[i]));
     paint();
     onLook(paint);
-    on("click", { copy: () => this.copy() });
+    on("click", { copy: () => copy(byId("invitation-link"), byId("copy")) });
   }
 
   // List addresses for other devices, this page's own first if they can use it.
@@ -33,7 +33,8 @@ export class Waiting {
   show(room, seat) {
     const isWaiting = room.phase === "waiting", free = freeSides(room);
     byId("waiting").hidden = !isWaiting || !meetsSomebody(room, seat);
-    byId("taught").hidden = byId("naming").hidden = seat === null;
+    byId("naming").hidden = seat === null;
+    byId("taught").hidden = !isWaiting || seat === null;
     if (document.activeElement !== byId("name")) byId("name").value = byId("label").value;
     byId("room-code").textContent = this.code = room.code;
     for (const side of SIDES) byId(`${side}-seat`).textContent = describe(room, side, seat);
@@ -53,17 +54,6 @@ export class Waiting {
       ? "Only this computer can open this link. For phones and other computers, start the server with --host 0.0.0.0."
       : "The first person who opens it takes the free seat.";
     byId("copy").textContent = "Copy the link";
-  }
-
-  async copy() {
-    const field = byId("invitation-link");
-    try {
-      await navigator.clipboard.writeText(field.value);
-    } catch { // only pages that are encrypted, or of this machine, may use it
-      field.select();
-      if (!document.execCommand("copy")) return;
-    }
-    byId("copy").textContent = "Copied";
   }
 }
 

@@ -5,6 +5,9 @@ import { beforeEach, test } from "node:test";
 
 import { at, fixtures, Line, reload, settled, Socket, time } from "./page.js";
 import "../../../swarm_pz/play/static/games.js";
+import { SERVER } from "../../../swarm_pz/play/static/link.js";
+import { daily, dayStreak, winDay } from "../../../swarm_pz/play/static/progress.js";
+import "../../../swarm_pz/play/static/engine/linked.js";
 import { Embed } from "../../../swarm_pz/play/static/embed.js";
 import "../../../swarm_pz/play/static/lesson.js";
 import "../../../swarm_pz/play/static/replay.js";
@@ -82,6 +85,61 @@ test("a seat that is wanted before the table has answered is returned to", async
   time.pass(250);
   await Socket.last.open();
   assert.equal(said("hello").token, SAVED.token);
+});
+
+test("a challenge waits until one is ready, and is played again from its start; an opponent alone is met at once", async () => {
+  await load("#play=ring@123");
+  assert.deepEqual([said("create").opponent, said("create").seed], ["ring", 123]);
+  const policy = { ...fixtures.room.blue, name: "ring" };
+  await hear({ type: "seated", ...SEAT }, room({ phase: "waiting", red: { ...fixtures.room.red, ready: false }, blue: policy }));
+  assert.deepEqual([said("ready"), at("ready").hidden, at("taught").hidden], [undefined, false, false]);
+  await click("ready");
+  assert.ok(said("ready"));
+  await hear(room({ blue: policy }), room({ phase: "over", outcome: "blue", recording: "a.jsonl", blue: policy }));
+  await click("ready");
+  assert.deepEqual([Socket.last.line.count("create"), said("create").seed], [2, 123]);
+  reload();
+  await load("#play=ring");
+  await hear({ type: "seated", ...SEAT });
+  assert.deepEqual([said("create").seed, said("ready") !== undefined], [undefined, true]);
+});
+
+test("the game of the day is one for all, where no server is, and its wins in a row are counted", async () => {
+  await load("#daily");
+  assert.deepEqual([said("create"), view()], [undefined, "lobby"], "a server has none");
+  reload();
+  await load("#daily", { welcome: { ...WELCOME, guests: false } });
+  const { seed, opponent } = said("create"), over = room({ phase: "over", recording: "a.jsonl", blue: { ...fixtures.room.blue, name: opponent } });
+  assert.deepEqual({ ...daily(WELCOME.opponents), day: 0 }, { day: 0, seed, opponent });
+  await hear({ type: "seated", ...SEAT }, room(), { ...over, outcome: "blue" });
+  assert.match(at("streak").textContent, /try again/);
+  await hear(room(), { ...over, outcome: "red" });
+  assert.match(at("streak").textContent, /You won the game of the day, 1 in a row/);
+});
+
+test("days in a row are counted once a day, until one is left out", () => {
+  const { day } = daily(["a"]);
+  assert.deepEqual([1, 1, 2, 4].map((days) => (winDay(day + days), dayStreak(day + days))), [1, 1, 2, 1]);
+  assert.deepEqual([dayStreak(day + 5), dayStreak(day + 6)], [1, 0]);
+  const seen = new Set(Array.from({ length: 60 }, (_, k) => daily(["a", "b", "c"], day + k).opponent));
+  assert.equal(seen.size, 3);
+});
+
+test("a finished game is shared by its result, and by links to its start and to its recording", async () => {
+  await load();
+  const state = room({ phase: "over", outcome: "stopped", recording: "a.jsonl", sizes: [[2, 2]], blue: { ...fixtures.room.blue, name: "ring" } });
+  const [header, ...lines] = fixtures.recorded.default.text.trim().split("\n");
+  const text = [JSON.stringify({ ...JSON.parse(header), seed: 9 }), ...lines].join("\n");
+  const { share } = await import("../../../swarm_pz/play/static/share.js");
+  await share({ fetch: async () => new Response(text) }, state, 0, ["uniform"]);
+  assert.match(at("sharing-text").value, /^swarm-pz: \d+–\d+ against ring in 0:05, 2 drawings. Play it: http:..table.$/);
+  globalThis.fetch = async () => new Response(text);
+  await share(SERVER, state, 0, ["ring"]);
+  assert.match(at("sharing-text").value, /The same start for you: http:..table.#play=ring@9$/);
+  Object.assign(navigator, { clipboard: { writeText: async () => {} } });
+  await click("copy-game");
+  assert.equal(at("copy-game").textContent, "Copied");
+  assert.match(at("sharing-text").value, /Watch it: http:..table.#replay=a.jsonl$/);
 });
 
 // --- the start --------------------------------------------------------------------------------------

@@ -64,7 +64,7 @@ class Context {
   createImageData(width, height) { return { data: new Uint8ClampedArray(4 * width * height) }; }
 }
 for (const part of ["moveTo", "lineTo", "arc", "rect"]) Context.prototype[part] = function (...to) { this.path.push([part, ...to]); };
-for (const idle of ["save", "restore", "translate", "rotate", "setLineDash", "closePath", "fillText", "strokeText", "putImageData"]) {
+for (const idle of ["save", "restore", "translate", "rotate", "setLineDash", "strokeRect", "closePath", "fillText", "strokeText", "putImageData"]) {
   Context.prototype[idle] = () => {};
 }
 

@@ -7,6 +7,7 @@ import { beforeEach, test } from "node:test";
 import { fixtures, FOLDER, reload, settled, time } from "./page.js";
 import { Game } from "../../../swarm_pz/play/static/engine/game.js";
 import { loadPlayer } from "../../../swarm_pz/play/static/engine/players.js";
+import { pack, unpack } from "../../../swarm_pz/play/static/engine/linked.js";
 import { Playback } from "../../../swarm_pz/play/static/engine/playback.js";
 import { Shelf } from "../../../swarm_pz/play/static/engine/recording.js";
 import { askedBy, Table } from "../../../swarm_pz/play/static/engine/worker.js";
@@ -180,6 +181,26 @@ test("a recorded game is shown at any moment, with what was asked for", async ()
     if (fields) assert.deepEqual(moment.fields, fields);
   }
   assert.deepEqual(playback.target(0).picture, visitor.targets.at(-1).picture);
+});
+
+test("a game in a link is played again as it was, and what cannot be is no link", async () => {
+  const visitor = new Visitor(), line = Array.from({ length: 40 }, (_, k) => [0.1 + k / 97, Math.round(1e4 * (0.5 + 0.3 * Math.sin(k / 7))) / 1e4]);
+  await visitor.begin({ opponent: "noise", seed: 7 }, { time_limit: 20 });
+  for (const [number, has] of [[1, { brush: "attract", width: 0.1 }], [2, { brush: "repel", width: 0.23 }]]) {
+    await visitor.draw(number, { strokes: [{ ...has, points: line.map((point) => point.map((value) => Math.round(1e4 * value) / 1e4)) }] });
+    await visitor.pass(1000);
+  }
+  await visitor.pass(20_000);
+  const text = await visitor.table.answer(`recordings/${visitor.last("room").recording}`), packed = await pack(text);
+  assert.match(packed, /^[\w-]{100,1500}$/);
+  const playing = unpack(packed, fixtures.told);
+  await settled();
+  time.pass(1);
+  const again = await playing, of = (written) => written.trim().split("\n").map((one) => JSON.parse(one)).filter(({ type }) => ["captured", "frame", "end"].includes(type));
+  const plainly = (written) => of(written).map(({ server_ms: _, ...rest }) => rest);
+  assert.deepEqual([plainly(again.text), again.isSame], [plainly(text), true]);
+  new Playback("a link", again.text);
+  assert.equal(await pack(text.replace(", in a page", "")), null, "a server's games are played differently here");
 });
 
 test("a seat is shown less, later and more seldom, and commands later, as an experiment asks", async () => {

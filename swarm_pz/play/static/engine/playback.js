@@ -4,13 +4,13 @@
 import { Game } from "./game.js";
 import { Ground, TRAIL } from "./ground.js";
 import { fieldsOf } from "./observation.js";
+import { UNTIMED } from "./recording.js";
 import { targetOf } from "./strokes.js";
 import { decode, FASTEST } from "../frames.js";
 import { SIDES, TICKS } from "../words.js";
 
 const PROTOCOL = "swarm-pz.play.v2";
 const MOST_TICKS = 36_000 * TICKS, MOST_DRONES = 400;
-const UNTIMED = 1e6; // seconds that stand for no limit
 const PAST_TICKS = 9; // between the moments of trails
 const EVERYTHING = new Float32Array(100).fill(1);
 
@@ -54,6 +54,7 @@ export class Playback {
     const sizes = [game.drones_per_team].flat(), [red, blue = red] = sizes, drones = red + blue, { time_limit: limit } = game;
     if (sizes.length > 2 || ![red, blue].every((size) => isWhole(size, 0, 200)) || !isWhole(drones, 1, MOST_DRONES)) refuse("its teams must have up to 200 drones each");
     if (!(limit > 0) || !(speed > 0)) refuse("its time limit and its speed must be above 0");
+    this.seed = header.seed;
     this.frames = [];
     for (const line of lines) if (line.type === "frame") this.frames.push(frameOf(line, drones, this.frames.at(-1)?.tick ?? -1));
     if (!this.frames.length) refuse("it broke off before anything was to be seen");

@@ -2,7 +2,7 @@
 
 import { TICKS } from "../words.js";
 
-const UNTIMED = 1e6; // seconds that stand for no limit
+export const UNTIMED = 1e6; // seconds that stand for no limit
 const LISTED = 200, ENDS = 8192; // games; bytes of a file's beginning and end that are read for its summary
 
 // The first line of a recording, of a table with a room's settings.

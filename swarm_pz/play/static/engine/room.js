@@ -180,7 +180,7 @@ export class Room {
     this.show(true);
     this.showTarget(0, EVERYTHING);
     const loaded = this.seats.map(({ policy }, team) => (policy ? loadPlayer(policy, (this.seed ^ team) >>> 0) : null));
-    Promise.all([...loaded, new Promise((resolve) => { setTimeout(resolve, ms); })])
+    return Promise.all([...loaded, new Promise((resolve) => { setTimeout(resolve, ms); })])
       .then((players) => { if (this.game === game && this.phase === "starting") this.start(players.slice(0, 2)); });
   }
 

@@ -1,0 +1,70 @@
+// Games in links: the seed and the commands, from which the engine plays a game of the page once more.
+
+import { UNTIMED } from "./recording.js";
+import { Room, UNVARIED } from "./room.js";
+import { densityOf } from "./strokes.js";
+import { SIDES } from "../words.js";
+
+const BRUSHES = ["attract", "repel", "erase"];
+const FINE = 1e4; // parts of a map width, in which drawings are recorded
+const LONGEST = 8000; // letters of a link
+const MOST_TICKS = 36_000, MOST_DRONES = 60; // that a page plays at once
+
+const whole = (value) => Math.round(value * FINE);
+
+// A stroke as a list of whole numbers: brush, width, the first point, and steps from point to point.
+function shorten({ brush, width, points }) {
+  const steps = points.flatMap((point, i) => point.map((value, axis) => whole(value) - (i ? whole(points[i - 1][axis]) : 0)));
+  return [BRUSHES.indexOf(brush), whole(width), ...steps];
+}
+
+function lengthen([brush, width, ...steps]) {
+  const at = [0, 0], points = [];
+  for (let i = 0; i < steps.length; i += 2) points.push([0, 1].map((axis) => (at[axis] += steps[i + axis]) / FINE));
+  return { brush: BRUSHES[brush], width: width / FINE, points };
+}
+
+// Pass bytes through a compressor, or back.
+async function through(bytes, stream) { return new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer(); }
+
+// Return a recorded game as text for a link; null if it was not played in a page, or is too long.
+export async function pack(text) {
+  const [header, ...lines] = text.trimEnd().split("\n").map((line) => JSON.parse(line)), { table, seed, software } = header;
+  const side = SIDES.find((one) => header[one].kind === "person"), other = header[SIDES[1 - SIDES.indexOf(side)]], end = lines.at(-1);
+  if (!software.endsWith("in a page") || end.type !== "end" || JSON.stringify(table.factors) !== JSON.stringify([UNVARIED, UNVARIED])) return null;
+  const arrived = new Map(), commands = [], [red, blue = red] = [table.game.drones_per_team].flat();
+  for (const line of lines.filter(({ seat }) => seat === side)) {
+    if (line.type === "command") arrived.set(line.number, line.strokes);
+    if (line.type === "in_force") commands.push([line.tick, arrived.get(line.number).map(shorten)]);
+  }
+  const { time_limit: limit } = table.game, settings = { red, blue, time_limit: limit < UNTIMED ? limit : null, speed: table.speed, majority: Boolean(table.majority) };
+  const plain = [side, other.policy || null, seed, settings, table.min_command_interval, commands, end.tick, end.sizes];
+  const bytes = new Uint8Array(await through(new TextEncoder().encode(JSON.stringify(plain)), new CompressionStream("deflate-raw")));
+  const packed = btoa(String.fromCharCode(...bytes)).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+  return packed.length > LONGEST ? null : packed;
+}
+
+// Play a packed game again, at a table as `swarm-pz site` writes it. Return its recording, and true if it ended as it had.
+export async function unpack(packed, { rules, commands: form, welcome }) {
+  const bytes = Uint8Array.from(atob(packed.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
+  const plain = JSON.parse(new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw"))));
+  const [seat, opponent, seed, settings, interval, commands, lastTick, sizes] = plain;
+  if (lastTick > MOST_TICKS || settings.red + settings.blue > MOST_DRONES) throw new Error("the game is too long or too large");
+  let lines = [];
+  const table = {
+    factors: [UNVARIED, UNVARIED], interval, kind: "person", rules, commands: form, software: `swarm-pz ${welcome.version}, in a page`,
+    client: null, countdown: 0, room: null, say() {}, send() {}, shelf: { save: async (_, log) => { lines = log; } },
+  };
+  const room = new Room(table, "LINK", { seat, opponent, seed, settings });
+  room.run = () => {}; // its clock stands
+  await room.begin();
+  for (let next = 0; room.phase === "playing" && room.game.tick < lastTick;) {
+    for (; commands[next]?.[0] <= room.game.tick; next++) {
+      const strokes = commands[next][1].map(lengthen);
+      room.submit(room.team, { number: next + 1, strokes, density: densityOf(strokes) });
+    }
+    room.tick();
+  }
+  if (room.phase === "playing") room.stop("stopped", "left");
+  return { text: lines.map((line) => `${JSON.stringify(line)}\n`).join(""), isSame: String(room.game.sizes) === String(sizes) && room.game.tick === lastTick };
+}

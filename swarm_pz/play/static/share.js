@@ -1,0 +1,81 @@
+// A finished game to pass on: a picture, a text, a link to the same start, and one to the whole game.
+
+import { byId, copy, on } from "./elements.js";
+import { look } from "./ground.js";
+import { SERVER } from "./link.js";
+import { daily, dayStreak } from "./progress.js";
+import { called, clock, playerOf, SIDES, TICKS } from "./words.js";
+
+const WIDTH = 1200, HEIGHT = 630, BOARD = 590, MARGIN = 20; // of the picture, in pixels
+let shared = null; // texts and links of the game that is shared
+
+on("click", {
+  "close-sharing": () => byId("sharing").close(),
+  "copy-challenge": () => copy(byId("sharing-text"), byId("copy-challenge")),
+  "copy-game": () => {
+    byId("sharing-text").value = `${shared.words} Watch it: ${shared.game}`;
+    copy(byId("sharing-text"), byId("copy-game"));
+  },
+  "save-picture": async () => {
+    const address = URL.createObjectURL(await picture());
+    Object.assign(document.createElement("a"), { href: address, download: "swarm-pz.png" }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 1000);
+  },
+  "send-game": async () => {
+    const files = [new File([await picture()], "swarm-pz.png", { type: "image/png" })], text = byId("sharing-text").value;
+    await navigator.share(navigator.canShare?.({ files }) ? { text, files } : { text }).catch(() => {}); // not sent after all
+  },
+});
+
+function picture() { return new Promise((resolve) => { byId("sharing-picture").toBlob(resolve, "image/png"); }); }
+
+// Open the dialog for a room whose game is over; seat is the player's.
+export async function share(table, room, seat, opponents) {
+  const answer = await table.fetch(`recordings/${room.recording}`), text = answer?.ok ? await answer.text() : null;
+  const told = factsOf(room, seat, text), { seed, words } = told, other = room[SIDES[1 - seat]];
+  const base = `${location.origin}${location.pathname}`, isDaily = table !== SERVER && seed === daily(opponents).seed;
+  const challenge = isDaily ? "daily" : opponents.includes(other.name) && seed !== null ? `play=${other.name}@${seed}` : "";
+  const packed = text && table !== SERVER ? await (await import("./engine/linked.js")).pack(text) : null;
+  const game = packed ?? (table === SERVER ? room.recording : null), today = dayStreak(daily(opponents).day);
+  const prefix = isDaily ? `Game of the day${today > 1 ? `, ${today} days in a row` : ""}: ` : "";
+  shared = { words: `swarm-pz: ${prefix}${words}.`, game: `${base}#replay=${game}` };
+  byId("sharing-text").value = `${shared.words} ${challenge ? "The same start for you" : "Play it"}: ${base}${challenge ? `#${challenge}` : ""}`;
+  byId("copy-game").hidden = game === null;
+  byId("send-game").hidden = !navigator.share;
+  byId("copy-challenge").textContent = "Copy text and link";
+  byId("copy-game").textContent = "Copy a link to watch it";
+  paint(told);
+  byId("sharing").showModal();
+}
+
+// The result in words, and the seed of its start, of a recording that may be missing.
+function factsOf({ sizes, outcome, ...room }, seat, text) {
+  const lines = text ? text.trimEnd().split("\n").map((line) => JSON.parse(line)) : [], end = lines.findLast(({ type }) => type === "end");
+  const drawings = lines.filter(({ type, seat: side, sender }) => type === "command" && side === SIDES[seat] && !sender).length;
+  const [red, blue] = end?.sizes ?? sizes.at(-1), score = seat ? `${blue}–${red}` : `${red}–${blue}`, other = room[SIDES[1 - seat]];
+  const against = `against ${playerOf(other, "nobody")}`, how = [`in ${clock(end?.tick ?? TICKS * (sizes.length - 1))}`];
+  if (drawings) how.push(drawings === 1 ? "one drawing" : `${drawings} drawings`);
+  return { score, against, how: how.join(", "), words: `${score} ${against} ${how.join(", ")}`, seed: lines[0]?.seed ?? null, isWon: outcome === SIDES[seat], seat };
+}
+
+// Paint the board's last moment, the result, and the sizes over time.
+function paint({ score, against, how, isWon, seat }) {
+  const canvas = byId("sharing-picture"), pen = canvas.getContext("2d"), left = BOARD + 3 * MARGIN, right = WIDTH - MARGIN;
+  pen.fillStyle = look.ground;
+  pen.fillRect(0, 0, WIDTH, HEIGHT);
+  for (const id of ["ground", "drones"]) pen.drawImage(byId(id), MARGIN, MARGIN, BOARD, BOARD);
+  pen.strokeStyle = look.line;
+  pen.strokeRect(MARGIN, MARGIN, BOARD, BOARD);
+  const write = (words, size, y, colour = look.ink) => {
+    pen.font = `${size > 50 ? "bold " : ""}${size}px system-ui, sans-serif`;
+    pen.fillStyle = colour;
+    pen.fillText(words, left, y, right - left);
+  };
+  write("swarm-pz: fight a swarm by drawing", 28, 60);
+  write(score, 150, 230, look.teams[isWon ? seat : 1 - seat]);
+  write(called(against), 52, 310);
+  write(how, 40, 370);
+  const chart = byId("result-chart");
+  if (!chart.hidden && chart.width) pen.drawImage(chart, left, 440, right - left, (right - left) * chart.height / chart.width);
+  canvas.setAttribute("aria-label", `${score} ${against} ${how}`);
+}
