@@ -183,7 +183,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     go_on(page, "Begin")
     page.wait_for_selector("#table[data-phase=over]")
     assert "/study/p01/game#room=" in page.url
-    for name in ("#leave", "#ready", "#recording", "#go-home", "#lobby", "#shelf"):
+    for name in ("#leave", "#ready", "#practise", "#taught", "#share", "#recording", "#go-home", "#lobby", "#shelf"):
         expect(page.locator(name)).to_be_hidden()
     expect(page.locator("#blue-who")).to_have_text("the opponent")
     assert "corners" not in page.locator("body").inner_text(), "the opponent has no name"
