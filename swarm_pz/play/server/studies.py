@@ -168,7 +168,8 @@ class StudyHost:
             if not visitor.claim(message.window, message.loaded, now, takes_over=message.here, is_busy=is_busy):
                 return {"code": self.folder.codes[number], "title": self.study.title, "elsewhere": True}
             more = await act(number, message)
-            return more if number in self.folder.withdrawn else await self._state(number) | more
+            state = {} if number in self.folder.withdrawn else await self._state(number)
+            return state | self.study.phrases | more
 
     async def _look(self, number: int, message: PageMessage) -> dict[str, Any]:
         return {}

@@ -1,6 +1,6 @@
 // A participant's page: it shows one step of the study after the other, as the server sends them.
 
-import { button, byId, make } from "./elements.js";
+import { byId, make as makePlain } from "./elements.js";
 import { keep, recall } from "./store.js";
 
 const [, , CODE = ""] = location.pathname.split("/");
@@ -14,6 +14,7 @@ let takesOver = false;
 let asks = false; // a page of its own is shown until it is answered: the participant does not take part, or may stop
 /** @type {any} */
 let later = 0;
+let words = {}; // the pages' phrases in the study's language
 let own = recall("window", "session") ?? newWindow();
 
 function newWindow() {
@@ -21,6 +22,18 @@ function newWindow() {
   keep("window", name, "session");
   return name;
 }
+
+// Return a phrase in the study's language, where # stands for a number.
+function inWords(text) {
+  const numbers = text.match(/\d+/g) ?? [], found = words[text.replace(/\d+/g, "#")];
+  return found ? found.replace(/#/g, () => numbers.shift() ?? "") : text;
+}
+
+function make(tag, has = {}, ...parts) { return makePlain(tag, has, ...parts.map((part) => (typeof part === "string" ? inWords(part) : part))); }
+
+function button(text, onclick) { return make("button", { type: "button", onclick }, text); }
+
+function tell(text) { byId("told").textContent = inWords(text); }
 
 // --- with the server ------------------------------------------------------------------------------
 
@@ -37,7 +50,7 @@ async function ask(act, more = {}) {
       return;
     } catch (error) {
       if (!(error instanceof TypeError || error instanceof SyntaxError)) throw error;
-      byId("lost").textContent = "The connection is lost; trying again…";
+      byId("lost").textContent = inWords("The connection is lost; trying again…");
       await new Promise((resolve) => setTimeout(resolve, RETRY_MS));
     }
   }
@@ -52,16 +65,17 @@ function lookAgain(ms = STATE_MS) {
 
 function show(state) {
   if (asks) return;
+  if (state.words) ({ words, language: document.documentElement.lang } = state);
   if (state.fault) {
     draw("fault", "This does not go on", [make("p", {}, make("a", { href: "/study", className: "button" }, "Type a code"))]);
-    byId("told").textContent = state.fault;
+    tell(state.fault);
     return;
   }
   byId("where").hidden = false;
   byId("study").textContent = document.title = state.title;
   byId("who").textContent = state.code;
   if (state.elsewhere) return showElsewhere();
-  for (const [id, is] of [["stop", state.may_stop], ["consented", state.consented]]) byId(id).hidden = !is;
+  for (const [id, text, is] of [["stop", "Stop", state.may_stop], ["consented", "Your consent", state.consented]]) Object.assign(byId(id), { hidden: !is, textContent: inWords(text) });
   if (state.withdrawn) {
     const told = [paragraph("All that was kept of you is deleted. You can close this page."), ...text(state)];
     return draw("withdrawn", "You have withdrawn", told);
@@ -75,12 +89,12 @@ function show(state) {
     location.replace(`/study/${CODE}/game#room=${game.seat.room}`);
     return;
   }
-  const words = game ? gameWords(game) : "", begun = hasBegun && ["waiting", "ready"].includes(game?.phase) ? " begun" : "";
-  const key = `${step.id}${begun} ${game?.phase ?? ""}${words}`;
+  const about = game ? gameWords(game) : "", begun = hasBegun && ["waiting", "ready"].includes(game?.phase) ? " begun" : "";
+  const key = `${step.id}${begun} ${game?.phase ?? ""}${about}`;
   const again = key !== shown && step.attempt > 1 ? "Some answers were not right. Please try once more." : "";
-  if (key !== shown) draw(key, step.heading, parts(state, words));
+  if (key !== shown) draw(key, step.heading, parts(state, about));
   const told = state.refused || game?.fault || recall("told", "session") || again;
-  if (told) byId("told").textContent = told;
+  if (told) tell(told);
   keep("told", "", "session");
   lookAgain(["waiting", "saving"].includes(game?.phase) ? WAIT_MS : STATE_MS);
 }
@@ -101,7 +115,7 @@ function draw(key, heading, content) {
   const isNew = key.split(" ")[0] !== shown.split(" ")[0];
   shown = key;
   byId("told").textContent = "";
-  byId("heading").textContent = heading;
+  byId("heading").textContent = inWords(heading);
   byId("asked").replaceChildren(...content);
   if (!isNew) return;
   scrollTo(0, 0);
@@ -135,13 +149,13 @@ function askToStop() {
   ]);
 }
 
-function parts({ step, game }, words) {
+function parts({ step, game }, about) {
   switch (step.kind) {
     case "consent": return [...text(step), consent(step)];
     case "form": return [...text(step), form(step)];
     case "break": return [rest(step)];
     case "text": return [...text(step), choices(button("Go on", () => ask("done", { step: step.id })))];
-    default: return [paragraph(words), ...(game.phase === "before" || game.fault || game.phase === "ready" ? [begin(step)] : [])];
+    default: return [paragraph(about), ...(game.phase === "before" || game.fault || game.phase === "ready" ? [begin(step)] : [])];
   }
 }
 
@@ -227,7 +241,7 @@ function form(step) {
 function complain(text, block, field) {
   block.classList.add("wrong");
   byId("told").textContent = "";
-  byId("told").textContent = text;
+  tell(text);
   field.setAttribute("aria-describedby", "told");
   field.focus();
   block.scrollIntoView({ block: "center" });
@@ -240,7 +254,7 @@ function question(item) {
   return chosen(item);
 }
 
-function words({ text, optional }) { return text + (optional ? " (if you like)" : ""); }
+function asked({ text, optional }) { return text + (optional ? ` ${inWords("(if you like)")}` : ""); }
 
 function written(item) {
   const isNumber = item.kind === "number", required = !item.optional;
@@ -248,7 +262,7 @@ function written(item) {
     ? make("input", { id: item.id, type: "number", min: item.least, max: item.most, step: "any", inputMode: "decimal", required })
     : make("textarea", { id: item.id, maxLength: 4000, required });
   return {
-    block: make("div", { className: "item" }, make("label", { htmlFor: item.id }, words(item)), field),
+    block: make("div", { className: "item" }, make("label", { htmlFor: item.id }, asked(item)), field),
     get: () => (field.value.trim() === "" && !field.validity.badInput ? null : isNumber ? field.valueAsNumber : field.value),
     put: (value) => { field.value = value; },
     field: isNumber ? field : null,
@@ -263,7 +277,7 @@ function chosen(item) {
   const answers = fields.map((field, place) => make("label", {}, field, String(values[place])));
   return {
     block: make(
-      "fieldset", { className: "item" }, make("legend", {}, words(item)),
+      "fieldset", { className: "item" }, make("legend", {}, asked(item)),
       make("div", { className: `answers ${isScale ? "points" : "words"}` }, ...answers), ...(item.low || item.high ? [ends(item)] : []),
     ),
     get: () => values[fields.findIndex((field) => field.checked)] ?? null,
@@ -277,7 +291,7 @@ function slider(item) {
   const field = make("input", { id: item.id, type: "range", min: item.least, max: item.most, step: item.step, "aria-describedby": hint });
   let isSet = false;
   const tell = () => {
-    output.textContent = isSet ? field.value : "not answered yet";
+    output.textContent = isSet ? field.value : inWords("not answered yet");
     field.setAttribute("aria-valuetext", output.textContent);
     field.classList.toggle("unset", !isSet);
   };

@@ -129,7 +129,8 @@ class Study(Config):
 
     `order` is "balanced", or rows of conditions' titles, one for each participant in turn; after the last row the first
     one comes again. `consent`, `welcome`, `debriefing` and the conditions' texts are Markdown files in `folder`.
-    `completion` is a code that is shown at the end, or an https address to which the last page leads.
+    `completion` is a code that is shown at the end, or an https address to which the last page leads; `words` a file of
+    the pages' phrases in another language.
     """
 
     title: str
@@ -146,6 +147,7 @@ class Study(Config):
     welcome: str = ""
     debriefing: str = ""
     completion: str = ""
+    words: str = ""
     seed: Annotated[int, Range(0, 2**63)] = 0
     codes: tuple[str, ...] = ()
     folder: Path = Path()
@@ -167,6 +169,7 @@ class Study(Config):
             check(sorted(condition.levels) == named, "levels", condition.levels, f"of every condition, here of {named}")
         for name in self.texts:
             self.text(name)
+        assert self.phrases is not None  # noqa: S101  (it raises)
         pairs = [f"{first} less {second}" for first, second in itertools.combinations(titles, 2)]
         scores = [score for asked in self.forms if asked.when == "block" for score in asked.form.score_names]
         for test in self.plan.tests:
@@ -188,8 +191,31 @@ class Study(Config):
     @property
     def texts(self) -> tuple[str, ...]:
         """Names of the files of texts."""
-        names = (self.consent, self.welcome, self.debriefing, *(condition.text for condition in self.conditions))
+        names = (
+            self.consent,
+            self.welcome,
+            self.debriefing,
+            self.words,
+            *(condition.text for condition in self.conditions),
+        )
         return tuple(dict.fromkeys(filter(None, names)))
+
+    @functools.cached_property
+    def phrases(self) -> dict[str, Any]:
+        """The language of the pages, and their English phrases in it: the file `words`."""
+        if not self.words:
+            return {}
+        self.text(self.words)
+        with _named(self.words):
+            found = read_toml(self.folder / self.words)
+            words = found.get("words")
+            fits = isinstance(words, dict) and all(
+                isinstance(one, str) for one in [*words.values(), found.get("language")]
+            )
+            check(
+                fits and len(found) == 2, "the file", [*found], "a line `language = ...` and a table [words] of texts"
+            )
+        return found
 
     @property
     def is_of_pairs(self) -> bool:

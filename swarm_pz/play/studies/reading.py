@@ -172,6 +172,7 @@ class _Person:
         line = {name: getattr(condition, name) for name in ("system", "opponent", "side")}
         line |= {"seed": None, "outcome": "", "seconds": 0.0, "recording": ""} | self.done[step.id]
         columns: dict[str, Any] = {name: line[name] for name in _OF_LINE} | {"after_s": self._after(step.id)}
+        columns["seconds"] = round(line["seconds"], 6)  # as it is published, so that its readers compute the same
         own = TEAM_NAMES.index(line["side"])
         recording = self._recording(step, line["recording"])
         if recording is not None:

@@ -5,6 +5,7 @@ import contextlib
 import json
 import re
 import time
+import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,6 +21,7 @@ from swarm_pz.play.server import studies
 from swarm_pz.play.server.studies import StudyHost, Visitor
 from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S
 from swarm_pz.play.studies import progress
+from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step
 from swarm_pz.play.studies.withdrawal import withdraw
@@ -193,6 +195,31 @@ async def test_what_one_of_two_asks_waits_for_the_other(tmp_path, monkeypatch):
         monkeypatch.setattr(folder, "settle", settle)
         told = await asyncio.gather(*(asked(host, "state", f"P0{n}") for n in range(1, 9)))
     assert [one["step"]["id"] for one in told] == ["consent"] * 8
+
+
+async def test_pages_are_in_the_studys_language(tmp_path):
+    german = (STUDY / "german.toml").read_text()
+    (tmp_path / "plan").mkdir()
+    (tmp_path / "plan" / "german.toml").write_text(german)
+    with begun(tmp_path, f'words = "german.toml"\n{PLAN}') as (host, _folder):
+        state = await asked(host, "state")
+    assert (state["language"], state["words"]["Go on"]) == ("de", "Weiter")
+    for text in ('language = "de"', f"{german}\n[more]\n", german.replace('"Weiter"', "1")):
+        (tmp_path / "plan" / "german.toml").write_text(text)
+        with pytest.raises(ConfigError, match="a table"):
+            Study.read(tmp_path / "plan" / "study.toml")
+
+
+EARLY = ("Welcome", "A code is made of letters, digits, _ and -.", "This does not go on")
+"""Phrases before the language is known."""
+
+
+def test_every_phrase_of_the_page_is_in_the_example_of_a_language():
+    words = tomllib.loads((STUDY / "german.toml").read_text())["words"]
+    source = (STUDY.parents[2] / "swarm_pz/play/static/study.js").read_text()
+    found = re.findall(r'(?:paragraph|button|complain|inWords|return)\(? ?"([A-Z][^"\n]+)"', source)
+    found += [*re.findall(r'draw\("\w+", "([^"]+)"', source), *studies._HEADINGS.values()]
+    assert len(found) > 20 and [one for one in found if one not in {*words, *EARLY}] == []
 
 
 # --- who is refused -------------------------------------------------------------------------------
