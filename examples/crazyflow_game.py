@@ -23,7 +23,7 @@ import numpy as np
 from swarm_pz import GameConfig, Simulator
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 
-LAB = Path(__file__).with_name("crazyflow_lab.py")
+LAB = Path(__file__).resolve().with_name("crazyflow_lab.py")
 DRONES, COUNTDOWN_S = 5, 6
 GAMES, MODES, WINDOW_S = 20, 8, 10
 """Games of point masses; modes a side, and seconds, of an ergodic metric."""
@@ -39,9 +39,18 @@ def fly(python: str, opponent: str, seconds: float, out: Path) -> Path:
     with log.open("w") as printed, subprocess.Popen(play, stdout=printed) as server:
         while not (found := re.search(r"rosbridge is at (\S+)", log.read_text())):
             time.sleep(0.2)
-        lab = [python, str(LAB), "--address", found[1], "--robots", str(2 * DRONES), "--out", str(out / "lab.npz")]
+        lab = [
+            str(Path(python).absolute()),
+            str(LAB),
+            "--address",
+            found[1],
+            "--robots",
+            str(2 * DRONES),
+            "--out",
+            "lab.npz",
+        ]
         try:
-            subprocess.run(lab, check=True)
+            subprocess.run(lab, check=True, cwd=out)
         finally:
             server.terminate()
     return max(out.glob("*.jsonl"))

@@ -96,7 +96,7 @@ def play(
     for team, own in enumerate(varied):
         if own.share > 0.0:
             policies.load(own.helper, game, game.team_systems[team])
-    flown = Robots(robots.speed) if poses else None
+    flown = Robots(robots) if poses else None
     lab = (robots, flown.token) if flown is not None else None
     with folder_lock(out):
         serve(

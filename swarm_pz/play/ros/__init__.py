@@ -7,6 +7,7 @@
 `connection`       one client of the rosbridge: what it is sent
 `rosbridge`        the rosbridge protocol, which knows nothing of games
 `seat`             a seat at the table that a client plays
+`robots`           robots of a lab: their poses and setpoints
 `bridge`           all of these together, beside a table
 `process`          where it runs
 `mcap`             a recorded game as a file that ROS tools read

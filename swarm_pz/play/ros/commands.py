@@ -27,11 +27,6 @@ def density(message: Message, is_weak: bool = False) -> Maker:
     return _maker(given, "density", lambda _, cells: CommandMessage(0, density=coarse(values, cells, is_weak).tolist()))
 
 
-def occupancy(message: Message) -> Maker:
-    """Read an OccupancyGrid; -1 is unknown, and as 0."""
-    return density({"data": np.maximum(_floats(message), 0.0).tolist()})
-
-
 def attractors(message: Message) -> Maker:
     """Read a PoseArray: a place each, one after the other in time; z is its weight, and 0 the largest that there is."""
     poses = message.get("poses")
@@ -144,7 +139,6 @@ def _row(place: object, weight: str) -> list[float]:
 
 READERS: dict[str, tuple[str, Callable[[Message], Maker]]] = {
     "density": ("std_msgs/Float32MultiArray", density),
-    "target": ("nav_msgs/OccupancyGrid", occupancy),
     "attractors": ("geometry_msgs/PoseArray", attractors),
     "command": ("std_msgs/Float32MultiArray", any_kind),
 }

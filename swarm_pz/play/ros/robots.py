@@ -49,6 +49,8 @@ _ORDERED_S, _AGAIN_S = 0.5, 1.0
 """Seconds for which orders of a running game hold; seconds between two tries to reach the server."""
 _BRAKING, _ROUNDS = 1.0, 4
 """Metres a second squared at which setpoints stop before walls and others, and passes over pairs of them."""
+_ASIDE = 0.5
+"""Share of their braking by which robots that meet on the way to their starts turn to the right, too."""
 _HARDEST = 5.0
 """Metres a second squared of an acceleration that is published, at most."""
 
@@ -131,7 +133,7 @@ class Robots:
 
     def rest(self) -> None:
         """Forget what the game asked for."""
-        self.order(Orders("over", [], [], [], []), -math.inf)
+        self.order(Orders("over", [], [], []), -math.inf)
 
     def step(self, now: float) -> None:
         """Move the setpoints by a period: as the game's drones move, within the lab's limits."""
@@ -148,7 +150,7 @@ class Robots:
         if orders.phase == "playing":
             speeds[led, :2] += _PERIOD_S * config.scale * np.array(orders.accelerations)[led].reshape(-1, 2)
         else:
-            starts = self._corner + config.scale * np.array(orders.positions)[led].reshape(-1, 2)
+            starts = self._corner + config.scale * np.array(orders.starts)[led].reshape(-1, 2)
             speeds[led, :2] = _shortened(_GAIN * (starts - former[led, :2]), _SLOWLY)
         lowest, highest = config.altitudes
         altitudes = lowest + (highest - lowest) * np.arange(count) / max(len(orders.teams) - 1, count - 1, 1)
@@ -174,7 +176,8 @@ class Robots:
         closing = -((speeds[:, None] - speeds[None, :]) * away).sum(axis=-1)
         share = is_free[:, None] / np.maximum(is_free[:, None] + is_free[None, :].astype(float), 1.0)
         excess = np.maximum(closing - _safe(gaps, 2.0 * _BRAKING), 0.0) * share
-        speeds = speeds + (excess[..., None] * away).sum(axis=1)
+        aside = np.stack([-away[..., 1], away[..., 0]], axis=-1) * (_ASIDE if self._orders.phase == "starting" else 0.0)
+        speeds = speeds + (excess[..., None] * (away + aside)).sum(axis=1)
         low, high = places - self._corner, self._corner + self.config.scale - places
         return np.asarray(np.clip(speeds, -_safe(low, _BRAKING), _safe(high, _BRAKING)), np.float64)
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from swarm_pz.play.game import SPEED_LIMIT, LiveGame
+from swarm_pz.play.robots import RobotsConfig
 from swarm_pz.play.server.connection import RefusedError
 
 PATH = "/robots"
@@ -23,10 +24,12 @@ _GONE_S = 1.0
 """Seconds without a message of the bridge after which a game is stopped."""
 _NEAR = 0.1
 """Map widths from their starts within which robots must be for a game to begin."""
-_LOOK_S, _REMIND_S = 0.1, 10.0
-"""Seconds between two looks whether they are, and between two notices of those that are not."""
+_ROUNDS = 300
+_LOOK_S, _REMIND_S, _PATIENCE_S = 0.1, 10.0, 30.0
+"""Seconds between two looks, and between two notices of those that are not; and for which they may be in each other's
+way."""
 
-Pair = tuple[float, float]
+Pair = list[float]
 
 
 class Sight(msgspec.Struct, tag=True):
@@ -40,12 +43,11 @@ class Stop(msgspec.Struct, tag=True):
 
 
 class Orders(msgspec.Struct):
-    """Positions and accelerations of a game's drones, in map widths and seconds; starts in the phase "starting"."""
+    """Starts and accelerations of a game's drones, in map widths and seconds."""
 
     phase: Literal["starting", "playing", "over"]
     teams: list[int]
-    failed: list[bool]
-    positions: list[Pair]
+    starts: list[Pair]
     accelerations: list[Pair]
 
 
@@ -53,10 +55,11 @@ _decoder = msgspec.json.Decoder(Sight | Stop)
 
 
 class Robots:
-    """The robots, which fly one game at a time, at most at a speed; `token` lets the bridge in."""
+    """The robots of a lab, which fly one game at a time; `token` lets the bridge in."""
 
-    def __init__(self, speed: float) -> None:
-        self._most_speed = speed
+    def __init__(self, lab: RobotsConfig) -> None:
+        self._lab = lab
+        self._starts = np.zeros((0, 2), np.float32)
         self.token = secrets.token_hex(16)
         self._game: LiveGame | None = None
         self._sight, self._seen_s = Sight([]), -math.inf
@@ -94,11 +97,11 @@ class Robots:
         """Lead the robots to the start of a game; RefusedError if they cannot fly it."""
         if self._game is not None:
             raise RefusedError("full", "the robots fly another game; wait for its end")
-        if game.config.speed > self._most_speed:
-            most = self._most_speed
+        if game.config.speed > (most := self._lab.speed):
             raise RefusedError("not_valid", f"speed must be at most {most:g} for robots, got {game.config.speed:g}")
         self._check()
         self._game = game
+        self._starts = apart(game.simulator.positions[0], self._lab.separation / self._lab.scale)
         self.order(game, "starting")
 
     def end(self, game: LiveGame) -> None:
@@ -108,10 +111,15 @@ class Robots:
             self.order(game, "over")
 
     async def gather(self, game: LiveGame, notice: Callable[[str], None]) -> None:
-        """Wait until all robots are near their starts; RefusedError after an emergency stop."""
-        reminded_s = -math.inf
-        while away := np.flatnonzero(self._distances(game) > _NEAR).tolist():
+        """Wait until all robots are near their starts, or for some time until all are seen.
+
+        Raises RefusedError after an emergency stop.
+        """
+        reminded_s, began_s = -math.inf, time.monotonic()
+        while away := np.flatnonzero((distances := self._distances(game)) > _NEAR).tolist():
             self._check()
+            if time.monotonic() - began_s > _PATIENCE_S and np.isfinite(distances).all():
+                break
             if time.monotonic() - reminded_s > _REMIND_S:
                 reminded_s = time.monotonic()
                 notice(f"the game waits until robots {', '.join(map(str, away))} are at their starts")
@@ -119,7 +127,7 @@ class Robots:
 
     def _distances(self, game: LiveGame) -> NDArray[np.float32]:
         """Return the distances of the robots from a game's drones, in map widths; infinity of those that are lost."""
-        away = self._poses(game)[:, :2] - game.simulator.positions[0]
+        away = self._poses(game)[:, :2] - self._starts
         return np.asarray(np.nan_to_num(np.hypot(away[:, 0], away[:, 1]), nan=math.inf))
 
     def see(self, game: LiveGame) -> NDArray[np.float32]:
@@ -144,8 +152,7 @@ class Robots:
         orders = Orders(
             phase,
             games.teams[0].tolist(),
-            games.failed[0].tolist(),
-            games.positions[0].tolist(),
+            self._starts.tolist(),
             (games.accelerations[0] * np.float32(speed)).tolist(),
         )
         self._orders = msgspec.json.encode(orders)
@@ -154,6 +161,20 @@ class Robots:
     def _check(self) -> None:
         if self._is_stopped:
             raise RefusedError("not_valid", "an emergency stop was made: restart swarm-pz to fly again")
+
+
+def apart(places: NDArray[np.float32], least: float) -> NDArray[np.float32]:
+    """Return places (N, 2) on the map, moved until they are a least distance apart, where there is room for that."""
+    places = places.copy()
+    for _ in range(_ROUNDS):
+        away = places[:, None] - places[None, :]
+        distances = np.hypot(away[..., 0], away[..., 1]) + 1e-6
+        np.fill_diagonal(distances, np.inf)
+        gaps = np.maximum(1.05 * least / distances - 1.0, 0.0)
+        if not gaps.any():
+            break
+        places = np.clip(places + 0.4 * (gaps[..., None] * away).sum(axis=1), 0.0, 1.0)
+    return places
 
 
 def _speed(game: LiveGame) -> float:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import csv
+import runpy
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -100,3 +103,16 @@ def test_a_ck_plot_is_the_capture_field_by_which_the_rules_decide(preset):
         wanted = field / field.max()
         np.testing.assert_allclose(values, wanted, atol=1.01 / 255)
         assert values.max() == 1.0
+
+
+def test_the_docs_explain_the_topics_that_the_command_lists(capsys):
+    runpy.run_module("swarm_pz.play.ros", run_name="__main__")
+    listed = {tuple(row.values()) for row in csv.DictReader(capsys.readouterr().out.splitlines())}
+    table = (Path(__file__).parents[3] / "docs/tables/ros_topics.csv").read_text()
+    explained = set()
+    for row in csv.DictReader(table.splitlines()):
+        first, *others = row["topic"].split(", ")
+        topics = [first, first.replace("red", "blue")] if others == ["..."] else [first, *others]
+        explained |= {(row["direction"], topic, row["type"]) for topic in topics}
+    assert {topic for _, topic, _ in explained - listed} == {"/flocking_command"}, "which takes any type"
+    assert listed <= explained

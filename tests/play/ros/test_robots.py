@@ -5,6 +5,12 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
+import runpy
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import ClassVar
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -17,10 +23,11 @@ from swarm_pz.play import protocol
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.robots import RobotsConfig
-from swarm_pz.play.ros.robots import LIGHTS, POSES, SETPOINTS, STATES, STOP, STOPPED, Robots
-from swarm_pz.play.server.robots import Orders
+from swarm_pz.play.ros.robots import INPUTS, LIGHTS, POSES, SETPOINTS, STATES, STOP, STOPPED, TOPICS, Robots
+from swarm_pz.play.server.robots import Orders, apart
 from tests.play.conftest import Table
 
+ROOT = Path(__file__).parents[3]
 PERIOD = 1 / 30
 LAB = RobotsConfig(scale=2.0, corner=(-1.0, -1.0), altitudes=(0.5, 1.0))
 
@@ -50,10 +57,10 @@ class Lab:
             self.robots.hear(POSES, poses_of(shown), self.now)
             self.robots.step(self.now)
 
-    def order(self, phase="playing", *, accelerations=None, positions=None, teams=None):
+    def order(self, phase="playing", *, accelerations=None, starts=None, teams=None):
         count = len(self.places)
         none, teams = [(0.0, 0.0)] * count, teams or [0] * count
-        self.robots.order(Orders(phase, teams, [False] * count, positions or none, accelerations or none), self.now)
+        self.robots.order(Orders(phase, teams, starts or none, accelerations or none), self.now)
 
     @property
     def sight(self):
@@ -189,13 +196,29 @@ def test_robots_of_one_place_part_slowly():
 
 def test_robots_are_led_to_their_starts():
     lab = Lab((0.9, 0.9, 0.0), (-0.9, 0.5, 0.0))
-    lab.order("starting", positions=[(0.1, 0.1), (0.5, 0.5)])
+    lab.order("starting", starts=[(0.1, 0.1), (0.5, 0.5)])
     former = lab.robots.setpoints[0].copy()
     for _ in range(250):
         lab.see(1, follows=True)
         assert np.linalg.norm(lab.robots.setpoints[0] - former) <= 0.6 * PERIOD
         former = lab.robots.setpoints[0].copy()
     np.testing.assert_allclose(lab.places, [(-0.8, -0.8, 0.5), (0.0, 0.0, 1.0)], atol=0.01)
+
+
+def test_robots_that_meet_on_the_way_to_their_starts_pass_each_other():
+    lab = Lab((-0.8, 0.0, 0.5), (0.8, 0.0, 1.0))
+    lab.order("starting", starts=[(0.9, 0.5), (0.1, 0.5)])
+    lab.see(300, follows=True)
+    np.testing.assert_allclose(lab.places, [(0.8, 0.0, 0.5), (-0.8, 0.0, 1.0)], atol=0.01)
+
+
+def test_starts_that_are_too_close_are_moved_apart():
+    crowd = np.array([(0.0, 0.0)] * 3 + [(0.02, 0.03), (0.5, 0.5), (1.0, 0.99)], np.float32)
+    crowd[:3] += np.random.default_rng(0).uniform(0.0, 0.01, (3, 2)).astype(np.float32)
+    places = apart(crowd, 0.1)
+    distances = np.linalg.norm(places[:, None] - places[None], axis=-1)[~np.eye(6, dtype=bool)]
+    assert distances.min() >= 0.1 and places.min() >= 0.0 and places.max() <= 1.0
+    np.testing.assert_array_equal(places[4:], crowd[4:])
 
 
 def test_lights_show_teams_and_are_off_of_robots_that_have_failed():
@@ -303,3 +326,85 @@ def test_without_poses_a_game_waits_and_without_the_token_nobody_flies(tmp_path)
     assert "waits until robots 0, 1, 2, 3 are at their starts" in page.hear(protocol.Notice).text
     assert "the robots fly another game" in other.hear(protocol.Notice).text
     table.end()
+
+
+# --- examples -------------------------------------------------------------------------------------
+
+
+class Drone:
+    """A stand-in for a Crazyflie of Crazyswarm2, which notes what it is told."""
+
+    def __init__(self, name):
+        self.prefix, self.told = f"/{name}", []
+
+    def __getattr__(self, name):
+        return lambda *given: self.told.append((name, *given))
+
+
+class Topic:
+    """A stand-in for a topic of roslibpy."""
+
+    known: ClassVar = {}
+
+    def __init__(self, ros, name, kind):
+        self.name, self.kind, self.sent, self.callback = name, kind, [], None
+        self.known[name] = self
+
+    def subscribe(self, callback):
+        self.callback = callback
+
+    def publish(self, message):
+        self.sent.append(message)
+
+
+@pytest.fixture
+def crazyswarm2(monkeypatch):
+    """Give the bridge to Crazyswarm2 with two drones, without ROS."""
+    for name in ("rclpy", "roslibpy", "crazyflie_py", "motion_capture_tracking_interfaces"):
+        monkeypatch.setitem(sys.modules, name, Mock())
+    for name in ("rclpy.qos", "motion_capture_tracking_interfaces.msg"):
+        monkeypatch.setitem(sys.modules, name, Mock())
+    monkeypatch.setattr(sys.modules["roslibpy"], "Topic", Topic)
+    monkeypatch.setattr(sys.modules["roslibpy"], "Message", dict)
+    program = runpy.run_path(str(ROOT / "examples/crazyswarm2_bridge.py"))
+    swarm = Mock()
+    swarm.allcfs.crazyflies = [Drone("cf0"), Drone("cf1")]
+    return program["Bridge"](swarm, None), swarm
+
+
+def test_the_bridge_to_crazyswarm2_passes_on_what_the_game_understands(crazyswarm2):
+    bridge, swarm = crazyswarm2
+    stamp, lab = SimpleNamespace(sec=1, nanosec=5), Lab()
+    for place in ((0.5, 0.0, 0.6), (0.5, 0.1, 0.6)):
+        pose = SimpleNamespace(position=SimpleNamespace(**dict(zip("xyz", place, strict=True))))
+        header = SimpleNamespace(stamp=stamp, frame_id="world")
+        bridge.see(SimpleNamespace(header=header, poses=[SimpleNamespace(name="cf1", pose=pose)]))
+        states = Topic.known["/robots/states"]
+        assert states.kind == INPUTS[STATES]
+        lab.robots.hear(STATES, json.loads(json.dumps(states.sent[-1])), lab.now)
+        lab.now += PERIOD
+    lab.robots.order(Orders("playing", [0, 1], [(0.0, 0.0)] * 2, [(0.0, 0.0)] * 2), lab.now)
+    lab.robots.step(lab.now)
+    assert lab.sight[0] is None and lab.sight[1][:2] == (0.75, 0.55)
+    for topic, message in lab.messages().items():
+        assert Topic.known[topic].kind == TOPICS[topic]
+        Topic.known[topic].callback(message)
+    assert bridge.step(lab.now)
+    waiting, flown = swarm.allcfs.crazyflies
+    ((place, *_),) = [given for name, *given in flown.told if name == "cmdFullState"]
+    np.testing.assert_allclose(place, lab.robots.setpoints[1])
+    assert ("setParam", "ring.solidBlue", 217) in flown.told and ("setParam", "ring.solidBlue", 0) in waiting.told
+    assert bridge.step(lab.now + 1.0) and flown.told[-1][0] == "land" and waiting.told[-1][0] == "setParam"
+    lab.robots.hear(STOP, {}, lab.now)
+    Topic.known[STOPPED].callback(lab.messages()[STOPPED])
+    assert not bridge.step(lab.now) and swarm.allcfs.emergency.called
+
+
+def test_the_ergodic_metric_of_the_example_is_small_of_drones_that_fly_their_target():
+    metric = runpy.run_path(str(ROOT / "examples/crazyflow_game.py"))["metric"]
+    places = np.random.default_rng(0).random((600, 10, 2))
+    teams = np.arange(10) // 5 * np.ones((600, 1), int)
+    places[:, 5:, 0] /= 2.0
+    left = np.tile([1.0] * 5 + [0.0] * 5, (10, 1))
+    assert metric(places, teams, 0, np.ones((10, 10))) < 1e-3 > metric(places, teams, 1, left)
+    assert min(metric(places, teams, 1, np.ones((10, 10))), metric(places, teams, 1, left.T)) > 0.05
