@@ -123,6 +123,7 @@ def replay(
     verify: bool = False,
     film: Path | None = None,
     mcap: Path | None = None,
+    positions: Path | None = None,
     speed: float = 2.0,
     at: AddressOptions = HERE,
 ) -> None:
@@ -133,6 +134,7 @@ def replay(
         verify: Only say whether the game comes out as recorded when it is simulated here.
         film: Only write it as a film, .gif or .mp4.
         mcap: Only write it as ROS 2 messages, .mcap.
+        positions: Only write where each drone was, 30 times a second, .csv.
         speed: Seconds of game a second of film.
     """
     need_play()
@@ -141,7 +143,7 @@ def replay(
     from swarm_pz.play.recordings.recording import Recording
 
     check(speed > 0, "speed", speed, "above 0")
-    is_shown = film is None and mcap is None and not verify
+    is_shown = film is None and mcap is None and positions is None and not verify
     read = Recording.read(recording)
     if film is not None:
         with in_seconds() as show:
@@ -154,6 +156,9 @@ def replay(
         with in_seconds("writing messages") as show:
             count = write(read, mcap, show)
         print(f"{count} messages: {mcap}")
+    if positions is not None:
+        Playback(read).write_positions(positions)
+        print(f"positions: {positions}")
     if verify:
         _print_verified(recording, Playback(read).verify())
     if is_shown:

@@ -4,10 +4,12 @@ import re
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.policies import load
 from swarm_pz.policy import about
@@ -50,11 +52,16 @@ def test_a_recording_is_only_verified_filmed_or_written_if_that_is_asked(
     filmed = []
     monkeypatch.setattr(Playback, "film", lambda _, *given: filmed.append(given[:2]))
     record(tmp_path / "a.jsonl", ticks=30)
-    run("replay a.jsonl --verify --film a.gif --speed 3 --mcap bags/a.mcap")
+    run("replay a.jsonl --verify --film a.gif --speed 3 --mcap bags/a.mcap --positions a.csv")
     said = capsys.readouterr().out
     assert "verified: 11 frames" in said
     assert filmed == [(Path("a.gif"), 3.0)] and "film: a.gif" in said and "messages: bags/a.mcap" in said
     assert Path("bags/a.mcap").read_bytes().startswith(b"\x89MCAP0")
+    table = np.genfromtxt("a.csv", delimiter=",", skip_header=1, usecols=(0, 1, 3, 4))
+    frame = [*Recording.read(Path("a.jsonl")).frames()][1]
+    assert len(table) == 31 * len(frame.positions)
+    at = table[table[:, 0] == frame.tick]
+    assert np.allclose(at[:, 2:], frame.positions, atol=1e-4) and (at[:, 1] == range(len(at))).all()
     monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
     assert "rosbags is not installed" in refused("replay a.jsonl --mcap b.mcap")
     assert not served and not list(tmp_path.glob("b.*"))
@@ -70,7 +77,8 @@ def test_a_recording_that_plays_differently_here_or_breaks_off_is_an_error(tmp_p
     said = refused("replay b.jsonl --verify")
     assert "had to come into force at tick" in said and "it is unfinished: it breaks off after" in said
     write_lines(tmp_path / "b.jsonl", [lines[0] | {"seed": 2}, *lines[1:]])
-    assert "plays differently here from tick 0" in refused("replay b.jsonl --verify")
+    for only in ("--verify", "--positions b.csv"):
+        assert "plays differently here from tick 0" in refused(f"replay b.jsonl {only}")
 
 
 @pytest.mark.parametrize(
@@ -78,6 +86,7 @@ def test_a_recording_that_plays_differently_here_or_breaks_off_is_an_error(tmp_p
     [
         ("replay a.jsonl --port 99999", "port must be a whole number in [0, 65535]"),
         ("replay a.jsonl --film a.avi", "must end in .gif or .mp4"),
+        ("replay a.jsonl --positions a.txt", "ends in .csv"),
         ("play --embed lab", "--embed takes the origin of a page"),
         ("play --opponent rign", "did you mean 'ring'"),
         ("play --out a.jsonl", "cannot be recorded in a.jsonl"),

@@ -87,6 +87,7 @@ RUN = """
   jsPsych.run([
     { ...game, seed: 41, factors: { red: { command_delay_ms: 200, hide: ["opponents"] } } },
     { ...game, factors: { red: { delay: 200 } } },
+    { ...game, save: async (name, lines) => { window.saved = [name, lines.length]; } },
   ]);"""
 
 
@@ -96,7 +97,10 @@ def test_an_experiment_of_files_alone_keeps_each_game_with_its_row(site, lab, vi
     page = visit(f"{address}/index.html", width=1280, height=800)
     expect(page.frame_locator("iframe").locator("#varied")).to_have_text("Not shown here: your opponents.")
     page.wait_for_function("window.rows")
-    played, refused = page.evaluate("window.rows")
+    played, refused, saved = page.evaluate("window.rows")
+    name, length = page.evaluate("window.saved")
+    assert (saved["recording"], saved["lines"]) == (name, None) and length > 10_000
+    assert (played["command_delay_ms"], played["hide"], saved["hide"]) == (200, "opponents", "")
     path = tmp_path / played["recording"]
     path.write_text(played["lines"])
     recording = Recording.read(path)

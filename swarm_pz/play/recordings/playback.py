@@ -7,10 +7,13 @@ control period: there each period is simulated from its own frame, and leads to 
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from pathlib import Path
 
-from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
+from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
+from swarm_pz.config.base import check
+from swarm_pz.errors import RecordingError
 from swarm_pz.film import FILM_RATE, open_film
 from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording
 from swarm_pz.play.recordings.verification import Verification, verify
@@ -66,6 +69,24 @@ class Playback:
             period = (game.tick // FRAME_TICKS + 1) * FRAME_TICKS if self._exact else end
             period = game.tick + 1 if self.recording.poses else period
             game.simulator.advance(min(until, end, mark, period) - game.tick)
+
+    def write_positions(self, path: Path) -> None:
+        """Write every drone at every tick, 30 a second, as CSV: the game is simulated between recorded frames.
+
+        Raises RecordingError if it comes out differently here.
+        """
+        check(path.suffix == ".csv", "positions", str(path), "a file that ends in .csv")
+        if (found := self.verify()).first_difference is not None:
+            raise RecordingError(f"{self.recording.name} plays differently here from tick {found.first_difference}")
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(("tick", "drone", "team", "x", "y", "velocity_x", "velocity_y"))
+            for tick in range(self.recording.last_tick + 1):
+                self.seek(tick)
+                games = self.game.simulator.games
+                for drone, team in enumerate(games.teams[0]):
+                    place = (*games.positions[0, drone], *games.velocities[0, drone])
+                    writer.writerow((tick, drone, TEAM_NAMES[team], *(f"{value:.6f}" for value in place)))
 
     def verify(self) -> Verification:
         """Play the game again by the rules; see `swarm_pz.play.recordings.verification.verify`."""

@@ -16,6 +16,7 @@ var jsPsychSwarmPz = (function (jspsych) {
       seed: { type: ParameterType.INT, default: null },
       settings: { type: ParameterType.OBJECT, default: {} },
       label: { type: ParameterType.STRING, default: "" },
+      save: { type: ParameterType.FUNCTION, default: null },
       width: { type: ParameterType.STRING, default: "min(96vw, 60rem)" },
       height: { type: ParameterType.STRING, default: "92vh" },
       result_duration: { type: ParameterType.INT, default: 2500 },
@@ -47,11 +48,18 @@ var jsPsychSwarmPz = (function (jspsych) {
       address.hash = `embed=${encodeURIComponent(location.origin)}`;
       Object.assign(frame, { title: "A game of swarms", allow: "autoplay; fullscreen", src: address.href });
       Object.assign(frame.style, { width: trial.width, height: trial.height, border: "0" });
-      const finish = (row) => {
+      const finish = async (row) => {
         removeEventListener("message", hear);
         clearTimeout(silence);
         frame.remove();
-        this.jsPsych.finishTrial({ ...NOTHING, ...row });
+        const has = { ...NOTHING, ...row };
+        if (trial.save && has.lines !== null) {
+          try {
+            await trial.save(has.recording, has.lines);
+            has.lines = null;
+          } catch (error) { has.error = `not saved: ${error?.message ?? error}`; } // the row keeps it
+        }
+        this.jsPsych.finishTrial(has);
       };
       const hear = ({ source, origin: from, data }) => {
         if (source !== frame.contentWindow || from !== origin) return;
