@@ -66,6 +66,7 @@ export class Arena {
       this.ground.fields = frame.fields;
       this.ground.dirty = true;
     }
+    this.ground.light(frame.lit ?? null);
     this.frame = frame;
     return changed;
   }

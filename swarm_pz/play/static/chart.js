@@ -4,7 +4,7 @@ import { disc, hatch, look, onLook } from "./ground.js";
 import { TICKS } from "./words.js";
 
 const SHORTEST_S = 30;
-const SWING_S = 5;
+export const SWING_S = 5;
 
 export class Chart {
   constructor(canvas) {

@@ -16,6 +16,7 @@ export class Cover {
     this.note = ""; // to add to a result
     /** @type {any} */
     this.picture = null; // of an idea
+    this.link = link;
     this.waiting = new Waiting(link);
     this.chart = new Chart(byId("result-chart"));
     on("click", {
@@ -133,7 +134,17 @@ export class Cover {
     if (hasChart) this.chart.set(ended, turn);
     if (turn === null) return;
     const [red, blue] = ended[turn], when = clock(TICKS * (turn - 1));
-    byId("turning").textContent = `The turn, at ${when}: red ${red}, blue ${blue}.`;
+    this.explain(this.room.recording, `The turn, at ${when}: red ${red}, blue ${blue}.`);
+  }
+
+  // Say when the game turned, and why as soon as that is known; the code for it is fetched when needed.
+  async explain(recording, turn) {
+    if (this.explained === recording) return;
+    this.explained = recording;
+    say("turning", turn);
+    if (isStudy()) return;
+    const why = await (await import("./replay.js")).reasonOf(this.link, recording);
+    if (this.explained === recording) say("turning", `${turn} ${why}`.trim());
   }
 
   // The seconds until a game begins.

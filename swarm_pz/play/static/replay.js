@@ -1,13 +1,15 @@
 // A recorded game: its file is fetched and played here. Hold it, or go to any moment or capture of it.
 
 import { turningPoint, untilTheEnd } from "./chart.js";
-import { button, byId, make, on } from "./elements.js";
+import { button, byId, make, on, say } from "./elements.js";
 import { Playback } from "./engine/playback.js";
+import { whyOf } from "./why.js";
 import { clock, NAMES, SIDES, TICKS } from "./words.js";
 
 const BEFORE_TICKS = 30; // a capture is seen from a moment before it on
 const STEPS = { arrowleft: -1, arrowright: 1 }, FRAME_TICKS = 3; // of an arrow, and with Shift
 const MOST_BYTES = 16 * 2 ** 20; // of a file
+const LIT_TICKS = [75, 30]; // before and after the loss that turned the game, in which its place is lit
 const MOST_OWED = 8; // ticks that are made up for at once
 
 export class Replay {
@@ -41,6 +43,7 @@ export class Replay {
     const { room, seed } = this.playback, opponent = room.red.kind === "person" ? room.blue.name : "";
     byId("try").hidden = !this.opponents().includes(opponent);
     byId("try").href = `#play=${opponent}@${seed}`;
+    this.why = whyOf(this.playback);
     this.text = text;
     this.owed = 0;
     this.link.tell("room", room);
@@ -55,15 +58,7 @@ export class Replay {
   }
 
   // Read a recorded game, by its file's name or from a link that holds it.
-  async read(name) {
-    if (!name.endsWith(".jsonl")) return this.playAgain(name);
-    const answer = await this.link.table.fetch(`recordings/${encodeURIComponent(name)}`);
-    if (!answer?.ok) throw new Error(`There is no recorded game ${name} here.`);
-    const isShort = !(Number(answer.headers.get("content-length")) > MOST_BYTES), text = isShort ? await answer.text() : "";
-    if (!isShort) answer.body.cancel();
-    if (isShort && text.length <= MOST_BYTES) return text;
-    throw new Error(`${name} is too long to be watched here; swarm-pz replay --film makes a film of it.`);
-  }
+  read(name) { return name.endsWith(".jsonl") ? readGame(this.link, name) : this.playAgain(name); }
 
   async playAgain(packed) {
     const { unpack } = await import("./engine/linked.js"), written = await fetch(new URL("engine/table.json", import.meta.url)).catch(() => null);
@@ -76,7 +71,7 @@ export class Replay {
   close() {
     clearInterval(this.clock);
     this.playback = null;
-    byId("scrubber").hidden = true;
+    byId("scrubber").hidden = byId("watching").hidden = true;
     this.chart.show(null);
   }
 
@@ -116,7 +111,10 @@ export class Replay {
       if (command !== this.told[team]) this.link.tell("target", playback.target(team));
       this.told[team] = command;
     }
-    this.link.tell("frame", playback.moment);
+    const { tick, place, text } = this.why ?? { tick: Infinity }, isLit = playback.tick > tick - LIT_TICKS[0] && playback.tick < tick + LIT_TICKS[1];
+    this.link.tell("frame", { ...playback.moment, lit: isLit ? place : null });
+    say("watching", isLit ? text : "");
+    byId("watching").hidden = !isLit;
     byId("moment").value = playback.tick;
     this.tell();
   }
@@ -169,4 +167,19 @@ export class Replay {
 function inWords(tick) {
   const seconds = Math.floor(tick / TICKS), minutes = Math.floor(seconds / 60);
   return `${minutes ? `${minutes} minutes ` : ""}${seconds % 60} seconds`;
+}
+
+// Return why a game turned, in a sentence; empty if that is not known.
+export async function reasonOf(link, name) {
+  try { return whyOf(new Playback(name, await readGame(link, name)))?.text ?? ""; } catch { return ""; }
+}
+
+// Fetch the text of a recorded game; an Error says why it cannot be shown.
+async function readGame(link, name) {
+  const answer = await link.table.fetch(`recordings/${encodeURIComponent(name)}`);
+  if (!answer?.ok) throw new Error(`There is no recorded game ${name} here.`);
+  const isShort = !(Number(answer.headers.get("content-length")) > MOST_BYTES), text = isShort ? await answer.text() : "";
+  if (!isShort) answer.body.cancel();
+  if (isShort && text.length <= MOST_BYTES) return text;
+  throw new Error(`${name} is too long to be watched here; swarm-pz replay --film makes a film of it.`);
 }

@@ -5,6 +5,8 @@ import { test } from "node:test";
 
 import { bytes, fixtures } from "./page.js";
 import { Playback } from "../../../swarm_pz/play/static/engine/playback.js";
+import { base64Of, frameOf } from "../../../swarm_pz/play/static/engine/wire.js";
+import { whyOf } from "../../../swarm_pz/play/static/why.js";
 
 const { recorded } = fixtures;
 const of = (name, change = (lines) => lines) => {
@@ -69,4 +71,24 @@ test("lines that are no messages are refused, and what is not known is left out"
   const playback = of("default", (lines) => [...lines, 3, "x", { type: "captured", drone: 1e9, seat: "red", tick: 1 }, { type: "in_force", seat: {}, number: [] }, { type: "command", density: "x" }]);
   playback.goTo(150);
   assert.equal(playback.moment.tick, 150);
+});
+
+// Two drones of red stay away, and the third flies at tick `caught` to a place around which blue's first has circled.
+function turned(caught, outcome) {
+  const last = 240, around = (tick) => [0, 1].map((axis) => 0.51 + 0.04 * [[-1, -1], [1, -1], [1, 1], [-1, 1]][tick % 4][axis]);
+  const frames = Array.from({ length: last + 1 }, (_, tick) => frameOf({
+    tick, teams: Uint8Array.from([tick >= caught ? 1 : 0, 0, 0, 1, 1, 1]), velocities: new Float32Array(12),
+    positions: Float32Array.from([...(tick >= caught ? [0.51, 0.51] : [0.1, 0.1]), 0.1, 0.1, 0.1, 0.2, ...around(tick), 0.91, 0.91, 0.91, 0.71]),
+  }, { exact: true }));
+  return of("default", ([first]) => [
+    ...game({ drones_per_team: 3 })([first]), ...frames.map((data) => ({ type: "frame", data: base64Of(data) })),
+    { type: "captured", tick: caught, drone: 0, seat: "blue" }, { type: "end", outcome, ended_by: "time" },
+  ]);
+}
+
+test("the loss that turned a game is told with its place, who made the ground, and for how long; a draw has none", () => {
+  const { tick, place, text } = whyOf(turned(200, "blue"));
+  assert.deepEqual([tick, text], [200, "Red lost a drone on ground that 1 of blue’s 3 drones had made, circling close around it. It had been blue’s for 5.0 s."]);
+  near(place, [0.51, 0.51], 1e-6);
+  assert.equal(whyOf(turned(200, "draw")), null);
 });

@@ -1,0 +1,57 @@
+// Why a game turned: the one loss after which the winner led for good, and who had made the ground where it happened.
+
+import { SWING_S, turningPoint, untilTheEnd } from "./chart.js";
+import { cellOf, limitsOf, placeOf, TRAIL } from "./engine/ground.js";
+import { CELLS } from "./frames.js";
+import { NAMES, SIDES, TICKS } from "./words.js";
+
+const MOST_OF_IT = 0.75; // of the ground's value: that of the drones that are named
+const CIRCLED = 20; // ticks of the last five seconds that each of these drones was close by, on the mean
+const SUDDEN = 6, LONG = 30; // ticks
+
+// Return the loss that turned a recorded game: its tick, place and a sentence; null without one. The playback moves.
+export function whyOf(playback) {
+  const { room, hasFields } = playback, sizes = untilTheEnd(room), turn = turningPoint(sizes), winner = SIDES.indexOf(room.outcome);
+  const loss = turn === null || winner < 0 || !hasFields ? null : lossAt(playback, sizes, turn, winner);
+  if (!loss) return null;
+  const { tick, drone } = loss, { positions } = playback.motionAt(tick), place = [positions[2 * drone], positions[2 * drone + 1]];
+  const cell = cellOf(place[0], place[1]), held = [[], []]; // whether the cell captured for red and for blue, tick by tick
+  for (let at = Math.max(tick - TRAIL, 0); at < tick; at++) {
+    playback.goTo(at);
+    playback.ground.fields.forEach((field, team) => held[team].push(field[placeOf(cell)] > limitsOf(field).limit));
+  }
+  return { tick, place, text: `${NAMES[1 - winner]} lost a drone ${told(playback, cell, winner)} ${timing(held, winner)}`.trim() };
+}
+
+// Return the capture with which the winner took the lead; if it led all along, the first of its greatest gain.
+function lossAt({ captures }, sizes, turn, winner) {
+  const leadAt = (second) => sizes[second][winner] - sizes[second][1 - winner], isTaken = turn > 0 && leadAt(turn - 1) <= 0;
+  const within = captures.filter(({ tick }) => tick > TICKS * (turn - (isTaken ? 1 : SWING_S)) && tick <= TICKS * turn);
+  const isOwn = ({ seat }) => seat === SIDES[winner];
+  if (!isTaken) return within.find(isOwn) ?? null;
+  let lead = leadAt(turn - 1);
+  return within.filter((capture) => (lead += isOwn(capture) ? 2 : -2) > 0 && lead <= 2 && isOwn(capture)).at(-1) ?? null;
+}
+
+// Say how many drones made the ground of a cell in the last five seconds, and if they circled there.
+function told({ ground: { trails }, teams }, cell, winner) {
+  const ticks = new Array(teams.length).fill(0), row = Math.floor(cell / CELLS), column = cell % CELLS;
+  trails.forEach((at, i) => {
+    const isOnRing = at >= 0 && Math.max(Math.abs(at % CELLS - column), Math.abs(Math.floor(at / CELLS) - row)) === 2;
+    if (isOnRing && teams[i % teams.length] === winner) ticks[i % teams.length]++;
+  });
+  const most = ticks.sort((a, b) => b - a), enough = MOST_OF_IT * most.reduce((a, b) => a + b);
+  let count = 0, sum = 0;
+  do sum += most[count++]; while (sum < enough);
+  const size = teams.filter((team) => team === winner).length, how = sum / count < CIRCLED ? "" : ", circling close around it";
+  return `on ground that ${count} of ${SIDES[winner]}’s ${size} drones had made${how}.`;
+}
+
+// Say for how long a cell had captured for the winner, if that was long or not long at all.
+function timing(held, winner) {
+  const since = held[winner].length - 1 - held[winner].lastIndexOf(false), own = held[1 - winner].lastIndexOf(true);
+  const seconds = (ticks) => (ticks / TICKS).toFixed(1);
+  if (own >= 0) return `${NAMES[1 - winner]} itself had held it, until ${seconds(held[winner].length - own)} s before.`;
+  if (since <= SUDDEN) return `It became ${SIDES[winner]}’s only then.`;
+  return since >= LONG ? `It had been ${SIDES[winner]}’s for ${seconds(since)} s.` : "";
+}
