@@ -1,12 +1,13 @@
-// The arena: the ground, drones with trails, rings around drones in danger, and captures.
+// The arena: the ground, drones with trails, rings around drones in danger, captures and the victory.
 
-import { addDrone, Ground, look } from "./ground.js";
+import { addDrone, disc, Ground, look } from "./ground.js";
 import { Trails } from "./trails.js";
 
 const FULL_RATE = 30; // of frames; with fewer, each is shown as it is until the next
 const OLDEST_MS = 250; // frames that took this much longer than the link does are not shown
 const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
-const FLASH_MS = 700, PULSE_MS = 400;
+const FLASH_MS = 700, PULSE_MS = 400, VICTORY_MS = 1600;
+const SPARKS = 7, WAVES = [0, 0.15, 0.3]; // of a capture; parts of its time after which the waves of a victory begin
 const JUMP_TICKS = 30; // frames farther apart begin another motion
 const WARNING_S = 0.4; // a drone is marked this long before it reaches ground that nearly captures it
 const MANY = 60; // drones that are painted smaller
@@ -37,6 +38,7 @@ export class Arena {
   forgetMotion() {
     this.trails.forget();
     this.flashes = [];
+    this.victory = null;
   }
 
   // Show the target of a side, and danger for the drones of the guarded teams.
@@ -69,6 +71,13 @@ export class Arena {
     this.ground.light(frame.lit ?? null);
     this.frame = frame;
     return changed;
+  }
+
+  // Let waves of a team's colour run over the board from the place of its last capture.
+  celebrate(team) {
+    const { drone } = this.flashes.findLast((flash) => flash.team === team) ?? {};
+    const place = drone === undefined ? [0.5, 0.5] : [...this.frame.positions.slice(2 * drone, 2 * drone + 2)];
+    this.victory = this.isCalm ? null : { team, place, began: performance.now() };
   }
 
   // Paint, and return the frame that is shown, or null if it is too old to show.
@@ -107,6 +116,7 @@ export class Arena {
     }
     this.paintDanger(pen, frame, places, side, size);
     this.paintFlashes(pen, places, side, size);
+    if (this.victory) this.paintVictory(pen, side);
   }
 
   // A drone is in danger on ground where the other team captures or nearly does, and shortly before it gets there.
@@ -134,14 +144,32 @@ export class Arena {
     const time = performance.now();
     this.flashes = this.flashes.filter(({ tick, began }) => time - began < FLASH_MS && this.frame.tick <= tick + JUMP_TICKS); // not of a moment before a jump
     for (const { drone, team, began } of this.flashes) {
-      const grown = (time - began) / FLASH_MS;
+      const grown = (time - began) / FLASH_MS, x = places[2 * drone] * side, y = (1 - places[2 * drone + 1]) * side;
       pen.globalAlpha = 1 - grown;
-      pen.strokeStyle = look.teams[team];
+      pen.strokeStyle = pen.fillStyle = look.teams[team];
       pen.lineWidth = 0.6 * size;
       pen.beginPath();
-      pen.arc(places[2 * drone] * side, (1 - places[2 * drone + 1]) * side, size * (1.6 + 3.2 * grown), 0, 7);
+      pen.arc(x, y, size * (1.6 + 3.2 * grown), 0, 7);
+      pen.stroke();
+      for (let k = 0; k < SPARKS && !this.isCalm; k++) {
+        const angle = drone + 2 * Math.PI * k / SPARKS, reach = size * (2 + 6 * Math.sqrt(grown));
+        disc(pen, x + reach * Math.cos(angle), y + reach * Math.sin(angle), 0.5 * size * (1 - grown));
+      }
+    }
+    pen.globalAlpha = 1;
+  }
+
+  paintVictory(pen, side) {
+    const { team, place: [x, y], began } = this.victory, grown = (performance.now() - began) / VICTORY_MS;
+    pen.strokeStyle = look.teams[team];
+    pen.lineWidth = 0.02 * side;
+    for (const after of WAVES) {
+      pen.globalAlpha = Math.max(0.6 * (1 - grown), 0);
+      pen.beginPath();
+      pen.arc(x * side, (1 - y) * side, 2 * side * Math.max(grown - after, 0), 0, 7);
       pen.stroke();
     }
     pen.globalAlpha = 1;
+    if (grown >= 1) this.victory = null;
   }
 }

@@ -3,6 +3,7 @@
 import { keep, recall } from "./store.js";
 
 const SHORTEST_MS = 120; // between two sounds
+const ROW_MS = 2500, RISE = 2, HIGHEST = 12; // captures that follow each other so soon sound higher by some semitones
 // Notes in Hz, one after the other, and a vibration in ms.
 const KINDS = {
   took: { notes: [660, 880], shake: [35] },
@@ -16,6 +17,7 @@ export class Sound {
   constructor(button) {
     this.button = button;
     this.last = -Infinity;
+    this.rise = 0;
     this.context = null;
     this.isOn = recall("sound") !== false;
     button.addEventListener("click", () => this.turn(!this.isOn));
@@ -34,7 +36,9 @@ export class Sound {
   play(kind) {
     const now = performance.now();
     if (!this.isOn || document.hidden || now - this.last < SHORTEST_MS) return;
+    this.rise = kind === "took" && kind === this.kind && now - this.last < ROW_MS ? Math.min(this.rise + RISE, HIGHEST) : 0;
     this.last = now;
+    this.kind = kind;
     const { notes, shake } = KINDS[kind], activation = navigator.userActivation;
     if (activation?.hasBeenActive) navigator.vibrate?.(shake);
     if (!activation || activation.hasBeenActive) this.sound(notes);
@@ -50,7 +54,7 @@ export class Sound {
     notes.forEach((hertz, i) => {
       const note = context.createOscillator(), begins = context.currentTime + i * NOTE_S;
       note.type = "triangle";
-      note.frequency.value = hertz;
+      note.frequency.value = hertz * 2 ** (this.rise / 12);
       loudness.gain.setValueAtTime(LOUDNESS, begins);
       loudness.gain.exponentialRampToValueAtTime(0.001, begins + 0.95 * NOTE_S);
       note.connect(loudness);

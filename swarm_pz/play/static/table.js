@@ -251,6 +251,7 @@ export class Table {
   end() {
     const { outcome } = this.room, isWon = SIDES.includes(outcome) && (this.seat === null || outcome === SIDES[this.seat]);
     this.news.hush();
+    if (SIDES.includes(outcome)) this.arena.celebrate(SIDES.indexOf(outcome));
     this.sound.play(isWon ? "won" : "over");
     this.lesson.over(isWon);
   }
