@@ -37,11 +37,11 @@ export const IDEAS = {
     against: "stroller", draw: (second, place) => (second % 2 ? null : [place.map((value) => 1 - value)]),
   },
   lap: {
-    says: "Run around the middle: a dot every second, six for a round, and begin across from them. Your trails close to a ring.",
-    against: "breather",
+    says: "Run around the middle: a short wide stroke every second, six for a round, and begin across from them. Your trails close to a ring.",
+    against: "breather", width: 0.3,
     draw(second, _, [x, y]) {
-      const angle = Math.atan2(0.5 - y, 0.5 - x) + 2 * Math.PI * second / 6;
-      return [[0.5 + 0.24 * Math.cos(angle), 0.5 + 0.24 * Math.sin(angle)]];
+      const middle = Math.atan2(y - 0.5, 0.5 - x) + 2 * Math.PI * second / 6;
+      return arc(0.24, middle - 0.4, middle + 0.4);
     },
   },
 };
@@ -66,6 +66,8 @@ export class IdeaPicture {
     this.paint();
   }
 
+  get width() { return this.idea.width ?? WIDTH; }
+
   async begin() {
     this.player = await loadPlayer(this.idea.against);
     this.game = new Game({}, this.idea.seed ?? SEED);
@@ -86,7 +88,7 @@ export class IdeaPicture {
     const { game } = this, place = meanOf(game, 1);
     if (second === 1) this.first = place;
     const drawn = second ? this.idea.draw(second - 1, place, this.first) : null;
-    if (drawn) game.command(0, densityOf([{ brush: "attract", width: WIDTH, points: drawn }]));
+    if (drawn) game.command(0, densityOf([{ brush: "attract", width: this.width, points: drawn }]));
     else if (!second) game.command(0, EVERYWHERE);
     this.drawn = drawn ?? this.drawn;
     game.command(1, this.player.act(game, 1));
@@ -97,7 +99,7 @@ export class IdeaPicture {
     ground.fields = fieldsOf(game);
     ground.paint();
     pen.globalAlpha = 0.28;
-    if (this.drawn) drawLine(pen, this.drawn, WIDTH, canvas.width, look.asked);
+    if (this.drawn) drawLine(pen, this.drawn, this.width, canvas.width, look.asked);
     pen.globalAlpha = 1;
     for (const team of [0, 1]) paintDrones(canvas, team, placesOf(game, team).map((place) => place.map((value) => 100 * value)));
   }
