@@ -38,7 +38,7 @@ export const IDEAS = {
   },
   lap: {
     says: "Run around the middle: a short wide stroke every second, six for a round, and begin across from them. Your trails close to a ring.",
-    against: "breather", width: 0.3,
+    against: "breather", seed: 1, width: 0.3,
     draw(second, _, [x, y]) {
       const middle = Math.atan2(y - 0.5, 0.5 - x) + 2 * Math.PI * second / 6;
       return arc(0.24, middle - 0.4, middle + 0.4);

@@ -1,7 +1,7 @@
 // A recorded game: its file is fetched and played here. Hold it, or go to any moment or capture of it.
 
 import { turningPoint, untilTheEnd } from "./chart.js";
-import { button, byId, make, on, say } from "./elements.js";
+import { button, byId, make, on } from "./elements.js";
 import { Playback } from "./engine/playback.js";
 import { whyOf } from "./why.js";
 import { clock, NAMES, SIDES, TICKS } from "./words.js";
@@ -71,7 +71,7 @@ export class Replay {
   close() {
     clearInterval(this.clock);
     this.playback = null;
-    byId("scrubber").hidden = byId("watching").hidden = true;
+    byId("scrubber").hidden = true;
     this.chart.show(null);
   }
 
@@ -111,10 +111,8 @@ export class Replay {
       if (command !== this.told[team]) this.link.tell("target", playback.target(team));
       this.told[team] = command;
     }
-    const { tick, place, text } = this.why ?? { tick: Infinity }, isLit = playback.tick > tick - LIT_TICKS[0] && playback.tick < tick + LIT_TICKS[1];
+    const { tick, place } = this.why ?? { tick: Infinity }, isLit = playback.tick > tick - LIT_TICKS[0] && playback.tick < tick + LIT_TICKS[1];
     this.link.tell("frame", { ...playback.moment, lit: isLit ? place : null });
-    say("watching", isLit ? text : "");
-    byId("watching").hidden = !isLit;
     byId("moment").value = playback.tick;
     this.tell();
   }
@@ -133,7 +131,7 @@ export class Replay {
 
   line(tick, second, gain, [red, blue], isTurn) {
     const team = gain < 0 ? 1 : 0;
-    const text = `${clock(TICKS * second)} ${NAMES[team]} +${Math.abs(gain)}: red ${red}, blue ${blue}${isTurn ? ", the turn" : ""}`;
+    const text = `${clock(TICKS * second)} ${NAMES[team]} +${Math.abs(gain)}: red ${red}, blue ${blue}${isTurn ? `, the turn. ${this.why?.text ?? ""}` : ""}`;
     return make("li", { className: SIDES[team] }, button([make("span", { className: "shape" }), text], () => this.goTo(tick)));
   }
 
