@@ -1,6 +1,8 @@
 // A finished game to pass on: a picture, a text, a link to the same start, and one to the whole game.
 
+import { untilTheEnd } from "./chart.js";
 import { byId, copy, on } from "./elements.js";
+import { rowOf } from "./embed.js";
 import { look } from "./ground.js";
 import { SERVER } from "./link.js";
 import { daily, dayStreak } from "./progress.js";
@@ -33,7 +35,7 @@ function picture() { return new Promise((resolve) => { byId("sharing-picture").t
 export async function share(table, room, seat, opponents) {
   const answer = await table.fetch(`recordings/${room.recording}`), text = answer?.ok ? await answer.text() : null;
   const told = factsOf(room, seat, text), { seed, words } = told, other = room[SIDES[1 - seat]];
-  const base = `${location.origin}${location.pathname}`, isDaily = table !== SERVER && seed === daily(opponents).seed;
+  const base = table === SERVER ? byId("address").value : `${location.origin}${location.pathname}`, isDaily = table !== SERVER && seed === daily(opponents).seed;
   const challenge = isDaily ? "daily" : opponents.includes(other.name) && seed !== null ? `play=${other.name}@${seed}` : "";
   const packed = text && table !== SERVER ? await (await import("./engine/linked.js")).pack(text) : null;
   const game = packed ?? (table === SERVER ? room.recording : null), today = dayStreak(daily(opponents).day);
@@ -49,13 +51,12 @@ export async function share(table, room, seat, opponents) {
 }
 
 // The result in words, and the seed of its start, of a recording that may be missing.
-function factsOf({ sizes, outcome, ...room }, seat, text) {
-  const lines = text ? text.trimEnd().split("\n").map((line) => JSON.parse(line)) : [], end = lines.findLast(({ type }) => type === "end");
-  const drawings = lines.filter(({ type, seat: side, sender }) => type === "command" && side === SIDES[seat] && !sender).length;
-  const [red, blue] = end?.sizes ?? sizes.at(-1), score = seat ? `${blue}–${red}` : `${red}–${blue}`, other = room[SIDES[1 - seat]];
-  const against = `against ${playerOf(other, "nobody")}`, how = [`in ${clock(end?.tick ?? TICKS * (sizes.length - 1))}`];
-  if (drawings) how.push(drawings === 1 ? "one drawing" : `${drawings} drawings`);
-  return { score, against, how: how.join(", "), words: `${score} ${against} ${how.join(", ")}`, seed: lines[0]?.seed ?? null, isWon: outcome === SIDES[seat], seat };
+function factsOf(room, seat, text) {
+  const row = text ? rowOf(room.recording, text, SIDES[seat]) : { seconds: room.sizes.length - 1, commands: 0, seed: null };
+  const [red, blue] = untilTheEnd(room).at(-1), score = seat ? `${blue}–${red}` : `${red}–${blue}`, { commands, seed } = row;
+  const against = `against ${playerOf(room[SIDES[1 - seat]])}`, drawings = ["", ", one drawing"][commands] ?? `, ${commands} drawings`;
+  const how = `in ${clock(TICKS * row.seconds)}${drawings}`;
+  return { score, against, how, words: `${score} ${against} ${how}`, seed, isWon: room.outcome === SIDES[seat], seat };
 }
 
 // Paint the board's last moment, the result, and the sizes over time.
