@@ -4,6 +4,7 @@ import csv
 import re
 from pathlib import Path
 
+from benchmarks.page_levels import IDEAS
 from swarm_pz.play.opponents import LEARNED, SCRIPTED, opponents_among
 from swarm_pz.play.site import STATIC
 
@@ -24,4 +25,4 @@ def test_the_page_has_a_face_and_an_idea_for_each_and_no_other():
     levels = re.findall(r"^  (\w+): \{ face.*idea: \"(\w+)\"", (STATIC / "levels.js").read_text(), re.M)
     assert [name for name, _ in levels] == [*SCRIPTED, *LEARNED]
     ideas = re.findall(r"^  (\w+): \{", (STATIC / "ideas.js").read_text(), re.M)
-    assert {idea for _, idea in levels} == set(ideas)
+    assert {idea for _, idea in levels} == set(ideas) == set(IDEAS)
