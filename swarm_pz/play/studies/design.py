@@ -169,7 +169,7 @@ class Study(Config):
             check(sorted(condition.levels) == named, "levels", condition.levels, f"of every condition, here of {named}")
         for name in self.texts:
             self.text(name)
-        assert self.phrases is not None  # noqa: S101  (it raises)
+        check(bool(self.phrases) == bool(self.words), "words", self.words, "a file of phrases")
         pairs = [f"{first} less {second}" for first, second in itertools.combinations(titles, 2)]
         scores = [score for asked in self.forms if asked.when == "block" for score in asked.form.score_names]
         for test in self.plan.tests:
@@ -191,14 +191,8 @@ class Study(Config):
     @property
     def texts(self) -> tuple[str, ...]:
         """Names of the files of texts."""
-        names = (
-            self.consent,
-            self.welcome,
-            self.debriefing,
-            self.words,
-            *(condition.text for condition in self.conditions),
-        )
-        return tuple(dict.fromkeys(filter(None, names)))
+        names = [self.consent, self.welcome, self.debriefing, self.words]
+        return tuple(dict.fromkeys(filter(None, names + [condition.text for condition in self.conditions])))
 
     @functools.cached_property
     def phrases(self) -> dict[str, Any]:
@@ -208,13 +202,10 @@ class Study(Config):
         self.text(self.words)
         with _named(self.words):
             found = read_toml(self.folder / self.words)
-            words = found.get("words")
-            fits = isinstance(words, dict) and all(
-                isinstance(one, str) for one in [*words.values(), found.get("language")]
-            )
-            check(
-                fits and len(found) == 2, "the file", [*found], "a line `language = ...` and a table [words] of texts"
-            )
+            words, expected = found.get("words"), "a line `language = ...` and a table [words] of texts"
+            check(isinstance(words, dict) and len(found) == 2, "the file", [*found], expected)
+            texts = [found.get("language"), *found["words"].values()]
+            check(all(isinstance(one, str) for one in texts), "the file", [*found], expected)
         return found
 
     @property

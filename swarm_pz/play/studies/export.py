@@ -1,7 +1,7 @@
 """A study as what is published of it: a Psych-DS data set (schema 1.5) of tables, with a report.
 
 ============================  ==========================================================================
-`report.md`                   wins, lengths and scores by condition, compared; with a picture
+`report.md`                   wins, lengths and scores by condition, compared
 `plan.md`                     what was planned before the data
 `results.csv`                 effects and pairs of conditions, with all digits
 `data/`                       games, commands, captures, forms and participants, as CSV
@@ -50,8 +50,7 @@ def export(
     else, or cannot be written. `command` is what was called, for the report. See `read_study` for `progress` and other
     errors.
     """
-    for module in ("matplotlib", "jinja2"):
-        require_extra(module, "lab")
+    require_extra("jinja2", "lab")
     if out.resolve().is_relative_to(folder.resolve()):
         raise OutputError(f"the export of {folder} must lie outside of it, got {out}: what ran stays as it is")
     _check_out(out, overwrite)

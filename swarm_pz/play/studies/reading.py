@@ -155,17 +155,10 @@ class _Person:
 
     # --- games ------------------------------------------------------------------------------------
 
-    def _place(self, step: Step) -> dict[str, Any]:
-        """Return the columns by which a game is found."""
-        block = step.id.removeprefix("block").partition(".")[0]
-        return {
-            "participant": self.who,
-            "step": step.id,
-            "block": int(block),
-            "game": step.game + 1,
-            "practice": step.kind == "practice",
-            "condition": step.played.title,
-        }
+    def _key(self, step: Step) -> dict[str, Any]:
+        """Return the columns by which a step is found."""
+        title = step.condition.title if step.condition is not None else ""
+        return {"participant": self.who, "step": step.id, "condition": title}
 
     def _game(self, step: Step) -> None:
         condition = step.played
@@ -188,7 +181,13 @@ class _Person:
             columns |= {f"{name}_delay_{column}": measured[column] for column in ("got_ms", "count")}
             columns[f"{name}_delay_asked_ms"] = float(measured["asked_ms"])
         row = GameRow(
-            **self._place(step), won=line["outcome"] == "win", decided=line["outcome"] in ("win", "loss"), **columns
+            **self._key(step),
+            block=int(step.id.removeprefix("block").partition(".")[0]),
+            game=step.game + 1,
+            practice=step.kind == "practice",
+            won=line["outcome"] == "win",
+            decided=line["outcome"] in ("win", "loss"),
+            **columns,
         )
         self.data.games.append(row)
 
@@ -214,9 +213,7 @@ class _Person:
         for line, command in zip(recording.of(SeatCommand), recording.commands, strict=True):
             picture = reader.picture(command)
             row = CommandRow(
-                participant=self.who,
-                step=step.id,
-                condition=step.played.title,
+                **self._key(step),
                 side=TEAM_NAMES[line.team],
                 by="automatic" if line.sender else "participant" if line.team == own else "opponent",
                 number=line.number,
@@ -238,9 +235,7 @@ class _Person:
             sizes[line.team] += 1
             sizes[1 - line.team] -= 1
             row = CaptureRow(
-                participant=self.who,
-                step=step.id,
-                condition=step.played.title,
+                **self._key(step),
                 tick=line.tick,
                 seconds=line.tick / TICKS_PER_SECOND,
                 drone=line.drone,
@@ -267,10 +262,8 @@ class _Person:
         for name, kind, words, place, right, answer in rows:
             self.data.forms.append(
                 FormRow(
-                    participant=self.who,
-                    step=step.id,
+                    **self._key(step),
                     block=int(block[1]) if block is not None else None,
-                    condition=step.condition.title if step.condition is not None else "",
                     form=form.name,
                     item=name,
                     kind=kind,
