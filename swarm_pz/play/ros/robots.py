@@ -66,7 +66,7 @@ class Robots:
         self.positions, self.velocities, self._last = (np.zeros((_MOST, 3)) for _ in range(3))
         self._seen_s, self._last_s, self._stamps = (np.full(_MOST, -math.inf) for _ in range(3))
         self.setpoints, self.speeds, self.accelerations = (np.zeros((_MOST, 3)) for _ in range(3))
-        self.states = ["lost"] * _MOST
+        self.states, self._is_flown = ["lost"] * _MOST, np.zeros(_MOST, bool)
         self.rest()
 
     # --- poses ------------------------------------------------------------------------------------
@@ -95,7 +95,6 @@ class Robots:
         if not is_near:
             return
         if is_lost:
-            self.setpoints[number], self.speeds[number] = place, 0.0
             velocity = np.zeros(3) if velocity is None else velocity
         elif velocity is None:
             between = stamp - self._stamps[number]
@@ -136,14 +135,22 @@ class Robots:
         self.order(Orders("over", [], [], []), -math.inf)
 
     def step(self, now: float) -> None:
-        """Move the setpoints by a period: as the game's drones move, within the lab's limits."""
+        """Move the setpoints by a period: as the game's drones move, within the lab's limits.
+
+        Robots take off for a start. One that was lost flies on only if it is found in the air.
+        """
         self.look(now)
         config, orders, count = self.config, self._orders, self.count
-        former, is_free = self.setpoints[:count].copy(), np.array([s == "seen" for s in self.states[:count]], bool)
+        states, is_flown, seen = np.array(self.states[:count]), self._is_flown[:count], self.positions[:count]
+        former, is_free = self.setpoints[:count].copy(), states == "seen"
         begun, speeds = self.speeds[:count].copy(), self.speeds[:count].copy()
         led = np.flatnonzero(is_free[: len(orders.teams)])
         if orders.phase == "over" or (orders.phase == "playing" and now - self._ordered_s > _ORDERED_S):
             led = led[:0]
+        is_flown[led] = True
+        if orders.phase == "starting":
+            is_flown[: len(orders.teams)] = True
+        is_flown &= states != "lost"
         stops = np.ones(count, bool)
         stops[led] = False
         speeds[stops, :2] *= _BRAKE
@@ -154,15 +161,16 @@ class Robots:
             speeds[led, :2] = _shortened(_GAIN * (starts - former[led, :2]), _SLOWLY)
         lowest, highest = config.altitudes
         altitudes = lowest + (highest - lowest) * np.arange(count) / max(len(orders.teams) - 1, count - 1, 1)
-        speeds[:, 2] = np.clip(_GAIN * (altitudes - former[:, 2]), -_CLIMB, _CLIMB)
+        speeds[:, 2] = np.clip(_GAIN * (altitudes - former[:, 2]), -_CLIMB, _CLIMB) * (states != "late")
         for _ in range(_ROUNDS):
             speeds[:, :2] = self._braked(former[:, :2], _shortened(speeds, config.max_speed)[:, :2], is_free)
         free = former + speeds * _PERIOD_S
-        places = self.positions[:count] + _shortened(free - self.positions[:count], config.leash)
+        places = seen + _shortened(free - seen, config.leash)
         places[~is_free, :2] = free[~is_free, :2]
         places[:, :2] = np.clip(places[:, :2], self._corner, self._corner + config.scale)
         places = former + _shortened(places - former, config.max_speed * _PERIOD_S)
-        self.setpoints[:count], self.speeds[:count] = places, (places - former) / _PERIOD_S
+        self.setpoints[:count] = np.where(is_flown[:, None], places, seen)
+        self.speeds[:count] = is_flown[:, None] * (places - former) / _PERIOD_S
         self.accelerations[:count] = _shortened((self.speeds[:count] - begun) / _PERIOD_S, _HARDEST)
 
     def _braked(self, places: Floats, speeds: Floats, is_free: NDArray[np.bool_]) -> Floats:
@@ -184,11 +192,11 @@ class Robots:
     def messages(self, seconds: float) -> Iterator[tuple[str, Message]]:
         """Yield what the lab's programs read, with the topics, at a time of the clock on the wall.
 
-        A lost robot has no setpoint, and after an emergency stop none has.
+        Robots that are not flown have no setpoints, and after an emergency stop none has.
         """
         yield STOPPED, {"data": self.is_stopped}
         stamp = {"sec": int(seconds), "nanosec": int(seconds % 1.0 * 1e9)}
-        flown = [] if self.is_stopped else [n for n in range(self.count) if self.states[n] != "lost"]
+        flown = [] if self.is_stopped else np.flatnonzero(self._is_flown[: self.count]).tolist()
         none, level = _xyz(np.zeros(3)), {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
         point = {
             "transforms": [{"translation": _xyz(self.setpoints[n]), "rotation": level} for n in flown],

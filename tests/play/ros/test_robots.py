@@ -48,11 +48,13 @@ class Lab:
         self.see(2)
 
     def see(self, times=1, hidden=(), follows=False):
-        """Let periods pass in which all but the hidden robots are seen; robots that follow are at their setpoints."""
+        """Let periods pass in which all but the hidden robots are seen; some follow their setpoints."""
         for _ in range(times):
             self.now += PERIOD
             for number in range(len(self.places)) if follows else ():
-                self.places[number] = self.robots.setpoints[number].copy()
+                way = self.robots.setpoints[number] - self.places[number]
+                most = self.robots.config.max_speed * PERIOD
+                self.places[number] = self.places[number] + way * min(1.0, most / max(np.linalg.norm(way), 1e-9))
             shown = [None if n in hidden else place.tolist() for n, place in enumerate(self.places)]
             self.robots.hear(POSES, poses_of(shown), self.now)
             self.robots.step(self.now)
@@ -90,7 +92,8 @@ def test_states_hold_velocities_of_robots_by_the_numbers_in_their_names():
             lab.robots.hear(STATES, {"joint_names": names, "points": [point]}, lab.now)
 
 
-def test_a_robot_that_is_not_seen_holds_its_place_and_then_has_failed_until_two_poses_agree():
+@pytest.mark.parametrize("height", [0.5, 0.0])
+def test_a_robot_that_is_not_seen_holds_its_place_and_then_has_failed_until_two_poses_agree(height):
     lab = Lab((0.0, 0.0, 0.5))
     lab.order(accelerations=[(1.0, 0.0)])
     lab.see(5, follows=True)
@@ -102,12 +105,22 @@ def test_a_robot_that_is_not_seen_holds_its_place_and_then_has_failed_until_two_
     lab.see(20, hidden=[0])
     assert lab.sight == [None] and "robots: 0 is lost, was late" in lab.lines
     assert lab.messages()[SETPOINTS]["joint_names"] == [], "its own watchdog is to act"
-    lab.places[0] = np.array([-0.5, 0.5, 0.5])
+    lab.places[0] = np.array([-0.5, 0.5, height])
     lab.see(1)
     assert lab.sight == [None], "one pose is not enough"
     lab.see(1)
-    assert lab.sight[0][:2] == (0.25, 0.75) and "robots: 0 is seen, was lost" in lab.lines
-    np.testing.assert_allclose(lab.robots.setpoints[0, :2], (-0.5, 0.5), atol=0.05)
+    lab.order()
+    lab.see(2)
+    names = lab.messages()[SETPOINTS]["joint_names"]
+    if height < 0.2:
+        assert lab.sight == [None] and names == [], "it has landed, and no running game makes it take off"
+    else:
+        assert lab.sight[0][:2] == (0.25, 0.75) and "robots: 0 is seen, was lost" in lab.lines
+        np.testing.assert_allclose(lab.robots.setpoints[0, :2], (-0.5, 0.5), atol=0.05)
+        assert names == ["agent0"]
+    lab.order("starting", starts=[(0.5, 0.5)])
+    lab.see(1)
+    assert lab.messages()[SETPOINTS]["joint_names"] == ["agent0"], "for the next game it takes off"
 
 
 def test_a_pose_that_jumps_is_left_out():
@@ -127,6 +140,8 @@ def test_a_pose_that_jumps_is_left_out():
 @pytest.mark.parametrize("place", [(1.4, 0.0, 0.5), (0.0, 0.0, 0.1), (0.0, 0.0, 1.4)])
 def test_a_robot_beyond_the_fence_has_failed_and_is_led_back(place):
     lab = Lab((0.9, 0.0, 0.5))
+    lab.order()
+    lab.see()
     way = (np.array(place) - lab.places[0]) / 20
     for _ in range(20):
         lab.places[0] += way
@@ -163,7 +178,7 @@ def test_a_setpoint_stays_near_its_robot():
 
 def test_setpoints_stay_apart_and_robots_keep_altitudes_of_their_own():
     generator = np.random.default_rng(3)
-    lab = Lab(*[(x, y, 0.0) for x, y in itertools.product((-0.8, 0.0, 0.8), (-0.6, 0.6))])
+    lab = Lab(*[(x, y, 0.4) for x, y in itertools.product((-0.8, 0.0, 0.8), (-0.6, 0.6))])
     for tick in range(300):
         if tick % 30 == 0:
             accelerations = generator.uniform(-1.0, 1.0, (6, 2)).tolist()
@@ -194,8 +209,10 @@ def test_robots_of_one_place_part_slowly():
     assert np.hypot(away[0], away[1]) > 0.95 * LAB.separation
 
 
-def test_robots_are_led_to_their_starts():
+def test_robots_take_off_for_a_game_and_are_led_to_their_starts():
     lab = Lab((0.9, 0.9, 0.0), (-0.9, 0.5, 0.0))
+    lab.see(10)
+    assert lab.messages()[SETPOINTS]["joint_names"] == [] and lab.robots.setpoints[0, 2] == 0.0
     lab.order("starting", starts=[(0.1, 0.1), (0.5, 0.5)])
     former = lab.robots.setpoints[0].copy()
     for _ in range(250):
