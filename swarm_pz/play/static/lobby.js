@@ -3,7 +3,7 @@
 import { opponentCards, paintPoster } from "./cards.js";
 import { byId, on } from "./elements.js";
 import { onLook } from "./ground.js";
-import { daily, dayStreak, inARow, progress, ROUND } from "./progress.js";
+import { daily, daysInARow, inARow, progress, ROUND } from "./progress.js";
 import { keep, recall } from "./store.js";
 import { called, SIDES, systemOption } from "./words.js";
 
@@ -70,8 +70,8 @@ export class Lobby {
     const reached = progress(opponents), policy = policies.find(({ name }) => name === reached.next) ?? policies[0];
     this.next = policy?.name;
     byId("quick").hidden = !policy;
-    const { day, opponent } = daily(opponents), days = dayStreak(day);
-    byId("daily").textContent = `Game of the day: ${called(opponent ?? "")}${days > 1 ? `, ${days} days in a row` : ""}`;
+    const { day, opponent } = daily(opponents);
+    byId("daily").textContent = `Game of the day: ${called(opponent ?? "")}${daysInARow(day)}`;
     byId("next").textContent = policy ? `Next: ${called(policy.name)}. ${inARow(reached.streak)}` : "";
     byId("opponents").replaceChildren(...opponentCards(policies, opponents, reached, (name) => this.play(name)));
     paintPoster(byId("poster"), policy?.card);

@@ -167,7 +167,8 @@ function enter(name, code) {
 // Show a room, and sit down if the address leads to a seat.
 function arrive(room) {
   const [side] = wantsSeat === room.code && table.seat === null ? freeSides(room) : [];
-  if (room.phase !== "replay") mark(`${table.seat !== null || side ? "room" : "watch"}=${room.code}`, ["", "replay"].includes(wanted().name));
+  const stays = !welcomed.guests && table.start.room === room.code; // without a server a seat ends with its page, and a challenge does not
+  if (room.phase !== "replay" && !stays) mark(`${table.seat !== null || side ? "room" : "watch"}=${room.code}`, ["", "replay"].includes(wanted().name));
   open("table");
   wantsSeat = "";
   if (side) link.send({ type: "join", room: room.code, seat: side, label: byId("label").value });

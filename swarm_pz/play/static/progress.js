@@ -46,6 +46,8 @@ export function dayStreak(day) {
   return kept?.day === day || kept?.day === day - 1 ? Number(kept.streak) || 0 : 0;
 }
 
+export function daysInARow(day) { return dayStreak(day) > 1 ? `, ${dayStreak(day)} days in a row` : ""; }
+
 // Keep that a day's game was won.
 export function winDay(day) { if (recall("daily")?.day !== day) keep("daily", { day, streak: dayStreak(day) + 1 }); }
 

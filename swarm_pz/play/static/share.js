@@ -5,7 +5,7 @@ import { byId, copy, on } from "./elements.js";
 import { rowOf } from "./embed.js";
 import { look } from "./ground.js";
 import { SERVER } from "./link.js";
-import { daily, dayStreak } from "./progress.js";
+import { daily, daysInARow } from "./progress.js";
 import { called, clock, playerOf, SIDES, TICKS } from "./words.js";
 
 const WIDTH = 1200, HEIGHT = 630, BOARD = 590, MARGIN = 20; // of the picture, in pixels
@@ -38,8 +38,7 @@ export async function share(table, room, seat, opponents) {
   const base = table === SERVER ? byId("address").value : `${location.origin}${location.pathname}`, isDaily = table !== SERVER && seed === daily(opponents).seed;
   const challenge = isDaily ? "daily" : opponents.includes(other.name) && seed !== null ? `play=${other.name}@${seed}` : "";
   const packed = text && table !== SERVER ? await (await import("./engine/linked.js")).pack(text) : null;
-  const game = packed ?? (table === SERVER ? room.recording : null), today = dayStreak(daily(opponents).day);
-  const prefix = isDaily ? `Game of the day${today > 1 ? `, ${today} days in a row` : ""}: ` : "";
+  const game = packed ?? (table === SERVER ? room.recording : null), prefix = isDaily ? `Game of the day${daysInARow(daily(opponents).day)}: ` : "";
   shared = { words: `swarm-pz: ${prefix}${words}.`, game: `${base}#replay=${game}` };
   byId("sharing-text").value = `${shared.words} ${challenge ? "The same start for you" : "Play it"}: ${base}${challenge ? `#${challenge}` : ""}`;
   byId("copy-game").hidden = game === null;

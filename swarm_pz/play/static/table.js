@@ -8,7 +8,7 @@ import { byId, hear, on, say } from "./elements.js";
 import { LEVELS } from "./levels.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
-import { count, counts, daily, dayStreak, keepSide, progress, sideIn, winDay } from "./progress.js";
+import { count, counts, daily, daysInARow, keepSide, progress, sideIn, winDay } from "./progress.js";
 import { recall } from "./store.js";
 import { freeSides } from "./waiting.js";
 import { called, clock, isStudy, playerOf, SIDES, TICKS } from "./words.js";
@@ -136,7 +136,7 @@ export class Table {
     if (this.start.room !== room.code || this.start.message.seed !== seed) return "";
     if (room.outcome !== SIDES[this.seat]) return "The game of the day has the same start each time: try again.";
     winDay(day);
-    return `You won the game of the day, ${dayStreak(day)} in a row.`;
+    return `You won the game of the day${daysInARow(day)}.`;
   }
 
   // Be ready, or begin anew from the same start.

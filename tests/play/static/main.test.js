@@ -113,8 +113,9 @@ test("the game of the day is one for all, where no server is, and its wins in a 
   assert.deepEqual({ ...daily(WELCOME.opponents), day: 0 }, { day: 0, seed, opponent });
   await hear({ type: "seated", ...SEAT }, room(), { ...over, outcome: "blue" });
   assert.match(at("streak").textContent, /try again/);
+  assert.equal(location.hash, "#daily", "a page that is loaded anew begins it again");
   await hear(room(), { ...over, outcome: "red" });
-  assert.match(at("streak").textContent, /You won the game of the day, 1 in a row/);
+  assert.match(at("streak").textContent, /You won the game of the day\./);
 });
 
 test("days in a row are counted once a day, until one is left out", () => {
