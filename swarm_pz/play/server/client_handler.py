@@ -176,6 +176,8 @@ class ClientHandler:
         policies = {"red": message.player, _facing(message.seat): message.opponent}
         named = [self._lobby.check_policy(name) for name in policies.values() if name is not None]
         config = table_config(message.settings, self._lobby.context.table)
+        if (robots := self._lobby.context.robots) is not None:
+            config = robots.slowed(config)
         plan = RoomPlan(config=config, once=message.once, lesson=message.lesson, seed=message.seed)
         room = self._lobby.open_room(plan, self._connection.address, len(named))
         self._enter(room, message.seat, message.label, policies)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from swarm_pz.play.game import SPEED_LIMIT, LiveGame
+from swarm_pz.play.game import SPEED_LIMIT, LiveGame, TableConfig
 from swarm_pz.play.robots import RobotsConfig
 from swarm_pz.play.server.connection import RefusedError
 
@@ -91,14 +91,16 @@ class Robots:
             if self._orders:
                 await socket.send_text(self._orders.decode())
 
+    def slowed(self, config: TableConfig) -> TableConfig:
+        """Return a room's configuration, no faster than the lab's robots fly."""
+        return config.replace(speed=min(config.speed, self._lab.speed))
+
     # --- games ------------------------------------------------------------------------------------
 
     def begin(self, game: LiveGame) -> None:
         """Lead the robots to the start of a game; RefusedError if they cannot fly it."""
         if self._game is not None:
             raise RefusedError("full", "the robots fly another game; wait for its end")
-        if game.config.speed > (most := self._lab.speed):
-            raise RefusedError("not_valid", f"speed must be at most {most:g} for robots, got {game.config.speed:g}")
         self._check()
         self._game = game
         self._starts = apart(game.simulator.positions[0], self._lab.separation / self._lab.scale)

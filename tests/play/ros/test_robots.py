@@ -337,9 +337,10 @@ def test_without_poses_a_game_waits_and_without_the_token_nobody_flies(tmp_path)
         pass
     page, other = table.visit(), table.visit()
     for client in (page, other):
-        client.say(protocol.Create(opponent="uniform", settings=protocol.Settings(red=2, blue=2, speed=0.5)))
+        client.say(protocol.Create(opponent="uniform", settings=protocol.Settings(red=2, blue=2)))
         client.hear(protocol.Seated)
         client.say(protocol.Ready())
+    assert page.hear(protocol.RoomState, lambda room: room.phase == "starting").settings.speed == 0.5, "of the lab"
     assert "waits until robots 0, 1, 2, 3 are at their starts" in page.hear(protocol.Notice).text
     assert "the robots fly another game" in other.hear(protocol.Notice).text
     table.end()
