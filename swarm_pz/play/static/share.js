@@ -35,12 +35,12 @@ function picture() { return new Promise((resolve) => { byId("sharing-picture").t
 export async function share(table, room, seat, opponents) {
   const answer = await table.fetch(`recordings/${room.recording}`), text = answer?.ok ? await answer.text() : null;
   const told = factsOf(room, seat, text), { seed, words } = told, other = room[SIDES[1 - seat]];
-  const base = table === SERVER ? byId("address").value : `${location.origin}${location.pathname}`, isDaily = table !== SERVER && seed === daily(opponents).seed;
-  const challenge = isDaily ? "daily" : opponents.includes(other.name) && seed !== null ? `play=${other.name}@${seed}` : "";
+  const base = table === SERVER ? byId("address").value : `${location.origin}${location.pathname}`;
+  const challenge = opponents.includes(other.name) && seed !== null ? `#play=${other.name}@${seed}` : "", today = daily(opponents);
   const packed = text && table !== SERVER ? await (await import("./engine/linked.js")).pack(text) : null;
-  const game = packed ?? (table === SERVER ? room.recording : null), prefix = isDaily ? `Game of the day${daysInARow(daily(opponents).day)}: ` : "";
+  const game = packed ?? (table === SERVER ? room.recording : null), prefix = seed === today.seed ? `Game of the day${daysInARow(today.day)}: ` : "";
   shared = { words: `swarm-pz: ${prefix}${words}.`, game: `${base}#replay=${game}` };
-  byId("sharing-text").value = `${shared.words} ${challenge ? "The same start for you" : "Play it"}: ${base}${challenge ? `#${challenge}` : ""}`;
+  byId("sharing-text").value = `${shared.words} ${challenge ? "The same start for you" : "Play it"}: ${base}${challenge}`;
   byId("copy-game").hidden = game === null;
   byId("send-game").hidden = !navigator.share;
   byId("copy-challenge").textContent = "Copy text and link";

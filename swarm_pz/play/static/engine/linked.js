@@ -8,7 +8,7 @@ import { SIDES } from "../words.js";
 const BRUSHES = ["attract", "repel", "erase"];
 const FINE = 1e4; // parts of a map width, in which drawings are recorded
 const LONGEST = 8000; // letters of a link
-const MOST_TICKS = 36_000, MOST_DRONES = 60; // that a page plays at once
+const MOST_TICKS = 18_000, MOST_DRONES = 60; // that a page plays again while one waits
 
 const whole = (value) => Math.round(value * FINE);
 
@@ -23,6 +23,8 @@ function lengthen([brush, width, ...steps]) {
   for (let i = 0; i < steps.length; i += 2) points.push([0, 1].map((axis) => (at[axis] += steps[i + axis]) / FINE));
   return { brush: BRUSHES[brush], width: width / FINE, points };
 }
+
+function isShort({ red, blue }, lastTick, packed) { return red + blue <= MOST_DRONES && lastTick <= MOST_TICKS && packed.length <= LONGEST; }
 
 // Pass bytes through a compressor, or back.
 async function through(bytes, stream) { return new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer(); }
@@ -41,7 +43,7 @@ export async function pack(text) {
   const plain = [side, other.policy || null, seed, settings, table.min_command_interval, commands, end.tick, end.sizes];
   const bytes = new Uint8Array(await through(new TextEncoder().encode(JSON.stringify(plain)), new CompressionStream("deflate-raw")));
   const packed = btoa(String.fromCharCode(...bytes)).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
-  return packed.length > LONGEST ? null : packed;
+  return isShort(settings, end.tick, packed) ? packed : null;
 }
 
 // Play a packed game again, at a table as `swarm-pz site` writes it. Return its recording, and true if it ended as it had.
@@ -49,7 +51,7 @@ export async function unpack(packed, { rules, commands: form, welcome }) {
   const bytes = Uint8Array.from(atob(packed.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
   const plain = JSON.parse(new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw"))));
   const [seat, opponent, seed, settings, interval, commands, lastTick, sizes] = plain;
-  if (lastTick > MOST_TICKS || settings.red + settings.blue > MOST_DRONES) throw new Error("the game is too long or too large");
+  if (!isShort(settings, lastTick, packed)) throw new Error("the game is too long or too large");
   let lines = [];
   const table = {
     factors: [UNVARIED, UNVARIED], interval, kind: "person", rules, commands: form, software: `swarm-pz ${welcome.version}, in a page`,
