@@ -1,7 +1,6 @@
 // Ideas that beat opponents, and the moving picture of one: a game that the engine plays in the page.
 
 import { arc, paintDrones } from "./cards.js";
-import { CELLS } from "./engine/controller.js";
 import { Game } from "./engine/game.js";
 import { fieldsOf } from "./engine/observation.js";
 import { loadPlayer } from "./engine/players.js";
@@ -13,7 +12,6 @@ const PERIOD_S = 12; // after which the picture begins anew
 const STILL_S = 6; // the moment that is shown where nothing may move
 const WIDTH = 0.1; // of the brush
 const SEED = 12; // of the game in the picture, in which the idea soon pays
-const EVERYWHERE = new Float32Array(CELLS * CELLS).fill(1);
 const upright = (x) => [[x, 0.2], [x, 0.8]];
 
 // Each has a sentence, a script to show it against, and a drawing, or null, for each second: from the mean place of the
@@ -50,7 +48,6 @@ export class IdeaPicture {
   constructor(canvas) {
     this.canvas = canvas;
     this.ground = new Ground(canvas);
-    this.ground.own = 0;
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   }
 
@@ -89,7 +86,6 @@ export class IdeaPicture {
     if (second === 1) this.first = place;
     const drawn = second ? this.idea.draw(second - 1, place, this.first) : null;
     if (drawn) game.command(0, densityOf([{ brush: "attract", width: this.width, points: drawn }]));
-    else if (!second) game.command(0, EVERYWHERE);
     this.drawn = drawn ?? this.drawn;
     game.command(1, this.player.act(game, 1));
   }

@@ -15,7 +15,7 @@ export const LEVELS = {
   hoop: { face: [1, 0.6, -0.6], says: "Rolls a small ring around the middle.", idea: "lap" },
   runner: { face: [2, 0.6, -0.3], says: "Runs around the middle, back to the start of its own trail.", idea: "sides" },
   hunter: { face: [2, 0.9, -0.5], says: "Sees you. It learned from games against scripts.", idea: "lap" },
-  champion: { face: [3, 0.9, 0.2], says: "Sees you. It won a league of learners.", idea: "lap" },
-  veteran: { face: [2, 1, 0.7], says: "Sees you. It beats the champion in nine of ten games.", idea: "lap" },
-  finisher: { face: [4, 1, -0.8], says: "The last one. It learned from all the others.", idea: "lap" },
+  champion: { face: [3, 0.9, 0.2], says: "Sees you. It grew up in a league of learners.", idea: "lap" },
+  veteran: { face: [2, 1, 0.7], says: "Sees you. It grew from the champion, and beats it.", idea: "lap" },
+  finisher: { face: [4, 1, -0.8], says: "The last one. It grew from the veteran.", idea: "lap" },
 };

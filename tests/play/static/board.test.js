@@ -42,6 +42,26 @@ test("a jump is no capture, and trails begin anew", () => {
   assert.deepEqual(arena.take(frame(30, [0, 1])), [], "back in time");
 });
 
+test("waves of a victory begin where the last drone was captured, end, and are not shown where nothing may move", () => {
+  const waves = () => {
+    arena.paint();
+    return painted(arena.drones, "stroke", look.teams[0]).filter(([, , , radius]) => radius > 0.5 * arena.drones.width);
+  };
+  for (const isCalm of [false, true]) {
+    arena.forget();
+    arena.isLive = false;
+    arena.isCalm = isCalm;
+    arena.take(frame(3, [0, 1]));
+    arena.take(frame(4, [0, 0]));
+    arena.celebrate(0);
+    time.pass(800);
+    assert.deepEqual(waves().slice(0, 1).map(([, x, y]) => [x, y]), isCalm ? [] : [[0.75, 0.91]].map(([x, y]) => [Math.fround(x) * arena.drones.width, (1 - Math.fround(y)) * arena.drones.width]));
+    time.pass(1000);
+    waves();
+    assert.equal(arena.victory, null);
+  }
+});
+
 test("a frame that is too old is not shown, a late link or few frames a second excuse it", () => {
   const shown = (ageMs) => {
     arena.take(frame(3, [0, 1], { serverMs: time.ms - ageMs }));
