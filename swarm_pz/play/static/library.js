@@ -73,7 +73,7 @@ export class Library {
   }
 }
 
-// Which of the things that somebody may have written are drawings, with what is known of them alone.
+// Return the drawings among things that anybody may have written, with their known fields alone.
 export function checked(things) {
   const counts = {};
   return (Array.isArray(things) ? things : []).slice(0, 1000).filter(isDrawing).map(({ name, kind, strokes }) => ({

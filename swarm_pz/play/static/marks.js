@@ -5,7 +5,7 @@ import { Pen, short, within } from "./pen.js";
 
 const GRIP = 0.06; // map widths within which a tap holds an attractor and places no other
 const OUTLINES = { line: [[-1, 0], [1, 0]], wedge: [[-0.5, 0.87], [1, 0], [-0.5, -0.87]], grid: [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]] };
-// How a kind of command becomes marks, and marks one; which of its numbers are a mark's size and turn; how it is played.
+// Each kind of command: it is read as marks and written from them; the places of size and turn among its numbers; a hint.
 /** @type {Record<string, any>} */
 const KINDS = {
   attractors: {
@@ -100,7 +100,7 @@ export class Marks extends Pen {
     Object.assign(mark, { x: within(mark.x, wide, 1 - wide), y: within(mark.y, tall, 1 - tall) });
   }
 
-  // How far a mark's outline goes to either side, and up and down: all of it stays on the board.
+  // Return the reach of a mark's outline to either side, and up and down: all of it stays on the board.
   reach({ shape, size, turn }) {
     const outline = OUTLINES[this.commands.shapes[shape]], angle = this.angle(turn);
     const along = outline?.map(([u, v]) => u * Math.cos(angle) - v * Math.sin(angle)) ?? [1];

@@ -75,7 +75,7 @@ export class Replay {
     this.chart.show(null);
   }
 
-  // What a key does; null for nothing. On a button the space is the button's.
+  // Return the action of a key, or null. On a button the space is the button's.
   actOf(key, isFine, onButton) {
     if (key === " " && !onButton) return () => this.hold(!this.held);
     if (key === "arrowup" || key === "arrowdown") return () => byId(key === "arrowup" ? "capture-before" : "capture-after").click();
@@ -117,7 +117,7 @@ export class Replay {
     this.tell();
   }
 
-  // What each side gained in each second, as places to go to; and the turn, in the chart, too.
+  // List the gains of each second as places to go to; the turn is marked in the chart, too.
   list(sizes) {
     const turn = turningPoint(sizes);
     this.chart.set(sizes, turn, this.playback.lastTick / TICKS);

@@ -29,8 +29,9 @@ function isShort({ red, blue }, lastTick, packed) { return red + blue <= MOST_DR
 // Pass bytes through a compressor, or back.
 async function through(bytes, stream) { return new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer(); }
 
-// Return a recorded game as text for a link; null if it was not played in a page, or is too long.
+// Return a recorded game as text for a link; null if it was not played in a page, is too long, or the browser is too old.
 export async function pack(text) {
+  if (!("CompressionStream" in globalThis)) return null;
   const [header, ...lines] = text.trimEnd().split("\n").map((line) => JSON.parse(line)), { table, seed, software } = header;
   const side = SIDES.find((one) => header[one].kind === "person"), other = header[SIDES[1 - SIDES.indexOf(side)]], end = lines.at(-1);
   if (!software.endsWith("in a page") || end.type !== "end" || JSON.stringify(table.factors) !== JSON.stringify([UNVARIED, UNVARIED])) return null;
