@@ -1,5 +1,7 @@
 """Journeys without a server: the folder of `swarm-pz site` in a real browser, served as any files are."""
 
+import csv
+import io
 import shutil
 
 import pytest
@@ -98,6 +100,8 @@ def test_an_experiment_of_files_alone_keeps_each_game_with_its_row(site, lab, vi
     expect(page.frame_locator("iframe").locator("#varied")).to_have_text("Not shown here: your opponents.")
     page.wait_for_function("window.rows")
     played, refused, saved = page.evaluate("window.rows")
+    rows = [*csv.DictReader(io.StringIO(page.evaluate("jsPsych.data.get().csv()")))]
+    assert rows[0]["command_delay_ms"] == "200" and max(map(len, rows[2].values())) < 32_767, "no spreadsheet cuts it"
     name, length = page.evaluate("window.saved")
     assert (saved["recording"], saved["lines"]) == (name, None) and length > 10_000
     assert (played["command_delay_ms"], played["hide"], saved["hide"]) == (200, "opponents", "")

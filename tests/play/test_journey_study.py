@@ -35,6 +35,8 @@ break_s = 0.1
 order = [["drawing", "attractors"]]
 consent = "consent.md"
 welcome = "consent.md"
+debriefing = "consent.md"
+completion = "SWARM-1"
 rules = { time_limit = 1.0, drones_per_team = 3 }
 practice = { wins = 1, most = 1 }
 
@@ -65,6 +67,13 @@ items = [
     { id = "mood", text = "How are you?", low = "bad", high = "well" },
     { id = "free", text = "Anything else?", kind = "text", optional = true },
 ]
+
+[[forms]]
+name = "quiz"
+title = "Is it clear?"
+when = "welcome"
+tries = 2
+items = [{ id = "goal", text = "Your goal?", kind = "choice", choices = ["own all", "flee"], correct = "own all" }]
 
 [[forms]]
 name = "after"
@@ -168,7 +177,15 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     check(page, "text")
     assert page.locator(".text h2").inner_text() == "Will you?"
     go_on(page)
-    expect(page.locator("#progress")).to_have_attribute("value", "5")  # the next text has the same heading
+    at_heading(page, "Is it clear?")
+    page.get_by_label("flee").check()
+    go_on(page)
+    expect(page.locator("#told")).to_contain_text("not right")
+    expect(page.locator("h2")).to_have_text("Will you?")  # beside the questions
+    check(page, "once more")
+    page.get_by_label("own all").check()
+    go_on(page)
+    at_heading(page, "Please read")
     go_on(page)
     at_heading(page, "Practice game 1")
     kept = {line["step"]: line for line in lines_of(study, "P01")[1:]}
@@ -222,9 +239,12 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
         go_on(page, "Begin")
     at_heading(page, "How was that?")  # by itself, when the result was shown
     go_on(page)
+    at_heading(page, "About this study")
+    go_on(page)
     at_heading(page, "Thank you")
+    expect(page.locator("#completion")).to_have_text("SWARM-1")
     check(page, "end")
-    assert lines_of(study, "P01")[-2]["opponent"] == "uniform"
+    assert lines_of(study, "P01")[-3]["opponent"] == "uniform"
 
 
 def test_a_second_window_says_so_and_may_take_over_and_the_monitor_follows(visit, study):
