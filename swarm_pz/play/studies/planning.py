@@ -48,9 +48,10 @@ def _order(study: Study) -> str:
 
 @dataclass(frozen=True)
 class PowerRow:
-    """How often an effect is found that is there (`power`, with its interval), and that is not (`false_alarms`).
+    """Shares of simulated studies that find an effect.
 
-    `pairs` is how often any pair of conditions is found to differ in its place, after Holm's correction.
+    `power` is that of studies in which it is there, with its interval, `false_alarms` that of those in which it is not.
+    `pairs` is the share in which any pair of conditions differs in its place, after Holm's correction.
     """
 
     effect: str

@@ -117,9 +117,14 @@ def steps_of(
         own += asked("block", name, condition)
         steps += [step for step in own if not (is_alone and condition.is_of_two) or step.id in done]
     steps += asked("end", "end")
-    if "stop" in done or any(line.get("ends") for line in done.values()):
+    if ended_early(done):
         steps = [step for step in [*steps, Step("stop", "stop")] if step.id in done]
     return steps + ([Step("debriefing", "text", text=study.debriefing)] if study.debriefing else [])
+
+
+def ended_early(done: Mapping[str, Mapping[str, Any]]) -> bool:
+    """Return True if a participant has stopped, or could not answer a form that they had to."""
+    return "stop" in done or any(line.get("ends") for line in done.values())
 
 
 def items_of(study: Study, participant: int, step: Step) -> list[Item]:
@@ -219,7 +224,7 @@ class Progress:
     @property
     def has_ended_early(self) -> bool:
         """True if the participant has stopped, or could not answer a form that they had to."""
-        return "stop" in self.done or any(line.get("ends") for line in self.done.values())
+        return ended_early(self.done)
 
     def finish(self, step: Step, **record: Any) -> None:
         """Keep that a step is done, and what came of it: on the disk when this returns.

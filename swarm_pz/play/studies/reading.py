@@ -20,7 +20,7 @@ from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
-from swarm_pz.play.studies.progress import Step, items_of, read_lines, steps_of
+from swarm_pz.play.studies.progress import Step, ended_early, items_of, read_lines, steps_of
 from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
 
 _OF_LINE = ("system", "opponent", "side", "seed", "outcome", "seconds", "recording")
@@ -123,7 +123,6 @@ class _Person:
         for name in self.done.keys() - known:
             self._fault(name, "is no step of the study", "")
         steps = [step for step in self.steps if step.id in self.done]
-        is_early = "stop" in self.done or any(line.get("ends") for line in self.done.values())
         failed = [step.form.name for step in steps if step.form and self._has_failed(step)]
         for step in steps:
             if step.is_game:
@@ -135,7 +134,7 @@ class _Person:
                 number=self.number,
                 order=" > ".join(condition.title for condition in self.data.study.order_of(self.number)),
                 withdrawn=self.number in self.folder.withdrawn,
-                finished=len(steps) == len(self.steps) and not is_early,
+                finished=len(steps) == len(self.steps) and not ended_early(self.done),
                 stopped="stop" in self.done,
                 failed=", ".join(dict.fromkeys(failed)),
                 consent_day=_day(self.done.get("consent", {}).get("at")),
