@@ -60,7 +60,7 @@ class SeatRow:
     helper: str = column("the policy that made this part")
     outcome: str = column("win, draw or loss of the seat; stopped if nobody played the game to its end")
     seconds: float = column("length of the game, as far as it came", "s of game")
-    final_share: float = column("share of all drones that were the seat's at the end", "1")
+    final_share: float = column("share of all drones that this side had at the end", "1")
     commands: int = column("commands that the seat's player gave", "count")
     automatic_commands: int = column("commands that automatic responses gave in the player's place", "count")
     commands_per_minute: float = column("commands of the player a minute of game", "1/min")

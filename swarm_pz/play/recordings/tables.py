@@ -16,7 +16,7 @@ from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 
 NOTES = {
-    "empty": "An empty cell is not known, or there is nothing to tell.",
+    "empty": "An empty cell is unknown, or does not apply.",
     "text": "Text that begins with = + - @ TAB or CR has an apostrophe before it, so that no spreadsheet takes it for "
     "a formula; numbers have at most 6 decimals.",
 }

@@ -52,7 +52,10 @@ class Effect:
     The ends of the 95 % interval are infinite where there are too few participants to exclude anything.
     """
 
-    measure: str = column('"win_rate", "restricted_mean_s" (a draw counts as the longest game), or a form\'s score')
+    measure: str = column(
+        '"win_rate" (share of games won, 0 to 1), "restricted_mean_s" (mean length in s of game; one that nobody won '
+        "counts as the longest of all), or a form's score"
+    )
     effect: str = column(
         'a factor, factors with " x " between them, or a pair of conditions with " less " between them'
     )
@@ -60,8 +63,8 @@ class Effect:
     participants: int = column("participants with all values that it needs", "count")
     degrees: int = column("degrees of freedom", "count")
     difference: float | None = column(
-        "of a pair the first less the second; of a factor its second level less its first; of an interaction the "
-        "difference of differences; empty if a factor has more than two levels"
+        "of a pair the first minus the second; of a factor its second level minus its first, in the report's order; of "
+        "an interaction the difference of these differences; empty if a factor has more than two levels"
     )
     low: float | None = column("lower end of its 95 % interval")
     high: float | None = column("upper end of its 95 % interval")

@@ -3,7 +3,7 @@
 ============================  ==========================================================================
 `report.md`                   wins, lengths and scores by condition, compared
 `plan.md`                     what was planned before the data
-`results.csv`                 effects and pairs of conditions, with all digits
+`results.csv`                 effects and pairs of conditions, with more digits
 `data/`                       games, commands, captures, forms and participants, as CSV
 `materials/`                  the study's file and its texts
 `dataset_description.json`    a schema.org Dataset, which describes every column
@@ -34,6 +34,10 @@ from swarm_pz.play.studies.rows import NOTES, TABLES
 
 _MARKS = {"dataset_description.json", "report.md"}
 """Files by which an export is known."""
+_CONTENT = (
+    "`report.md` compares the conditions and says how; `results.csv` has its effects and pairs; "
+    "`dataset_description.json` explains the columns of the tables in `data`."
+)
 
 
 def export(
@@ -86,7 +90,9 @@ def _describe(data: StudyData, folder: Path) -> None:
     text = json.dumps(description, indent=2, ensure_ascii=False) + "\n"
     (folder / "dataset_description.json").write_text(text, encoding="utf-8")
     made_by = ", ".join(f"{name} {version}" for name, version in versions().items())
-    parts = [f"# {markdown(title)}", markdown(about), *NOTES.values(), f"Versions: {made_by}."]
+    results = [f"- `{name}`: {meaning['about']}" for name, meaning in columns_of(Effect).items()]
+    parts = [f"# {markdown(title)}", markdown(about), _CONTENT, *NOTES.values(), f"Versions: {made_by}."]
+    parts += ["Columns of `results.csv`:", "\n".join(results)]
     (folder / "README.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
 
 

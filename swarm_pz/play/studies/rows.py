@@ -16,14 +16,14 @@ from swarm_pz.play.recordings.tables import NOTES as NOTES_OF_TABLES
 class ParticipantRow:
     """A participant."""
 
-    participant: str = column("name of the participant, such as P01, by number; it is not the code")
+    participant: str = column("name of the participant, such as P01; it is not their code")
     number: int = column("number of the participant, from 0; it decides the order")
     order: str = column("titles of the conditions in the order in which they were met, with > between them")
-    withdrawn: bool = column("whether the participant withdrew: then nothing else is known of them")
+    withdrawn: bool = column("whether the participant withdrew: then only number and order are kept")
     finished: bool = column("whether all steps of the study are done")
-    stopped: bool = column("whether the participant stopped before, and left what was done")
+    stopped: bool = column("whether the participant stopped before the end; what they had done is kept")
     failed: str = column("forms whose right answers were not given; then the participant is in no comparison")
-    consent_day: str = column("day on which it was agreed to, in UTC; the study's folder has the time")
+    consent_day: str = column("day of the consent, in UTC")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,12 +45,11 @@ class GameRow:
     decided: bool = column("whether anybody won; else the length is a lower bound (censored)")
     seconds: float = column("length of the game", "s of game")
     speed: float | None = None
-    after_s: float | None = column("when it was over, after the participant's first step", "s")
+    after_s: float | None = column("when it was over, after the participant's first step; in whole seconds", "s")
     recording: str = column("file of the recording, in the study's folder")
     left_out: str = column(
-        "why a summary of recordings would leave the game out (left, no command, forfeit, ...), or partner withdrew: "
-        "then its recording is deleted; empty if it would not. The comparison of the report counts all but those that "
-        "a fault of the server or of a control system ended",
+        "what was unusual: left, no command, forfeit, ...; partner withdrew, if its recording was deleted for that; "
+        "else empty. The report counts these games, too, except those whose ended_by is server or forfeit",
         default="",
     )
     ended_by: str = ""
@@ -129,7 +128,9 @@ class FormRow:
     answer: str | None = column("the answer as text; empty if it was left out")
     value: float | None = column("the answer or score as a number; empty if it is none")
     correct: bool | None = column("whether it is the right answer; empty if there is none")
-    after_s: float | None = column("when the form was handed in, after the participant's first step", "s")
+    after_s: float | None = column(
+        "when the form was handed in, after the participant's first step; in whole seconds", "s"
+    )
 
 
 Row = ParticipantRow | GameRow | CommandRow | CaptureRow | FormRow
@@ -142,8 +143,8 @@ TABLES: dict[str, type[Row]] = {
 }
 """Kinds of rows, by the name of their table."""
 NOTES = NOTES_OF_TABLES | {
-    "time": "A tick is 1/30 s of game.",
-    "factors": "Columns factor_... have the levels of what the conditions vary; empty where a row is of several.",
+    "time": "A tick is 1/30 s of game. Truth values are true or false.",
+    "factors": "Columns factor_... have the condition's level of each factor; empty where a row has no condition.",
     "materials": "`materials` has the study's file and its texts, without the codes.",
 }
 """Notes for all tables."""

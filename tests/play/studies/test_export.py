@@ -325,6 +325,7 @@ def test_what_is_corrupt_is_left_out_and_told_and_titles_are_escaped_wherever_th
         assert any(fault in told for told in found.faults), fault
     assert [game.commands is None for game in found.games] == [False, True, True]
     report, *others = [(out / name).read_text() for name in ("report.md", "README.md")]
+    assert all(f"- `{name}`: " in others[0] for name in (out / "results.csv").read_text().splitlines()[0].split(","))
     assert all(markdown(fault) in report for fault in found.faults)
     for text in (report, *others):
         assert "\\<b\\>" in text and "<b" not in text.replace("\\<b", "")
