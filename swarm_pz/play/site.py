@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import html
 import importlib.metadata
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -21,6 +22,8 @@ _OF_SERVERS = {"marks.js", "monitor.html", "monitor.js", "practice.js", "study.c
 """Files for other control systems, other people and studies, which need a server."""
 _PICTURE = "static/picture.png"
 """Shown beside links to the page; the page itself never loads it."""
+_UNREAD = re.compile(rb"^ *(//.*|/\*.*\*/$)?", re.MULTILINE)
+"""Indents and lines of comments: no browser needs them. Numbers of lines stay."""
 _HEAD = """\
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'self'; worker-src 'self';
  style-src 'self'; img-src 'self' data:; connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'">
@@ -39,7 +42,7 @@ def files_of(
     - `address`: of the folder, which links' previews need for the picture.
     """
     files = {
-        path.relative_to(STATIC.parent).as_posix(): path.read_bytes()
+        path.relative_to(STATIC.parent).as_posix(): _read(path)
         for path in sorted(STATIC.rglob("*"))
         if path.is_file() and path.name not in _OF_SERVERS
     }
@@ -47,7 +50,8 @@ def files_of(
     for name, path in weights.items():
         if f'"{name}"' in players:
             files[f"static/engine/{name}.safetensors"] = path.read_bytes()
-    files["static/engine/table.json"] = msgspec.json.encode(_table_file(policies, cards))
+    here = {name: text for name, text in policies.items() if re.search(rf"\b{name}\b", players)}
+    files["static/engine/table.json"] = msgspec.json.encode(_table_file(here, cards))
     page = files.pop("static/index.html").decode().replace('"/static/', '"static/')
     page = page.replace(f'content="{_PICTURE}"', f'content="{html.escape(address)}{_PICTURE}"')
     files["index.html"] = page.replace("<head>\n", f"<head>\n{_HEAD}\n", 1).encode()
@@ -58,19 +62,26 @@ def files_of(
     return files
 
 
+def _read(path: Path) -> bytes:
+    """Return a file as a browser needs it."""
+    data = path.read_bytes()
+    return _UNREAD.sub(b"", data) if path.suffix in (".css", ".html", ".js") else data
+
+
 def _table_file(policies: Mapping[str, str], cards: Mapping[str, protocol.Card]) -> dict[str, object]:
     """Return the engine's rules, and its welcome to a visitor."""
-    table = TableConfig()
+    table, opponents = TableConfig(), opponents_among(policies)
+    shown = {name: cards.get(name) for name in opponents}
     system = table.game.team_systems[0]
     welcome = protocol.Welcome(
         version=importlib.metadata.version("swarm-pz"),
-        policies=[protocol.PolicyInfo(name=name, about=text, card=cards.get(name)) for name, text in policies.items()],
+        policies=[protocol.PolicyInfo(name=name, about=text, card=shown.get(name)) for name, text in policies.items()],
         min_command_interval=table.min_command_interval,
         command_cells=table.game.command_cells,
         server_ms=0.0,
         systems=[one for one in installed_systems(table.game) if one.name == system.name],
         default_systems=list(table.game.team_controllers),
-        opponents=opponents_among(policies),
+        opponents=opponents,
         guests=False,
     )
     return {"welcome": welcome, "rules": canonical(table), "commands": commands_of(system, table.game)}

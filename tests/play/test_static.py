@@ -175,23 +175,25 @@ def test_in_node(name, node, fixtures, tmp_path):
         assert result.verified and result.in_page, (path.name, result)
 
 
-def needed(name, found=()):
-    """Return the modules that a module needs from the first, itself among them."""
+def needed(name, files, found=()):
+    """Return the paths of modules that a module needs from the first, itself among them."""
     if name in found:
         return found
     found = (*found, name)
-    for other in re.findall(r'^import .*"\./([\w.]+)";$', (STATIC / name).read_text(), re.MULTILINE):
-        found = needed(other, found)
+    for other in re.findall(r'^import .*"(\.{1,2}/[\w./]+)";$', files[name].decode(), re.MULTILINE):
+        found = needed(os.path.normpath(Path(name).parent / other), files, found)
     return found
 
 
 def test_the_page_is_light():
-    sizes = {path.name: len(gzip.compress(path.read_bytes())) for path in STATIC.iterdir() if path.is_file()}
-    first = {"index.html", "icon.svg", "style.css", *needed("main.js")}
-    assert sum(sizes[name] for name in first) < 60_000
-    without_a_server = {Path(name): len(data) for name, data in site_files().items()}
-    later = sum(size for path, size in without_a_server.items() if path.suffix in (".safetensors", ".png"))
-    assert sum(without_a_server.values()) - later < 300_000, "before a first game"
+    """What comes before a first game stays small, from a server (compressed) and without one (as it is)."""
+    here = {f"static/{path.name}": path.read_bytes() for path in STATIC.iterdir() if path.is_file()}
+    first = {"static/index.html", "static/icon.svg", "static/style.css", *needed("static/main.js", here)}
+    assert sum(len(gzip.compress(here[name])) for name in first) < 60_000
+    site, first = site_files(), {"index.html", "static/icon.svg", "static/style.css", "static/engine/table.json"}
+    for name in ("static/main.js", "static/engine/table.js", "static/engine/worker.js"):
+        first |= {*needed(name, site)}
+    assert sum(len(site[name]) for name in first) < 200_000
 
 
 def test_a_site_is_kept_anew_with_any_other_file_and_asks_nobody_else(tmp_path):

@@ -1,7 +1,6 @@
 // Opponents without a server: the scripts of policies/scripted.py and policies/moving.py, and learned players by their weights.
 
 import { CELLS } from "./controller.js";
-import { networkOf } from "./network.js";
 import { ALL_CHANNELS, observe } from "./observation.js";
 import { Random } from "./random.js";
 
@@ -72,7 +71,7 @@ async function fetchBeside(name) {
 export async function loadPlayer(name, seed = 0, fetchBytes = fetchBeside) {
   const script = SCRIPTS[name], random = new Random(seed);
   if (!PLAYERS.includes(name)) throw new Error(`a player must be one of ${PLAYERS.join(", ")}, got ${name}`);
-  const network = script ? null : networkOf(await fetchBytes(name));
+  const network = script ? null : (await import("./network.js")).networkOf(await fetchBytes(name));
   let answers = 0;
   function act(game, team) {
     const density = script ? script({ game, team, answers: answers++, random }) : asked(network, game, team), most = Math.max(...density);
