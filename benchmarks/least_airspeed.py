@@ -15,12 +15,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from benchmarks.csv_table import write_csv
 from benchmarks.parking import Side, play
 from swarm_pz.config import ControllerConfig, DynamicsConfig, GameConfig
+from swarm_pz.rendering.plots import GREY, drawing
 
 DOCS = Path(__file__).parents[1] / "docs"
 PRESET = (GameConfig.preset("fixed_wing").dynamics.min_speed, GameConfig().controller.max_acceleration)
@@ -35,17 +34,6 @@ RESTING = (
     Side(player="uniform", system="coverage"),
 )
 PAIRINGS = [(one, UNIFORM) for one in (*ORDER, *RESTING)] + [(VETERAN, one) for one in RESTING]
-STYLES = {
-    "noise": ("#E69F00", "o--"),
-    "uniform": ("#56B4E9", "v--"),
-    "ring": ("#009E73", "D--"),
-    "halo": ("#0072B2", "P--"),
-    "veteran": ("#D55E00", "X--"),
-    "hold, flown by formation": ("#CC79A7", "s-"),
-    "hold, flown by potential_field": ("#000000", "^-"),
-    "uniform, flown by coverage": ("#999933", "*-"),
-}
-"""Colour, and marker and line. Colour-blind people can tell these colours apart, of Okabe and Ito but for the last."""
 
 
 class Row(NamedTuple):
@@ -131,59 +119,33 @@ def print_criteria(table: Table) -> None:
 
 
 def draw(table: Table, path: Path) -> None:
-    """Draw a row of panels for each acceleration, over the least airspeed."""
-    figure = Figure(figsize=(13.0, 8.4), layout="constrained")
-    panels = figure.subplots(3, 4, sharex=True, sharey="col")
+    """Draw the criteria over the least airspeed, with the preset's acceleration: all against `uniform` but one."""
 
-    def line(axes: Axes, acceleration: float, shown: Side, value: str, *, of_veteran: bool = False) -> None:
-        first, second = (VETERAN, shown) if of_veteran else (shown, UNIFORM)
-        at = [(speed, acceleration, first.name, second.name) for speed in SPEEDS]
-        rows = [table[key] for key in at if key in table]  # a sweep may have been stopped
-        color, style = STYLES[shown.name]
-        label = shown.name.replace(", flown by ", " / ")
-        axes.plot(
-            [row.speed for row in rows],
-            [getattr(row, value) for row in rows],
-            style,
-            color=color,
-            markersize=5,
-            label=label,
-            clip_on=False,
-        )
+    def lines(axes: Any, pairs: list[tuple[Side, Side]], value: str, title: str) -> None:
+        for (first, second), marker in zip(pairs, "svDPX", strict=False):
+            at = [(speed, PRESET[1], first.name, second.name) for speed in SPEEDS]
+            rows = [table[key] for key in at if key in table]  # a sweep may have been stopped
+            shown = second if second in RESTING else first
+            label = shown.name.replace(", flown by ", "\n")
+            heights = [getattr(row, value) for row in rows]
+            axes.plot([row.speed for row in rows], heights, marker=marker, markersize=4, label=label, clip_on=False)
+        axes.axvline(PRESET[0], color=GREY, linewidth=0.8, linestyle=":", zorder=0)
+        axes.set(title=title, ylim=(0, 300 if value == "seconds" else 100))
 
-    for row, acceleration in zip(panels, ACCELERATIONS, strict=True):
-        wins, seconds, learned, order = row
-        for one in RESTING:
-            line(wins, acceleration, one, "wins")
-            line(seconds, acceleration, one, "seconds")
-            line(learned, acceleration, one, "points", of_veteran=True)
-        line(seconds, acceleration, Side(player="halo"), "seconds")
-        for one in ORDER:
-            line(order, acceleration, one, "points")
-        wins.axhspan(90, 100, color="0.9", zorder=0)
-        learned.axhspan(0, 80, color="0.9", zorder=0)
-        for axes in (wins, learned, order):
-            axes.set_ylim(0, 100)
-        seconds.set_ylim(0, 300)
-        for axes in row:
-            axes.axvline(PRESET[0], color="0.6", linewidth=1, linestyle=":", zorder=0)
-            axes.spines[["top", "right"]].set_visible(False)
-        wins.set_ylabel(f"acceleration {acceleration:g}", fontsize=12)
-    titles = (
-        "teams that rest:\ngames won against uniform, %",
-        "their games and halo's\nagainst uniform: median, s",
-        "veteran's points\nagainst teams that rest, %",
-        "the order of players:\npoints against uniform, %",
-    )
-    for axes, title in zip(panels[0], titles, strict=True):
-        axes.set_title(title, fontsize=11)
-    for axes in panels[-1]:
-        axes.set_xlabel("least airspeed")
-    for axes in (panels[0, 1], panels[0, 3]):
-        handles, labels = axes.get_legend_handles_labels()
-        at = {"bbox_to_anchor": (0.30 if axes is panels[0, 1] else 0.86, 0.0), "loc": "upper center"}
-        figure.legend(handles, labels, ncols=2 if axes is panels[0, 1] else 3, frameon=False, **at)
-    figure.savefig(path, dpi=100, bbox_inches="tight")
+    against_uniform = [(one, UNIFORM) for one in RESTING]
+    with drawing(path, (8.0, 6.6)) as figure:
+        (wins, seconds), (learned, order) = panels = figure.subplots(2, 2, sharex=True)
+        lines(wins, against_uniform, "wins", "resting teams: games won, %")
+        halo = (Side(player="halo"), UNIFORM)
+        lines(seconds, [*against_uniform, halo], "seconds", "their games: median length, s")
+        lines(learned, [(VETERAN, one) for one in RESTING], "points", "veteran: points against them, %")
+        lines(order, [(one, UNIFORM) for one in ORDER], "points", "players: points, %")
+        wins.axhspan(90, 100, color="0.92", zorder=0)
+        learned.axhspan(0, 80, color="0.92", zorder=0)
+        for axes in panels[-1]:
+            axes.set_xlabel("least airspeed")
+        for axes in (seconds, order):
+            axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), handlelength=3)
 
 
 def main() -> None:

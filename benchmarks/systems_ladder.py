@@ -23,18 +23,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.csv_table import write_csv
-from benchmarks.paper.style import DPI, RC
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.report import progress
 from swarm_pz.config import GameConfig
 from swarm_pz.config.presets import PRESETS
 from swarm_pz.config.registry import registered, system_of
-from swarm_pz.errors import CommandError, SwarmError, require_extra
+from swarm_pz.errors import CommandError, SwarmError
 from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.evaluation.ratings import nash_average
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
 from swarm_pz.policy import Player, PrivilegedPolicy, answers_of, load
 from swarm_pz.policy import registered as installed
+from swarm_pz.rendering.plots import drawing, matrix
 
 TRACKS = {"hovering": 0.0, "fixed_wing": PRESETS["fixed_wing"]["dynamics"].min_speed}
 """Least airspeed of each track."""
@@ -154,19 +154,8 @@ HEAD = ("track", "system", "commands", "by", "won against all others, %", "95 %"
 
 def draw(order: Sequence[str], shares: NDArray[np.float64], path: Path) -> None:
     """Draw the share of its games that each entrant wins against each."""
-    with require_extra("matplotlib", "cli").rc_context(RC | {"axes.grid": False}):
-        size = (0.5 * len(order) + 3.0, 0.4 * len(order) + 2.2)
-        figure = require_extra("matplotlib.figure", "cli").Figure(figsize=size, layout="constrained")
-        axes = figure.subplots()
-        axes.imshow(100 * shares, cmap="Greens", vmin=0, vmax=100, aspect="auto")
-        axes.set_xticks(range(len(order)), order, rotation=60, ha="right", rotation_mode="anchor")
-        axes.set_yticks(range(len(order)), order)
-        for (i, j), value in np.ndenumerate(shares):
-            colour = "white" if value > 0.6 else "black"
-            axes.text(j, i, f"{100 * value:.0f}", ha="center", va="center", fontsize=7, color=colour)
-        axes.set_title("% of its games that the row wins against the column")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=DPI)
+    with drawing(path, (0.45 * len(order) + 3.0, 0.35 * len(order) + 2.2)) as figure:
+        matrix(figure.subplots(), order, shares, "% of its games that the row wins against the column")
 
 
 def main() -> None:

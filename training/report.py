@@ -6,15 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-from matplotlib.figure import Figure
-
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
-from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import LearnedPolicy
-
-matplotlib.use("Agg")
+from swarm_pz.rendering.plots import GREY, drawing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,25 +44,18 @@ def plot_learning_curve(records: list[dict[str, float]], opponent: str, path: Pa
     """Draw share and win rate of the evaluations against an opponent, as `RunState.records` has them, over steps."""
     columns = {name: [record[name] for record in records] for name in records[0]}
     steps = [step / 1000 for step in columns["step"]]
-    figure = Figure(figsize=(8, 4.5), layout="constrained")
-    axes = figure.add_subplot()
-    low, high = columns["win_rate_low"], columns["win_rate_high"]
-    axes.fill_between(steps, low, high, color="tab:orange", alpha=0.2, linewidth=0)
-    axes.plot(steps, columns["win_rate"], "o-", color="tab:orange", label="games won")
-    axes.plot(steps, columns["loss_rate"], "x--", color="tab:red", label="games lost")
-    axes.plot(steps, columns["share"], "o-", color="tab:blue", label="share of drones")
-    if explored := columns["training_share"][1:]:  # none before the first game
-        axes.plot(steps[1:], explored, ":", color="tab:blue", label="share while learning, all opponents")
-    axes.axhline(0.5, color="grey", linewidth=0.8)
-    in_axes, grey = axes.get_yaxis_transform(), "grey"
-    axes.text(1.0, 0.5, f"as good as {opponent} ", transform=in_axes, ha="right", va="bottom", color=grey, fontsize=8)
-    axes.set(
-        xlabel="thousand environment steps (1 s of game each)",
-        ylabel=f"against {opponent}",
-        ylim=(-0.02, 1.02),
-        title="Learning curve: evaluations without exploration; band: 95 % interval of games won",
-    )
-    axes.title.set_fontsize(10)
-    figure.legend(loc="outside lower center", ncols=4, fontsize=9)
-    with draft_of(path) as draft:
-        figure.savefig(draft, dpi=120)
+    with drawing(path) as figure:
+        axes = figure.add_subplot()
+        axes.plot(steps, columns["win_rate"], marker="o", markersize=4, label="games won, 95 %")
+        axes.fill_between(steps, columns["win_rate_low"], columns["win_rate_high"], color="C0", alpha=0.15, linewidth=0)
+        axes.plot(steps, columns["loss_rate"], marker="x", markersize=4, label="games lost")
+        axes.plot(steps, columns["share"], marker="D", markersize=3, label="share of drones")
+        if explored := columns["training_share"][1:]:  # none before the first game
+            axes.plot(steps[1:], explored, label="share of drones while learning, all opponents")
+        axes.axhline(0.5, color=GREY, linewidth=0.8)
+        axes.set(
+            xlabel="thousand commands, 1 s of game each",
+            ylim=(-0.02, 1.02),
+            title=f"Evaluations against {opponent}, without exploration",
+        )
+        figure.legend(loc="outside lower center", ncols=2)

@@ -78,7 +78,7 @@ def write(record: dict[str, Any], out: Path) -> None:
 
 
 def on_canvas(figure: Figure, series: dict[str, Any], columns: int) -> Any:
-    """Return the drawn matplotlib figure, one or two columns of a paper wide; call it within `style.PRINT`."""
+    """Return the drawn matplotlib figure, one or two columns of a paper wide; call it within the style of `draw`."""
     size = COLUMNS[columns - 1], figure.heights[columns - 1]
     canvas = require_extra("matplotlib.figure", "cli").Figure(figsize=size, layout="constrained")
     figure.draw(canvas, series)
@@ -87,9 +87,9 @@ def on_canvas(figure: Figure, series: dict[str, Any], columns: int) -> Any:
 
 def draw(figure: Figure, series: dict[str, Any], preset: str, out: Path) -> None:
     """Draw a figure for a paper, as NAME_PRESET_1col and 2col, .pdf and .svg, and for a page, as NAME_PRESET.png."""
-    matplotlib, image = require_extra("matplotlib", "cli"), require_extra("PIL.Image", "render")
+    style, image = require_extra("matplotlib.style", "cli"), require_extra("PIL.Image", "render")
     name = f"{figure.name}_{preset}"
-    with matplotlib.rc_context(PRINT), io.BytesIO() as drawn:
+    with style.context(["swarm_pz.rendering.plots", PRINT]), io.BytesIO() as drawn:
         for columns in (1, 2):
             canvas = on_canvas(figure, series, columns)
             canvas.draw_without_rendering()

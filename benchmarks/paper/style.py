@@ -12,7 +12,6 @@ from swarm_pz.config import BLUE, GRID_CELLS, RED
 from swarm_pz.errors import require_extra
 from swarm_pz.rendering.board import INK, SHADE_COLOURS, TEAM_COLOURS
 
-DPI = 150
 TEAMS = tuple(tuple(value / 255 for value in colour) for colour in TEAM_COLOURS)
 """Colours of red and blue."""
 GROUND = tuple(tuple(value / 255 for value in colour) for colour in SHADE_COLOURS)
@@ -26,32 +25,12 @@ BRUSHES = {"attract": "#0b6e4f", "repel": "#7a4a00"}
 """Colours of a person's strokes."""
 _MARKERS = ("o", "D")
 
-RC = {
-    "axes.edgecolor": DARK,
-    "axes.grid": True,
-    "axes.labelcolor": DARK,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 10,
-    "figure.dpi": DPI,
-    "figure.titlesize": 12,
-    "figure.titleweight": "bold",
-    "font.size": 9,
-    "grid.alpha": 0.25,
-    "hatch.linewidth": 0.6,
-    "legend.fontsize": 9,
-    "legend.frameon": False,
-    "savefig.dpi": DPI,
-    "text.color": DARK,
-}
-"""matplotlib's settings while figures are drawn."""
 COLUMNS = (3.5, 7.16)
 """Widths of one and of two columns of a paper, in inches."""
 RASTER = 200
 LEAST_POINTS = 7.0
 """Size of the smallest text at these widths."""
-PRINT = RC | {
+PRINT = {
     **dict.fromkeys(("font.size", "axes.titlesize", "legend.fontsize", "xtick.labelsize", "ytick.labelsize"), 7.0),
     "axes.labelsize": 7.0,
     "lines.markersize": 3.5,
@@ -61,7 +40,7 @@ PRINT = RC | {
     "svg.fonttype": "none",
     "svg.hashsalt": "swarm-pz",
 }
-"""The same for pictures of these widths."""
+"""matplotlib's settings for pictures of these widths, after those of `swarm_pz/rendering/plots.mplstyle`."""
 
 
 def band(axes: Any, x: Any, series: dict[str, Any], colour: Any, dash: Any = "-", label: str | None = None) -> None:

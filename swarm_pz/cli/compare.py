@@ -175,8 +175,7 @@ def _write_ladder(field: Tournament) -> dict[str, Any]:
         figures = ladder.make_ladder(field)
     with draft_of(field.folder / "ladder.json") as draft:
         draft.write_text(json_module.dumps(figures, indent=2) + "\n")
-    with draft_of(field.folder / "ladder.png") as draft:
-        ladder.plot(figures, draft)
+    ladder.plot(figures, field.folder / "ladder.png")
     tables.print_ladder(figures)
     print("ladder: " + ", ".join(str(field.folder / f"ladder.{kind}") for kind in ("json", "png")))
     return figures

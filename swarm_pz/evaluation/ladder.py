@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.evaluation.ratings import intransitivity, nash_average, rate
 from swarm_pz.evaluation.tournament import Tournament
+from swarm_pz.rendering.plots import drawing, matrix
 
 _ANCHOR = "uniform"
 
@@ -82,35 +82,19 @@ def figure(value: float | None, digits: int) -> str:
 
 def plot(ladder: dict[str, Any], path: Path) -> None:
     """Draw ratings with intervals beside the payoff matrix."""
-    figure_class = require_extra("matplotlib.figure", "cli").Figure
     names = [entry["player"] + ("*" if entry["kind"] == "planned" else "") for entry in ladder["players"]]
     count = len(names)
-    size = 0.42 * count + 2.0
-    figure = figure_class(figsize=(1.55 * size + 2.0, size), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=[1, 2.2])
-    places = np.arange(count)
-    values = np.array([entry["rating"] for entry in ladder["players"]])
-    low, high = np.array([entry["rating_ci95"] for entry in ladder["players"]]).T
-    left.errorbar(
-        values, places, xerr=[np.maximum(values - low, 0), np.maximum(high - values, 0)], fmt="o", color="tab:blue"
-    )
-    left.set_yticks(places, names)
-    left.set_ylim(count - 0.5, -0.5)
-    left.grid(axis="x", alpha=0.3)
-    left.set_xlabel("rating, 95 % interval")
-    shares = 100 * np.array([[np.nan if value is None else value for value in row] for row in ladder["payoffs"]])
-    image = right.imshow(shares, cmap="RdBu", vmin=0, vmax=100, aspect="auto")
-    right.set_xticks(places, names, rotation=60, ha="right")
-    right.set_yticks(places, [""] * count)
-    for (i, j), value in np.ndenumerate(shares):
-        if np.isfinite(value):
-            color = "white" if abs(value - 50) > 30 else "black"
-            right.text(j, i, f"{value:.0f}", ha="center", va="center", fontsize=7, color=color)
-    right.set_title(
-        "% of the points that the row takes from the column"
-        + ("\n(* sees the simulator)" if any(name.endswith("*") for name in names) else ""),
-        fontsize=10,
-    )
-    figure.colorbar(image, shrink=0.6)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=120)
+    with drawing(path, (0.34 * count + 5.0, 0.26 * count + 2.2)) as figure:
+        left, right = figure.subplots(1, 2, width_ratios=[2.0, 0.34 * count + 0.8])
+        places = np.arange(count)
+        values = np.array([entry["rating"] for entry in ladder["players"]])
+        low, high = np.array([entry["rating_ci95"] for entry in ladder["players"]]).T
+        reach = [np.maximum(values - low, 0), np.maximum(high - values, 0)]
+        left.errorbar(values, places, xerr=reach, fmt="o", markersize=4)
+        left.set_yticks(places, names)
+        left.set_ylim(count - 0.5, -0.5)
+        left.set_title("rating, 95 % interval")
+        shares = np.array([[np.nan if value is None else value for value in row] for row in ladder["payoffs"]])
+        privileged = "; * sees the simulator" if any(name.endswith("*") for name in names) else ""
+        matrix(right, names, shares, f"% of the points that the row takes from the column{privileged}")
+        right.tick_params(labelleft=False)
