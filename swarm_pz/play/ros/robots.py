@@ -37,7 +37,8 @@ TOPICS = {
     STOPPED: "std_msgs/Bool",
 }
 """Topics that they read."""
-_MOST = 400
+_MOST = 100
+"""Robots of a lab: many more would not be led in time."""
 _PERIOD_S = 1.0 / TICKS_PER_SECOND
 _NOISE = 0.05
 """Metres by which poses differ without being jumps."""
@@ -66,7 +67,7 @@ class Robots:
         self.positions, self.velocities, self._last = (np.zeros((_MOST, 3)) for _ in range(3))
         self._seen_s, self._last_s, self._stamps = (np.full(_MOST, -math.inf) for _ in range(3))
         self.setpoints, self.speeds, self.accelerations = (np.zeros((_MOST, 3)) for _ in range(3))
-        self.states, self._is_flown = ["lost"] * _MOST, np.zeros(_MOST, bool)
+        self.states, self._is_flown, self._asked = ["lost"] * _MOST, np.zeros(_MOST, bool), 1
         self.rest()
 
     # --- poses ------------------------------------------------------------------------------------
@@ -129,6 +130,7 @@ class Robots:
     def order(self, orders: Orders, now: float) -> None:
         """Take what a game asks for."""
         self._orders, self._ordered_s = orders, now
+        self._asked = max(self._asked, len(orders.teams))
 
     def rest(self) -> None:
         """Forget what the game asked for."""
@@ -137,7 +139,7 @@ class Robots:
     def step(self, now: float) -> None:
         """Move the setpoints by a period: as the game's drones move, within the lab's limits.
 
-        Robots take off for a start. One that was lost flies on only if it is found in the air.
+        Robots within the fence take off for a start. One that was lost flies on only if it is found in the air.
         """
         self.look(now)
         config, orders, count = self.config, self._orders, self.count
@@ -149,7 +151,7 @@ class Robots:
             led = led[:0]
         is_flown[led] = True
         if orders.phase == "starting":
-            is_flown[: len(orders.teams)] = True
+            is_flown[: len(orders.teams)] |= self._is_near(seen)[: len(orders.teams)]
         is_flown &= states != "lost"
         stops = np.ones(count, bool)
         stops[led] = False
@@ -160,10 +162,12 @@ class Robots:
             starts = self._corner + config.scale * np.array(orders.starts)[led].reshape(-1, 2)
             speeds[led, :2] = _shortened(_GAIN * (starts - former[led, :2]), _SLOWLY)
         lowest, highest = config.altitudes
-        altitudes = lowest + (highest - lowest) * np.arange(count) / max(len(orders.teams) - 1, count - 1, 1)
+        altitudes = lowest + (highest - lowest) * np.minimum(np.arange(count) / max(self._asked - 1, 1), 1.0)
         speeds[:, 2] = np.clip(_GAIN * (altitudes - former[:, 2]), -_CLIMB, _CLIMB) * (states != "late")
+        met = np.flatnonzero(np.isfinite(self._seen_s[:count]))  # numbers may have gaps
         for _ in range(_ROUNDS):
-            speeds[:, :2] = self._braked(former[:, :2], _shortened(speeds, config.max_speed)[:, :2], is_free)
+            limited = _shortened(speeds[met], config.max_speed)[:, :2]
+            speeds[met, :2] = self._braked(former[met, :2], seen[met, :2], limited, is_free[met])
         free = former + speeds * _PERIOD_S
         places = seen + _shortened(free - seen, config.leash)
         places[~is_free, :2] = free[~is_free, :2]
@@ -173,9 +177,15 @@ class Robots:
         self.speeds[:count] = is_flown[:, None] * (places - former) / _PERIOD_S
         self.accelerations[:count] = _shortened((self.speeds[:count] - begun) / _PERIOD_S, _HARDEST)
 
-    def _braked(self, places: Floats, speeds: Floats, is_free: NDArray[np.bool_]) -> Floats:
+    def _is_near(self, places: Floats) -> NDArray[np.bool_]:
+        """Return true for places (N, 3) above the map, with the fence, and below its top; the ground is near, too."""
+        away = np.abs(places[:, :2] - self._corner - self.config.scale / 2).max(axis=1)
+        fence = self.config.fence
+        near = (away <= self.config.scale / 2 + fence) & (places[:, 2] <= self.config.altitudes[1] + fence)
+        return np.asarray(near, np.bool_)
+
+    def _braked(self, places: Floats, seen: Floats, speeds: Floats, is_free: NDArray[np.bool_]) -> Floats:
         """Return velocities (N, 2) at which setpoints stop in time before walls and each other, robots as well."""
-        seen = self.positions[: len(places), :2]
         gaps = np.minimum(_distances(places), _distances(seen)) - self.config.separation
         away = places[:, None] - places[None, :]
         numbers = np.arange(len(places))
@@ -313,4 +323,5 @@ def _seconds(header: Any) -> float:
     stamp = header.get("stamp") if isinstance(header, dict) else None
     stamp = stamp if isinstance(stamp, dict) else {}
     whole, rest = stamp.get("sec", stamp.get("secs")), stamp.get("nanosec", stamp.get("nsecs"))
-    return whole + rest * 1e-9 if type(whole) is int and type(rest) is int else 0.0
+    known = [one for one in (whole, rest) if type(one) is int and abs(one) < 2**63]
+    return known[0] + known[1] * 1e-9 if len(known) == 2 else 0.0

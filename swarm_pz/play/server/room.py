@@ -341,7 +341,8 @@ class Room:
                 over=self._over,
             )
         except Exception as error:  # of a control system of another package, perhaps
-            log.exception("a game did not begin")
+            is_told = isinstance(error, SwarmError)
+            log.error("a game did not begin: %s", error, exc_info=None if is_told else error)
             if self._is_swapped:
                 self._change_sides()
             reason = str(error) if isinstance(error, SwarmError) else "the server could not do that"

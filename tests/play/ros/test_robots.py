@@ -254,7 +254,31 @@ def test_after_an_emergency_stop_there_are_no_setpoints():
     assert messages[STOPPED] == {"data": True} and messages[SETPOINTS]["joint_names"] == []
 
 
-@pytest.mark.parametrize("message", [{}, {"poses": 3}, {"poses": [None]}, {"poses": [{}]}, poses_of([None] * 401)])
+def test_a_stray_number_is_no_obstacle_and_leaves_altitudes_as_they_are():
+    lab = Lab((-0.5, 0.0, 0.5), (0.5, 0.5, 1.0))
+    stray = {"joint_names": ["cf99"], "points": [{"transforms": [{"translation": dict.fromkeys("xyz", 0.9)}]}]}
+    for _ in range(2):
+        lab.robots.hear(STATES, stray, lab.now)
+    for _ in range(120):
+        lab.order(accelerations=[(0.5, 0.0), (0.0, 0.0)], teams=[0, 1])
+        lab.see(follows=True)
+    assert lab.places[0][0] > 0.7, "nobody was ever seen at the lab's origin"
+    np.testing.assert_allclose([place[2] for place in lab.places], (0.5, 1.0), atol=0.01)
+
+
+def test_a_robot_that_is_found_far_away_is_not_flown():
+    lab = Lab((50.0, 0.0, 0.5), (0.0, 0.0, 0.0))
+    lab.order("starting")
+    lab.see()
+    assert lab.messages()[SETPOINTS]["joint_names"] == ["agent1"], "from the ground it takes off"
+
+
+def test_a_stamp_of_any_size_is_read():
+    lab = Lab((0.0, 0.0, 0.5))
+    lab.robots.hear(POSES, {"header": {"stamp": {"sec": 10**400, "nanosec": 0}}} | poses_of([(0, 0, 0.5)]), lab.now)
+
+
+@pytest.mark.parametrize("message", [{}, {"poses": 3}, {"poses": [None]}, {"poses": [{}]}, poses_of([None] * 101)])
 def test_poses_of_another_form_are_refused(message):
     with pytest.raises(ProtocolError, match="must"):
         Lab((0.0, 0.0, 0.5)).robots.hear(POSES, message, 100.0)
