@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { appendFileSync, readFileSync, writeFileSync } from "node:fs";
 import { beforeEach, test } from "node:test";
+import { deflateRawSync } from "node:zlib";
 
 import { fixtures, FOLDER, reload, settled, time } from "./page.js";
 import { Game } from "../../../swarm_pz/play/static/engine/game.js";
@@ -204,6 +205,27 @@ test("a game in a link is played again as it was, and what cannot be is no link"
   assert.deepEqual([plainly(again.text), again.isSame], [plainly(text), true]);
   new Playback("a link", again.text);
   assert.equal(await pack(text.replace(", in a page", "")), null, "a server's games are played differently here");
+});
+
+test("a link that would keep the page busy for long, or is no game, is refused", async () => {
+  const settings = { red: 4, blue: 4, time_limit: 4, speed: 1 }, link = (...plain) => deflateRawSync(JSON.stringify(plain)).toString("base64url");
+  const whole = ["red", "noise", 7, settings, 0.5], strokes = Array.from({ length: 90_000 }, () => [0, 10, 5000, 5000]);
+  for (const [packed, why] of [
+    [link(...whole, [[0, strokes]], 120, [4, 4]), /too long/], [link(...whole, [], 1e9, [4, 4]), /too long/],
+    [link("red", "noise", 7, { ...settings, red: 100 }, 0.5, [], 120, [4, 4]), /too long/],
+    [link("red", "<b>", 7, settings, 0.5, [], 120, [4, 4]), /no policy/], [link("red", "noise", -1, settings, 0.5, [], 120, [4, 4]), /seed/],
+    [link("red", "noise", 7, { ...settings, speed: "1" }, 0.5, [], 120, [4, 4]), /speed/], [link({}), /./], ["AAAA", /./], ["%", /./], ["A".repeat(8001), /link is too long/],
+  ]) await assert.rejects(unpack(packed, fixtures.told), why);
+});
+
+test("a game that is left while it is paused leaves nothing that runs", async () => {
+  const visitor = new Visitor();
+  await visitor.begin();
+  await visitor.say("pause", { paused: true });
+  await visitor.pass(1000);
+  await visitor.say("leave");
+  await visitor.pass(1000);
+  assert.equal(time.timers.size, 0);
 });
 
 test("a seat is shown less, later and more seldom, and commands later, as an experiment asks", async () => {

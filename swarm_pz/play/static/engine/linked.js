@@ -7,7 +7,7 @@ import { SIDES } from "../words.js";
 
 const BRUSHES = ["attract", "repel", "erase"];
 const FINE = 1e4; // parts of a map width, in which drawings are recorded
-const LONGEST = 8000; // letters of a link
+const LONGEST = 8000, MOST_BYTES = 2 ** 18; // letters of a link, and bytes of the game in it
 const MOST_TICKS = 18_000, MOST_DRONES = 60; // that a page plays again while one waits
 
 const whole = (value) => Math.round(value * FINE);
@@ -24,7 +24,7 @@ function lengthen([brush, width, ...steps]) {
   return { brush: BRUSHES[brush], width: width / FINE, points };
 }
 
-function isShort({ red, blue }, lastTick, packed) { return red + blue <= MOST_DRONES && lastTick <= MOST_TICKS && packed.length <= LONGEST; }
+function isShort({ red, blue }, lastTick) { return red + blue <= MOST_DRONES && lastTick <= MOST_TICKS; }
 
 // Pass bytes through a compressor, or back.
 async function through(bytes, stream) { return new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer(); }
@@ -42,17 +42,18 @@ export async function pack(text) {
   }
   const { time_limit: limit } = table.game, settings = { red, blue, time_limit: limit < UNTIMED ? limit : null, speed: table.speed, majority: Boolean(table.majority) };
   const plain = [side, other.policy || null, seed, settings, table.min_command_interval, commands, end.tick, end.sizes];
-  const bytes = new Uint8Array(await through(new TextEncoder().encode(JSON.stringify(plain)), new CompressionStream("deflate-raw")));
+  const written = new TextEncoder().encode(JSON.stringify(plain)), bytes = new Uint8Array(await through(written, new CompressionStream("deflate-raw")));
   const packed = btoa(String.fromCharCode(...bytes)).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
-  return isShort(settings, end.tick, packed) ? packed : null;
+  return isShort(settings, end.tick) && packed.length <= LONGEST && written.length <= MOST_BYTES ? packed : null;
 }
 
 // Play a packed game again, at a table as `swarm-pz site` writes it. Return its recording, and true if it ended as it had.
 export async function unpack(packed, { rules, commands: form, welcome }) {
+  if (packed.length > LONGEST) throw new Error("the link is too long");
   const bytes = Uint8Array.from(atob(packed.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
-  const plain = JSON.parse(new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw"))));
-  const [seat, opponent, seed, settings, interval, commands, lastTick, sizes] = plain;
-  if (!isShort(settings, lastTick, packed)) throw new Error("the game is too long or too large");
+  const plain = await through(bytes, new DecompressionStream("deflate-raw"));
+  const [seat, opponent, seed, settings, interval, commands, lastTick, sizes] = plain.byteLength > MOST_BYTES ? [] : JSON.parse(new TextDecoder().decode(plain));
+  if (!settings || !isShort(settings, lastTick)) throw new Error("the game is too long or too large");
   let lines = [];
   const table = {
     factors: [UNVARIED, UNVARIED], interval, kind: "person", rules, commands: form, software: `swarm-pz ${welcome.version}, in a page`,

@@ -205,10 +205,11 @@ export class Room {
   run(due) {
     const period = 1000 / (TICKS * this.settings.speed), { game } = this;
     setTimeout(() => {
+      if (this.game !== game || this.phase !== "playing") return;
       if (this.isPaused) return this.run(now() + HELD_MS);
       const late = Math.max(now() - due, 0), ticks = Math.min(1 + Math.floor(late / period), CATCH_UP);
       for (let i = 0; i < ticks && this.phase === "playing"; i++) this.tick();
-      if (this.game === game && this.phase === "playing") this.run(late <= CATCH_UP * period ? due + ticks * period : now() + period);
+      this.run(late <= CATCH_UP * period ? due + ticks * period : now() + period);
     }, Math.max(due - now(), 0));
   }
 
