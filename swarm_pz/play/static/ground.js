@@ -93,7 +93,10 @@ export class Ground {
     this.tint = newCanvas(CELLS);
     this.image = this.tint.getContext("2d").createImageData(CELLS, CELLS);
     this.forget();
-    onLook(() => { this.dirty = true; });
+    onLook(() => {
+      this.scale = null; // hatches have other colours
+      this.setTarget(this.target);
+    });
   }
 
   forget() {
@@ -106,16 +109,21 @@ export class Ground {
     this.target = target;
     this.hasTint = Boolean(target) && target.picture.some((value) => value < HALF); // else the target is the whole square
     this.dirty = true;
+    if (this.hasTint) this.makeTint();
   }
 
-  paintTint(pen, side) {
+  // The target changes once a second or less, the ground ten times.
+  makeTint() {
+    const { cells, picture } = this.target;
+    this.contour = [];
+    trace(picture, cells, HALF, (...ends) => this.contour.push(ends));
+    if (cells !== CELLS) return;
     const colour = [1, 3, 5].map((from) => parseInt(look.asked.slice(from, from + 2), 16));
-    this.target.picture.forEach((value, i) => {
+    picture.forEach((value, i) => {
       const row = CELLS - 1 - Math.floor(i / CELLS), place = 4 * (row * CELLS + i % CELLS);
       this.image.data.set([...colour, value > HALF ? TINT : 0], place);
     });
     this.tint.getContext("2d").putImageData(this.image, 0, 0);
-    pen.drawImage(this.tint, 0, 0, side, side);
   }
 
   // Tell if a team captures at a place, in map widths, or nearly does.
@@ -130,9 +138,11 @@ export class Ground {
     const { canvas } = this, side = canvas.width, pen = canvas.getContext("2d");
     pen.fillStyle = look.ground;
     pen.fillRect(0, 0, side, side);
-    this.hatches = [0, 1].map((team) => hatch(pen, team, side / (canvas.clientWidth || side)));
+    const scale = side / (canvas.clientWidth || side);
+    if (scale !== this.scale) this.hatches = [0, 1].map((team) => hatch(pen, team, scale));
+    this.scale = scale;
     if (this.hasTint) {
-      if (this.target.cells === CELLS) this.paintTint(pen, side);
+      if (this.target.cells === CELLS) pen.drawImage(this.tint, 0, 0, side, side);
       this.paintContour(pen, side);
     }
     if (this.fields) for (const team of [this.own, 1 - this.own]) this.paintCapturing(pen, team, side); // the opponent's ground on top
@@ -161,10 +171,10 @@ export class Ground {
     pen.strokeStyle = look.asked;
     pen.lineWidth = side * 0.003;
     pen.beginPath();
-    trace(this.target.picture, this.target.cells, HALF, (x0, y0, x1, y1) => {
+    for (const [x0, y0, x1, y1] of this.contour) {
       pen.moveTo(x0 * side, (1 - y0) * side);
       pen.lineTo(x1 * side, (1 - y1) * side);
-    });
+    }
     pen.stroke();
   }
 

@@ -38,7 +38,7 @@ const painted = (of, did, colour) => of.getContext("2d").done.filter((one) => on
 test("a jump is no capture, and trails begin anew", () => {
   arena.take(frame(0, [0, 1]));
   assert.deepEqual(arena.take(frame(31, [1, 0])), []);
-  assert.equal(arena.trails.kept.length, 1);
+  assert.equal(arena.trails.pieces.length, 0);
   assert.deepEqual(arena.take(frame(30, [0, 1])), [], "back in time");
 });
 
@@ -108,8 +108,10 @@ test("drones in danger are ringed: those that are guarded, on ground that nearly
   assert.deepEqual(ringed, [1, 1, 0, 0, 0, 1]);
 });
 
-test("trails lead without a gap from where drones were to where they are shown, and go after five seconds", () => {
-  const xs = () => arena.drones.getContext("2d").done.filter(({ did, width }) => did === "stroke" && width < 2).flatMap(({ path }) => path.map(([, x]) => x));
+test("trails lead without a gap from where drones were to where they are shown, and each piece makes older ones fainter", () => {
+  const strokes = (of) => of.getContext("2d").done.filter(({ did, width }) => did === "stroke" && width < 2);
+  const xs = (of) => strokes(of).flatMap(({ path }) => path.map(([, x]) => x)).slice(-2);
+  const kept = arena.trails.canvas;
   const moved = (tick, x) => arena.take(frame(tick, [0], {
     positions: Float32Array.from([x, 0.5]), velocities: Float32Array.from([2, 0]), serverMs: time.ms - 50,
   }));
@@ -117,14 +119,14 @@ test("trails lead without a gap from where drones were to where they are shown, 
   moved(3, 0.15); // too soon for another piece of the trail
   moved(6, 0.2);
   arena.paint();
-  const [begins, ends] = xs().slice(-2);
-  near(begins, 100, 1e-3);
-  near(ends, 500 * arena.places[0], 1e-3);
-  const alphas = arena.drones.getContext("2d").done.filter(({ did, width }) => did === "stroke" && width < 2).map(({ alpha }) => alpha);
-  assert.ok(Math.max(...alphas) < 0.4, "fainter than drones");
-  assert.deepEqual(arena.trails.kept.map(({ tick }) => tick), [0, 6]);
+  xs(kept).forEach((x, i) => near(x, [50, 100][i], 1e-3));
+  xs(arena.drones).forEach((x, i) => near(x, [100, 500 * arena.places[0]][i], 1e-3));
+  assert.ok(Math.max(...[kept, arena.drones].flatMap(strokes).map(({ alpha }) => alpha)) < 0.4, "fainter than drones");
+  const fades = () => kept.getContext("2d").done.filter(({ did, path }) => did === "fill" && path[0][3] === 500).length;
+  const before = fades();
   for (let tick = 12; tick <= 180; tick += 6) moved(tick, 0.2);
-  assert.equal(Math.min(...arena.trails.kept.map(({ tick }) => tick)), 30);
+  arena.paint();
+  assert.equal(fades() - before, 25, "a page that was hidden paints no more than can be seen");
 });
 
 // --- the ground -------------------------------------------------------------------------------------
