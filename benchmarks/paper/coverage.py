@@ -24,8 +24,6 @@ COVERED = 0.001
 """Ergodic metric below which a target counts as covered by then; this bound is ours."""
 SOON = 1
 """Second with whose metric a later one is compared."""
-BIMODAL = ((0.25, 0.25, 0.12), (0.75, 0.75, 0.08))
-"""x, y and sigma of the two modes, of equal mass."""
 
 
 def gaussian(x0: float, y0: float, sigma: float, cells: int = 10) -> Array:
@@ -33,15 +31,6 @@ def gaussian(x0: float, y0: float, sigma: float, cells: int = 10) -> Array:
     centres = (np.arange(cells) + 0.5) / cells
     squares = (centres[None, :] - x0) ** 2 + (centres[:, None] - y0) ** 2
     return np.asarray(np.exp(-squares / (2 * sigma**2)) / sigma**2)
-
-
-TARGETS: dict[str, Array] = {
-    "uniform": np.ones((10, 10)),
-    "centre": gaussian(0.5, 0.5, 0.1),
-    "bimodal": gaussian(*BIMODAL[0]) + gaussian(*BIMODAL[1]),
-}
-TARGETS = {name: density / density.max() for name, density in TARGETS.items()}
-"""Commands: an even cover, a Gaussian in the middle, and two modes of different width."""
 
 
 class ErgodicMetric:

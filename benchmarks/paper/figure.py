@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from swarm_pz.config import GameConfig
@@ -54,22 +55,38 @@ class Setting:
 class Part(NamedTuple):
     """One question of a claim: its text, the value and its 95 % interval (None without chance), and the answer.
 
-    `holds` is None for a number that decides nothing. Parts that are `ours` are not in the paper and do not count.
+    `answer` is "yes", "no" or "undecided", and empty for a number that decides nothing. Parts that are `ours` are not
+    in the paper and do not count. `seen` is k of n games, where the paper says only that something may happen.
     """
 
     asked: str
     value: float
     interval: Interval | None
-    holds: bool | None
+    answer: str
     ours: bool = False
+    seen: tuple[int, int] | None = None
 
 
-def asked(
-    text: str, number: Number, holds: Callable[[float, float], bool] | None = None, *, ours: bool = False
-) -> Part:
-    """Return a part that holds if a function of the two ends of its interval does."""
+Test = Callable[[float, float], str]
+"""An answer by the two ends of an interval."""
+
+
+def asked(text: str, number: Number, test: Test | None = None, *, ours: bool = False) -> Part:
+    """Return a part that is answered by the two ends of its interval."""
     value, ends = number
-    return Part(text, value, ends, None if holds is None else bool(holds(*ends)), ours)
+    return Part(text, value, ends, "" if test is None else test(*ends), ours)
+
+
+def exactly(text: str, value: float, holds: object, *, ours: bool = False) -> Part:
+    """Return a part without chance."""
+    return Part(text, value, None, "yes" if holds else "no", ours)
+
+
+def seen(text: str, games: ArrayLike, *, ours: bool = False) -> Part:
+    """Return a part about what may happen: one of the games (n,) in which it does is enough."""
+    value, ends = share(games)
+    k, n = int(np.sum(games)), len(games)  # type: ignore[arg-type]
+    return Part(text, value, ends, "yes" if k else "no", ours, (k, n))
 
 
 CONVERGED = 0.1
@@ -77,14 +94,21 @@ CONVERGED = 0.1
 and was set when a first look at 1 had passed teams that hardly come closer."""
 
 
-def below(bound: float) -> Callable[[float, float], bool]:
-    """Return the test that the whole interval is below a bound."""
-    return lambda _, high: high < bound
+def below(bound: float) -> Test:
+    """Return the test that the whole interval is below a bound; "undecided" if the bound is in it."""
+    return lambda low, high: "yes" if high < bound else "no" if low >= bound else "undecided"
 
 
-def above(bound: float) -> Callable[[float, float], bool]:
-    """Return the test that the whole interval is above a bound; a share above 0 means that there is such a game."""
-    return lambda low, _: low > bound
+def above(bound: float) -> Test:
+    """Return the test that the whole interval is above a bound; "undecided" if the bound is in it."""
+    return lambda low, high: "yes" if low > bound else "no" if high <= bound else "undecided"
+
+
+def within(bound: float) -> Test:
+    """Return the test that the whole interval is at most so far from 0; "undecided" if only a part of it is."""
+    return lambda low, high: (
+        "yes" if max(-low, high) <= bound else "no" if low > bound or high < -bound else "undecided"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,9 +126,9 @@ class Finding:
 class Figure:
     """A claim of the paper, its measurement and its picture.
 
-    `measure` returns the parts, which are fixed before the first look; `revised` names later changes. `draw` draws
-    `Finding.series` into an empty matplotlib figure. `heights` are inches at one and at two columns, `seconds` the
-    time for one preset, about. `section` and `quote` are the paper's.
+    `measure` returns the parts. `first` is the criterion first written, `first_held` its verdict, and `revised` the
+    reason for its change. `draw` draws `Finding.series` into an empty matplotlib figure. `heights` are inches at one
+    and at two columns, `seconds` the time for one preset, about. `section` and `quote` are the paper's.
     """
 
     name: str
@@ -115,14 +139,25 @@ class Figure:
     seconds: float
     section: str
     quote: str
+    first: str
+    first_held: bool
+    revised: str
     note: str = ""
-    revised: str = ""
 
 
 def verdict(parts: Sequence[Part]) -> str:
-    """Return the verdict on a claim, by the paper's parts alone."""
-    judged = [part.holds for part in parts if not part.ours]
-    return "reproduced" if all(judged) else "partly" if any(judged) else "not reproduced"
+    """Return the verdict on a claim, by the paper's parts alone.
+
+    If all of them are about what may happen, it says how often the rarest was seen.
+    """
+    judged = [part for part in parts if not part.ours and part.answer]
+    answers, counts = {part.answer for part in judged}, [part.seen for part in judged if part.seen]
+    if "yes" in answers and len(answers) > 1:
+        return "partly"
+    if len(counts) == len(judged):
+        k, n = min(counts, key=lambda count: count[0] / count[1])
+        return f"seen at least once ({k} of {n})" if k else f"never seen (0 of {n})"
+    return {"yes": "reproduced", "no": "not reproduced"}.get("".join(answers), "undecided")
 
 
 def estimate(values: ArrayLike, statistic: Callable[[Any], Any] | None = None) -> Number:

@@ -18,8 +18,8 @@ GROUND = tuple(tuple(value / 255 for value in colour) for colour in SHADE_COLOUR
 DARK = tuple(value / 255 for value in INK)
 FADED = {"facecolor": "white", "alpha": 0.7, "linewidth": 0, "pad": 0.5}
 GREY, PALE = "#868e96", "#dee2e6"
-SERIES = ("#0b7a75", "#d9822b", "#6a4c93", "#4d6b1f")
-"""Colours for other things than teams; lines also differ in their dashes."""
+SERIES = ("#064b48", "#d9822b", "#6a4c93", "#4d6b1f")
+"""Colours for other things than teams, the first one darker than red in grey. Lines also differ in their dashes."""
 DASHES = ("-", "--", ":", "-.")
 BRUSHES = {"attract": "#0b6e4f", "repel": "#7a4a00"}
 """Colours of a person's strokes."""
@@ -68,7 +68,8 @@ def bars(axes: Any, rows: list[dict[str, Any]]) -> None:
         left += share
     rates = np.array([row["win"] / row["games"] for row in rows])
     low, high = np.array([row["win_ci95"] for row in rows]).T
-    whisker(axes, places, rates, low, high, sideways=True, fmt="none", ecolor=DARK, label="won, 95 %")
+    for look in ({"ecolor": "white", "elinewidth": 2.5, "capthick": 2.5}, {"ecolor": DARK, "label": "won, 95 %"}):
+        whisker(axes, places, rates, low, high, sideways=True, fmt="none", **look)
     axes.set_yticks(places, [row["policy"] for row in rows])
     axes.set(xlim=(0, 1))
     axes.grid(visible=False)
@@ -158,12 +159,21 @@ def legend_below(figure: Any, handles: Any = None, columns: int | tuple[int, int
     figure.legend(handles=entries, loc="outside lower center", ncols=across, columnspacing=1.2, handlelength=2.2)
 
 
+def letters(figure: Any) -> None:
+    """Put (a), (b), ... before the titles of the axes of a figure that has several, from the top left on."""
+    where = {axes: axes.get_subplotspec().get_position(figure) for axes in figure.axes if axes.get_subplotspec()}
+    every = sorted(where, key=lambda axes: (-round(where[axes].y1, 2), where[axes].x0))
+    if len(every) > 1:
+        for place, axes in enumerate(every):
+            axes.set_title(f"({chr(ord('a') + place)}) {axes.get_title(loc='left')}")
+
+
 def for_targets(figure: Any, series: dict[str, Any], draw: Callable[[Any, Any], None], ylabel: str) -> None:
-    """Draw the results of each target into axes of its own, with one legend."""
+    """Draw the results of each drawing into axes of its own, with one legend."""
     every = panels(figure, len(series), (1, 3), sharey=True, sharex=True)
     for axes, (target, found) in zip(every, series.items(), strict=True):
         draw(axes, found)
-        axes.set_title(f"target: {target}")
+        axes.set_title(target.replace("_", " "))
         axes.label_outer()
     figure.supylabel(ylabel, fontsize=LEAST_POINTS)
     legend_below(figure, every[0], (1, 3))

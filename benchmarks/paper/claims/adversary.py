@@ -9,7 +9,6 @@ import numpy as np
 from benchmarks.paper import style
 from benchmarks.paper.figure import Figure, Finding, Setting, asked, below, estimate, standing
 from benchmarks.paper.players import PACE, WAYS, player
-from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.evaluation.rollout import game_number, play_games
 
 PAIRS = 30
@@ -42,18 +41,13 @@ def measure(setting: Setting) -> Finding:
         wins = np.array([[game.outcome == "win" for game in played[name]] for name in NAIVE], np.float64)
         medians[way] = estimate(wins.T.reshape(pairs, 2, len(NAIVE)).transpose(0, 2, 1), median_win_rate)
         rows[way] = [standing(name, played[name]) for name in NAIVE]
-    least = min(row["win"] for row in rows["person"])
     parts = [
-        asked(
-            "won by the naive person who wins least, below half",
-            (least / len(numbers), wilson(least, len(numbers))),
-            below(0.5),
-        ),
-        *(asked(f"median won by {len(NAIVE)} {way}s, below half", medians[way], below(0.5), ours=True) for way in WAYS),
+        asked(f"median won by {len(NAIVE)} {way}s, below half", medians[way], below(0.5), ours=way != "person")
+        for way in WAYS
     ]
     return Finding(
         parts=parts,
-        method=f"Wilson over {len(numbers)} games; bootstrap over pairs for medians",
+        method="bootstrap over pairs",
         configs={"rules": config},
         seeds=[setting.seed],
         series={str(way): of for way, of in rows.items()},
@@ -81,6 +75,7 @@ FIGURE = Figure(
     draw=draw,
     heights=(3.9, 2.3),
     seconds=80,
-    revised="The median of all naive tactics decided at first, also of raw commands every second. The paper says what "
-    "a player may find, so one naive tactic is enough, as a person would draw it.",
+    first="Under both presets the median of all scripts wins less than half.",
+    first_held=False,
+    revised="The paper speaks of naive players, so five naive tactics count, as a person draws them.",
 )

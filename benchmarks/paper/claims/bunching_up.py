@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.paper import style
 from benchmarks.paper.coverage import gaussian
 from benchmarks.paper.drawings import dot
-from benchmarks.paper.figure import Figure, Finding, Setting, above, asked, estimate, share
+from benchmarks.paper.figure import Figure, Finding, Setting, above, asked, estimate, seen
 from benchmarks.paper.players import PACE, Fixed, Way, player
 from swarm_pz.config import BLUE, RED
 from swarm_pz.evaluation.intervals import wilson
@@ -126,11 +126,7 @@ def measure(setting: Setting) -> Finding:
         for place, sigma in enumerate(SIGMAS)
     ]
     parts = [
-        asked(
-            f"a drawn dot's team is lost whole within {AT_ONCE:g} s of its first loss, any",
-            share(max(person, key=np.sum)),
-            above(0.0),
-        ),
+        seen(f"a drawn dot's team is lost whole within {AT_ONCE:g} s of its first loss", max(person, key=np.sum)),
         asked(
             f"raw: close teams (up to {COMPACT:g}), more than {100 * LEAST:.0f} %",
             estimate(compact, better_share),
@@ -158,7 +154,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         look: dict[str, Any] = {"color": style.SERIES[2 * way], "label": f"red aims by {aimer} (95 %)"}
         style.whisker(axes, places + 0.05 * (2 * way - 1), share, low, high, fmt=marker + dash, **look)
     axes.set_xticks(places, ["whole\nsquare" if row["sigma"] is None else f"{row['sigma']:g}" for row in rows])
-    axes.set(ylim=(0, 0.02 + max(row["interval"][way][1] for row in rows for way in (0, 1))))
+    axes.set(ylim=(-0.02, 0.02 + max(row["interval"][way][1] for row in rows for way in (0, 1))))
     axes.set(xlabel="standard deviation of blue's disc (map widths)")
     axes.set_ylabel(f"games with all of blue lost\nwithin {AT_ONCE:g} s of its first loss")
     style.legend_below(figure)
@@ -175,7 +171,8 @@ FIGURE = Figure(
     draw=draw,
     heights=(2.7, 2.7),
     seconds=10,
-    revised="Blue flew in from the corners at first, and was caught before it stood in its disc, so now it starts "
-    "there. More than 10 %, and more than of spread teams, was asked for. The paper says what may happen, so one game "
-    "is enough.",
+    first="In games of all scripts the share of drones lost within 5 s falls with a team's spread.",
+    first_held=False,
+    revised="The paper speaks of the whole team, captured at once, and says that this may happen. In between more than "
+    "10 % of close teams were asked for, which failed until blue started where it stays.",
 )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.paper import style
-from benchmarks.paper.figure import Figure, Finding, Part, Setting
+from benchmarks.paper.figure import Figure, Finding, Setting, exactly
 from swarm_pz.config import BLUE, GRID_CELLS, RED, GameConfig
 from swarm_pz.simulator import Simulator
 
@@ -96,14 +96,14 @@ def measure(setting: Setting) -> Finding:
     least = float(net[between[1], between[0]])
     on_top = float(own[7, 7] / own.max())
     parts = [
-        Part("a surrounded place over the ground beneath the drones, more than 1", ring, None, ring > 1),
-        Part("the same with one wall or two, the lesser", walls, None, walls > 1),
-        Part("two drones capture between them; field over its maximum", least, None, bool(net_captures[7, 7])),
-        Part("on top of a drone, field over its maximum, below 1", on_top, None, on_top < 1),
+        exactly("a surrounded place over the ground beneath the drones, more than 1", ring, ring > 1),
+        exactly("the same with one wall or two, the lesser", walls, walls > 1),
+        exactly("two drones capture between them; field over its maximum", least, net_captures[7, 7]),
+        exactly("on top of a drone, field over its maximum, below 1", on_top, on_top < 1),
     ]
     if setting.preset == "paper":
         differ = wrong / (len(SCENES) * GRID_CELLS**2)
-        parts.append(Part("cells that differ from the rule, none", differ, None, wrong == 0, ours=True))
+        parts.append(exactly("cells that differ from the rule, none", differ, wrong == 0, ours=True))
     return Finding(parts=parts, method="exact", configs={"rules": rules}, seeds=[], series=series)
 
 
@@ -144,6 +144,9 @@ FIGURE = Figure(
     claim="A drone is captured where opposing drones surround it; walls help to surround.",
     section="II-C",
     quote="surrounded by a swarm, or that are surrounded by a swarm and one or more of the four boundaries",
+    first="In every cell of every scene a drone is captured exactly if the paper's rule says so.",
+    first_held=True,
+    revised="That is the rule of the preset `paper` alone. The paper's sentences can be asked under both.",
     note="Drones stand still. At a wall 9 drones surround a place, in a corner 5, on open ground 16.",
     measure=measure,
     draw=draw,

@@ -6,7 +6,7 @@ import contextlib
 from typing import Any
 
 from benchmarks.paper import style
-from benchmarks.paper.figure import Figure, Finding, Setting, above, asked, standing
+from benchmarks.paper.figure import Figure, Finding, Setting, seen, standing
 from benchmarks.paper.players import PACE, WAYS, player
 from swarm_pz.errors import MissingExtraError
 from swarm_pz.evaluation.rollout import play_games
@@ -55,9 +55,9 @@ def measure(setting: Setting) -> Finding:
                     histories, results = [game.sizes for game in games], [game.outcome for game in games]
             if best is None:
                 continue
-            won = best["win"] / best["games"], best["win_ci95"]
             ours = way != "person"
-            parts.append(asked(f"from {handicap} the best {way} wins, any", won, above(0.0), ours=ours))
+            won = [result == "win" for result in results]
+            parts.append(seen(f"from {handicap} the best {way} wins", won, ours=ours))
             if not ours:
                 number = longest_behind(histories, results, config.num_drones)
                 shown[handicap] = None if number is None else histories[number]
@@ -98,5 +98,7 @@ FIGURE = Figure(
     draw=draw,
     heights=(6.0, 2.6),
     seconds=60,
-    revised="More than 5 % of games was asked for. The paper says that it is possible, so one won game is enough.",
+    first="From both handicaps `champion` wins more than 5 % of its games.",
+    first_held=True,
+    revised="The paper says that it is possible, for a person who draws.",
 )

@@ -188,7 +188,7 @@ def measure(setting: Setting) -> Finding:
             for kind, when in (("first", first_reached), ("for good", kept_from))
         }
         parts_of_schedules += [
-            Part(f"{name} spots, best schedule: {which} one, s", float(dwell), None, None, ours=True)
+            Part(f"{name} spots, best schedule: {which} one, s", float(dwell), None, "", ours=True)
             for which, dwell in zip(("lower", "upper"), schedule, strict=True)
         ]
     near = {way: estimate(times_near(one, drawn), lesser) for way, one in flights["drawn"].items()}
@@ -202,8 +202,8 @@ def measure(setting: Setting) -> Finding:
         asked("one attractor: the same, below half", near[ALONE], below(0.5)),
         asked("attractors in turn: the same, above half", near[SEQUENCE], above(0.5)),
         asked("one drawing: diffuse spot over compact one, rms, above 1", shape, above(1.0)),
-        asked("a flock's width with the least weight over the largest, above 1", wide, above(1.0)),
-        asked("as many times as the drawn spots ask", _over(wide, float(asks[0] / asks[1])), above(1.0), ours=True),
+        asked("a flock's width with the least weight over that with the largest, above 1", wide, above(1.0)),
+        asked("that, over what the drawn spots ask, above 1", _over(wide, float(asks[0] / asks[1])), above(1.0)),
         *(
             asked(f"{name} spots, s to E={REACHED:g} {kind}, {way}", number, ours=True)
             for name, numbers in seconds.items()
@@ -245,7 +245,16 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         image = axes.imshow(found, origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=8)
         for middle in MODES:
             axes.add_patch(
-                style.patch("Circle", middle, NEAR, fill=False, edgecolor=style.DARK, linestyle="--", linewidth=0.6)
+                style.patch(
+                    "Circle",
+                    middle,
+                    NEAR,
+                    fill=False,
+                    edgecolor=style.DARK,
+                    linestyle="--",
+                    linewidth=0.6,
+                    clip_on=False,
+                )
             )
     where: dict[str, Any] = {} if wide else {"location": "bottom", "shrink": 0.7, "aspect": 35}
     figure.colorbar(image, ax=maps, label=f"time in {SECONDS} s / even cover", extend="max", **where)
@@ -272,14 +281,16 @@ FIGURE = Figure(
     section="IV-C",
     quote="Our system enables players to specify both targets at once, while flocking requires "
     "both targets to be specified in sequence, one at a time",
-    note="The equal spots are as compact as a flock. This flock differs from the published one: in separation, "
+    note="Under `paper` a flock is 11 % wider with the least weight than with the largest, where the drawing asks for "
+    "28 %. The equal spots are as compact as a flock. This flock differs from the published one: in separation, "
     "constant speed, the limit to turning, cohesion (from a sum there), start and weight. Other flocks may do better. "
     "People were not timed.",
     measure=measure,
     draw=draw,
     heights=(8.6, 4.4),
     seconds=30,
-    revised="A first claim said that a flock never covers the target, which is not so. Then a flock had to stay at its "
-    "first attractor for most of the time, which made it slow, so the best of some schedules is flown. How soon and "
-    "how wide is ours to ask.",
+    first="Within 60 s more than half of the ergodic teams reach E = 0.005, and less than half of the flocks.",
+    first_held=False,
+    revised="A flock does reach it, by a sequence, and that is what the paper says. So the best of some schedules is "
+    "flown. How soon is ours to ask.",
 )

@@ -14,7 +14,6 @@ from benchmarks.paper.coverage import (
     JUDGED,
     SECONDS,
     SOON,
-    TARGETS,
     hand_over,
     metric_over_time,
     over_seeds,
@@ -23,6 +22,7 @@ from benchmarks.paper.coverage import (
     worst_judged,
 )
 from benchmarks.paper.curves import over_time
+from benchmarks.paper.drawings import DRAWINGS
 from benchmarks.paper.figure import CONVERGED, Figure, Finding, Setting, asked, below, estimate
 from swarm_pz.config import RED, CaptureConfig, GameConfig
 
@@ -51,9 +51,9 @@ CHANGES: dict[str, Callable[[int, NDArray[np.int8], np.random.Generator], NDArra
 }
 
 
-def fly(config: GameConfig, seeds: Sequence[int], target: str, changes: str) -> NDArray[np.float64]:
+def fly(config: GameConfig, seeds: Sequence[int], command: NDArray[np.float64], changes: str) -> NDArray[np.float64]:
     """Return red's metric (seeds, seconds) over the places of the drones that were red at the time."""
-    simulator = start(config, seeds, TARGETS[target])
+    simulator = start(config, seeds, command)
     generators = [np.random.default_rng([seed, 1]) for seed in seeds]
     choose = CHANGES[changes]
 
@@ -69,10 +69,14 @@ def fly(config: GameConfig, seeds: Sequence[int], target: str, changes: str) -> 
 
 
 def measure(setting: Setting) -> Finding:
-    """Cover all targets while no drone changes sides, or some at once, or one after the other."""
+    """Cover all drawings while no drone changes sides, or some at once, or one after the other."""
     seeds = setting.seeds(SEEDS)
     config = setting.config.replace(drones_per_team=DRONES, capture=CaptureConfig(enabled=False))
-    metric = {changes: {target: fly(config, seeds, target, changes) for target in TARGETS} for changes in CHANGES}
+    commands = {name: drawing.density(setting.mapping) for name, drawing in DRAWINGS.items()}
+    metric = {
+        changes: {name: fly(config, seeds, command, changes) for name, command in commands.items()}
+        for changes in CHANGES
+    }
     flights = {changes: np.stack([*found.values()], axis=1) for changes, found in metric.items()}
     changing = list(CHANGES)[1:]
     parts = [
@@ -97,12 +101,12 @@ def measure(setting: Setting) -> Finding:
         method=f"bootstrap over {len(seeds)} seeds",
         configs={"two teams": config},
         seeds=seeds,
-        series={target: {changes: over_seeds(metric[changes][target]) for changes in CHANGES} for target in TARGETS},
+        series={name: {changes: over_seeds(metric[changes][name]) for changes in CHANGES} for name in DRAWINGS},
     )
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw the metric over time for each target, a line for each way of changing sides."""
+    """Draw the metric over time for each drawing, a line for each way of changing sides."""
     style.for_targets(figure, series, over_time, "ergodic metric E")
 
 
@@ -113,10 +117,13 @@ FIGURE = Figure(
     quote="Even if the number of agents under their control is fluctuating, their swarm will still converge to their "
     "last target.",
     note=f"Red's {DRONES} drones follow one command, sent once; blue's {DRONES} cover the square. Captured "
-    "drones are drawn at random. The worst of three targets counts.",
+    "drones are drawn at random. The worst of three drawings counts.",
     measure=measure,
     draw=draw,
     heights=(5.4, 2.3),
     seconds=12,
-    revised="The bound of 0.001 decided at first. The paper does not ask for it, so it is ours.",
+    first="On three raw targets E after 30 s is at most 0.001 where 4 of 12 drones are captured after 10 s, and where "
+    "one of 24 changes sides each second.",
+    first_held=False,
+    revised="The paper says that the swarm converges, not how far, and its targets are drawn.",
 )

@@ -8,14 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.paper import style
-from benchmarks.paper.coverage import JUDGED, SOON, TARGETS, ErgodicMetric, give, lone_team, over_seeds, periods, start
-from benchmarks.paper.figure import CONVERGED, Figure, Finding, Part, Setting, asked, below, estimate
-from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD
+from benchmarks.paper.coverage import (
+    JUDGED,
+    SOON,
+    ErgodicMetric,
+    give,
+    lone_team,
+    over_seeds,
+    periods,
+    start,
+    worst_fall,
+)
+from benchmarks.paper.drawings import DRAWINGS
+from benchmarks.paper.figure import CONVERGED, Figure, Finding, Setting, asked, below, estimate, exactly, within
+from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD, GameConfig
 from swarm_pz.evaluation.intervals import rounded
 from swarm_pz.kernels.game import Games
 from swarm_pz.simulator import Simulator
 
 SEEDS, DRONES = 20, 24
+SHOWN = "two_spots"
+"""The drawing whose flights are shown."""
 WARM_UP = 5
 """Seconds of game before drones are permuted."""
 ROUNDING = 1e-6
@@ -42,20 +55,15 @@ def distance(one: Simulator, other: Simulator, order: NDArray[np.int64]) -> NDAr
     return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).max(axis=1))
 
 
-def measure(setting: Setting) -> Finding:
-    """Fly every game twice, once with its drones in another order."""
-    config, seeds = lone_team(DRONES, setting.config), setting.seeds(SEEDS)
-    order = np.random.default_rng(setting.seed).permutation(DRONES)
-    one, other = (start(config, seeds, TARGETS["bimodal"]) for _ in range(2))
-    one.advance(30 * WARM_UP)
-    other.restore(permuted(one.snapshot(), order))
-    one.advance(TICKS_PER_CONTROL_PERIOD)
-    other.advance(TICKS_PER_CONTROL_PERIOD)
-    after_one = distance(one, other, order)
+def fly_both(config: GameConfig, seeds: list[int], order: NDArray[np.int64], command: Any) -> tuple[Any, Any]:
+    """Fly every game twice, once with its drones in another order.
 
-    one = start(config, seeds, TARGETS["bimodal"])
+    Returns the metric of both (control periods, 2, seeds), and the distance between drones and their permuted selves
+    (control periods, seeds).
+    """
+    one, other = (start(config, seeds, command) for _ in range(2))
     other.restore(permuted(one.snapshot(), order))
-    give(other, TARGETS["bimodal"])
+    give(other, command)
     metrics = [ErgodicMetric(simulator, RED) for simulator in (one, other)]
     apart, values = [], []
 
@@ -67,27 +75,45 @@ def measure(setting: Setting) -> Finding:
         values.append([metric.value() for metric in metrics])
 
     periods(one, JUDGED, observe)
-    metric = np.array(values)
-    difference, interval = estimate(metric[-1, 1] - metric[-1, 0])
-    largest = float(after_one.max())
-    falls = estimate(metric[[10 * SOON - 1, -1], 1].T, lambda drawn: np.divide(*drawn.mean(axis=0)[::-1]))
+    return np.array(values), np.array(apart)
+
+
+def largest_mean(differences: Any) -> Any:
+    """Return that mean of differences (seeds, drawings) which is the farthest from 0."""
+    means = differences.mean(axis=0)
+    return means[np.abs(means).argmax()]
+
+
+def measure(setting: Setting) -> Finding:
+    """Compare the flights of both orders, for each drawing, and one control period amid a game."""
+    config, seeds = lone_team(DRONES, setting.config), setting.seeds(SEEDS)
+    order = np.random.default_rng(setting.seed).permutation(DRONES)
+    commands = {name: drawing.density(setting.mapping) for name, drawing in DRAWINGS.items()}
+    one, other = (start(config, seeds, commands[SHOWN]) for _ in range(2))
+    one.advance(30 * WARM_UP)
+    other.restore(permuted(one.snapshot(), order))
+    one.advance(TICKS_PER_CONTROL_PERIOD)
+    other.advance(TICKS_PER_CONTROL_PERIOD)
+    largest = float(distance(one, other, order).max())
+
+    flown = {name: fly_both(config, seeds, order, command) for name, command in commands.items()}
+    metric = np.stack([found for found, _ in flown.values()])  # (drawings, control periods, 2, seeds)
+    shown, apart = flown[SHOWN]
     return Finding(
         parts=[
             asked(
-                f"swapped drones converge: E after {JUDGED} s over {SOON} s, below {CONVERGED:g}",
-                falls,
+                f"swapped drones converge: E after {JUDGED} s over {SOON} s, worst of three, below {CONVERGED:g}",
+                estimate(metric[:, 9::10, 1].transpose(2, 0, 1), worst_fall),
                 below(CONVERGED),
             ),
             asked(
-                f"E after {JUDGED} s differs by at most {SAME:g}",
-                (difference, interval),
-                lambda low, high: max(abs(low), abs(high)) <= SAME,
-                ours=True,
+                f"to swap them changes E after {JUDGED} s by at most {SAME:g}, worst of three",
+                estimate((metric[:, -1, 1] - metric[:, -1, 0]).T, largest_mean),
+                within(SAME),
             ),
-            Part(
+            exactly(
                 f"farthest drone after a control period, at most {ROUNDING:g} map widths",
                 largest,
-                None,
                 largest <= ROUNDING,
                 ours=True,
             ),
@@ -98,8 +124,8 @@ def measure(setting: Setting) -> Finding:
         series={
             "largest_distance": rounded(np.median(apart, axis=1)),
             "most_distance": rounded(np.max(apart, axis=1)),
-            "original": over_seeds(metric[:, 0].T),
-            "permuted": over_seeds(metric[:, 1].T),
+            "original": over_seeds(shown[:, 0].T),
+            "permuted": over_seeds(shown[:, 1].T),
         },
     )
 
@@ -129,6 +155,10 @@ FIGURE = Figure(
     claim="Control is permutation-invariant: it does not matter which drone is which.",
     section="III-C",
     quote="If Agent 1, Agent 2, etc. swapped positions, the swarm would still converge to the player's target",
+    first="A control period after a permutation no drone is farther than 1e-6 map widths from its permuted self, and E "
+    "after 30 s on a raw target differs by at most 0.0001.",
+    first_held=True,
+    revised="The paper says that swapped drones still converge, so that is asked as well. Its targets are drawn.",
     note="Under `paper` the game is chaotic: rounding alone soon changes the paths of single drones. The team covers "
     "as before.",
     measure=measure,

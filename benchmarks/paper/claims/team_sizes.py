@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.paper import style
-from benchmarks.paper.figure import Figure, Finding, Setting, above, asked, below, estimate, share
+from benchmarks.paper.figure import Figure, Finding, Setting, above, asked, below, estimate, seen, share
 from benchmarks.paper.players import PACE, Captures, player
 from swarm_pz.config import BLUE, RED
 from swarm_pz.evaluation.rollout import Game, play_games
@@ -71,27 +71,21 @@ def measure(setting: Setting) -> Finding:
             estimate([game.captures / game.seconds for game in games]),
             above(LEAST_RATE),
         ),
-        asked(
-            f"games with a lead that is gone within {SECONDS} s, any",
-            share([brief_lead(game.sizes, config.num_drones) for game in games]),
-            above(0.0),
+        seen(
+            f"games with a lead that is gone within {SECONDS} s",
+            [brief_lead(game.sizes, config.num_drones) for game in games],
         ),
-    ]
-    text = "won games whose captures come more steadily in the last third, any"
-    if found:
-        steadier = share([after < before for before, after in found])
-        parts.append(asked(text, steadier, above(0.0)))
-        parts.append(
-            asked(
-                "change of their frequency there, over that before, below 1",
-                estimate(found, _ratio),
-                below(1.0),
-                ours=True,
-            )
-        )
-    else:
-        parts.append(asked(text, share([False]), above(0.0)))
-    parts += [
+        asked(
+            "won games whose captures come more steadily in the last third, more than half",
+            share([after < before for before, after in found] or [False]),
+            above(0.5),
+        ),
+        asked(
+            "change of their frequency there, over that before, below 1",
+            estimate(found or [(0.0, 1.0)], _ratio),
+            below(1.0),
+            ours=True,
+        ),
         asked(
             "turns of the lead a game",
             estimate([turns_of_lead(game.sizes, config.num_drones) for game in games]),
@@ -148,7 +142,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     for team, own, dash, name in ((RED, sizes, "-", RED_PLAYER), (BLUE, total - sizes, "--", BLUE_PLAYER)):
         label = f"{('red', 'blue')[team]} ({name})"
         one.step(times, own, where="post", linestyle=dash, color=style.TEAMS[team], label=label)
-    one.set(title="one game, of median length", xlabel="time (s)", ylabel="drones", xlim=(0, times[-1]))
+    one.set(title="one game, of median length", xlabel="time (s)", ylabel="drones", xlim=(0, 1.01 * times[-1]))
     one.set(ylim=(-0.3, total + 0.3), yticks=range(0, total + 1, 5))
     places = np.linspace(0, 100, len(series["winner"][0]))
     least, low, middle, high, most = series["winner"]
@@ -174,6 +168,8 @@ FIGURE = Figure(
     draw=draw,
     heights=(4.4, 2.3),
     seconds=8,
-    revised="Fewer captures in the last fifth were asked for, and a late lead. The paper says that their frequency "
-    "stabilises, in one game: it changes less from one stretch to the next.",
+    first="More than 0.2 drones change sides a second.",
+    first_held=True,
+    revised="The paper says more. Fewer captures in the last fifth and a lead taken late were asked for next, and "
+    "failed. *Stabilises* is read as a frequency that changes less from one stretch to the next.",
 )

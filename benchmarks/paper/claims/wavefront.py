@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.paper import style
-from benchmarks.paper.figure import Figure, Finding, Setting, above, asked, estimates, share
+from benchmarks.paper.figure import Figure, Finding, Setting, above, asked, estimates, seen, share
 from benchmarks.paper.players import WAYS, Captures, Way, most_within, player
 from swarm_pz.config import BLUE, RED
 from swarm_pz.evaluation.intervals import bootstrap
@@ -55,24 +55,24 @@ def measure(setting: Setting) -> Finding:
     _, drawn = counts(ATTACK, WAYS[0], setting)
     played = {name: counts(name, WAYS[1], setting) for name in (ATTACK, *OTHERS)}
     games = np.stack([found for found, _ in played.values()], axis=1)
-    raw = played[ATTACK][1]
     found, low, high = bootstrap(games, rates)
     beside = estimates(
         [f"raw: drones {what} a minute over the median tactic's, more" for what in ("taken", "lost")], games, gaps
     )
-    texts = (
-        f"games in which {MANY} are taken within {QUICKLY} s, any",
-        f"games in which {MANY} are lost within {QUICKLY} s, any",
-    )
-    return Finding(
-        parts=[
-            *(asked(text, share(drawn[:, team] >= MANY), above(0.0)) for team, text in enumerate(texts)),
-            *(
-                asked(f"raw: {text}", share(raw[:, team] >= MANY), above(0.0), ours=True)
-                for team, text in enumerate(texts)
+    parts = []
+    for way, most in (("", drawn), ("raw: ", played[ATTACK][1])):
+        taken, lost = (most >= MANY).T
+        parts += [
+            seen(f"{way}games in which {MANY} are taken within {QUICKLY} s", taken, ours=bool(way)),
+            asked(
+                f"{way}games in which {MANY} are lost within {QUICKLY} s, more than half",
+                share(lost),
+                above(0.5),
+                ours=bool(way),
             ),
-            *(asked(text, number, above(0.0), ours=True) for text, number in beside.items()),
-        ],
+        ]
+    return Finding(
+        parts=parts + [asked(text, number, above(0.0), ours=True) for text, number in beside.items()],
         method=f"Wilson over {len(games)} games; bootstrap over starts, the same for all players, for rates",
         configs={"rules": setting.config},
         seeds=[setting.seed],
@@ -113,6 +113,8 @@ FIGURE = Figure(
     draw=draw,
     heights=(3.6, 3.6),
     seconds=15,
-    revised="More drones taken and lost a minute than by the median tactic was asked for. The paper says what a wave "
-    "may do, so that comparison is ours.",
+    first="A wave takes and loses more drones a minute than the median of eight other scripts.",
+    first_held=False,
+    revised="The paper compares with no other tactic. It says that a wave may take many drones, and that the risk is "
+    "high: that has to happen in more than half of the games.",
 )

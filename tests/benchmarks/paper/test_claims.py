@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+import itertools
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,6 +12,7 @@ import pytest
 
 from benchmarks.paper import coverage
 from benchmarks.paper.claims import (
+    FIGURES,
     bunching_up,
     capture_geometry,
     flocking_comparison,
@@ -18,14 +22,89 @@ from benchmarks.paper.claims import (
 )
 from benchmarks.paper.coverage import ErgodicMetric
 from benchmarks.paper.drawings import painted
-from benchmarks.paper.figure import Setting
+from benchmarks.paper.figure import Setting, verdict
 from benchmarks.paper.players import Captures, Ensemble, Fixed, Person, most_within, player, shaped
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.evaluation.rollout import Rollout
+from swarm_pz.evaluation.rollout import Game, Rollout
 from swarm_pz.simulator import Simulator
 
 SEED = 3
 SETTING, RELEASED = Setting("paper", SEED), Setting("released", SEED)
+
+
+# --- data that deny a claim -----------------------------------------------------------------------------
+
+
+def games_of(outcome, sizes):
+    """All games alike, of 30 s and with one capture."""
+    return lambda policy, opponent, numbers, **_: [
+        Game(
+            pair=number,
+            side="red",
+            outcome=outcome,
+            share=0.0,
+            seconds=30.0,
+            captures=1,
+            recaptures=0,
+            fingerprint=b"",
+            sizes=sizes,
+        )
+        for number in numbers
+    ]
+
+
+def in_a_corner(*_):
+    """Flights of teams that stay in a corner."""
+    return SimpleNamespace(
+        metric=np.ones((2, coverage.SECONDS)),
+        places=np.full((2, 10, 3, 2), 0.01),
+        maps=lambda cells: np.full((2, cells, cells), cells**-2.0),
+    )
+
+
+def no_turns(games):
+    return SimpleNamespace(totals=[[np.zeros(2, int)] * 100 + [np.full(2, 20)]] * games)
+
+
+def other_order(*_):
+    metric = np.ones((10 * coverage.JUDGED, 2, 2))
+    metric[:, 0] = 0.5
+    return metric, np.ones((10 * coverage.JUDGED, 2))
+
+
+SHARES = itertools.cycle((0.0, 1.0, 0.0))
+"""Time near both spots by one drawing, by one attractor, by attractors in turn."""
+
+
+DENIED = {
+    "capture_geometry": {"probe": lambda *_: (np.ones((50, 50)), np.zeros((50, 50), bool))},
+    "scale_invariance": {"fly": in_a_corner},
+    "permutation_invariance": {"fly_both": other_order},
+    "fluctuation": {"fly": lambda *_: np.ones((2, coverage.SECONDS))},
+    "ensemble_tactic": {"play_games": games_of("loss", [10, 8, 0])},
+    "team_sizes": {"play_games": games_of("win", [10, 10, 20]), "Captures": no_turns},
+    "flocking_comparison": {
+        **dict.fromkeys(("Flight", "flock", "start"), in_a_corner),
+        "spreads": lambda *_: np.ones((2, 3)),
+        "best_schedule": lambda *_: (4, 2),
+        "times_near": lambda *_: np.full((2, 2), next(SHARES)),
+    },
+    "adversary": {"play_games": games_of("win", [10, 20])},
+    "bunching_up": {"play": lambda *_: (np.zeros(10, bool), np.ones(10))},
+    "wavefront": {"counts": lambda *_: (np.ones((10, 3)), np.zeros((10, 2)))},
+    "comebacks": {"play_games": games_of("loss", [1, 0]), "installed": lambda *_: ["ring"]},
+}
+"""Measurements of each claim in which nothing of what it says happens."""
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_claim_that_is_false_in_the_data_is_not_reproduced(name, monkeypatch):
+    module = importlib.import_module(f"benchmarks.paper.claims.{name}")
+    for attribute, data in DENIED[name].items():
+        monkeypatch.setattr(module, attribute, data)
+    parts = FIGURES[name].measure(Setting("paper", SEED, 0.2)).parts
+    assert {part.answer for part in parts if not part.ours} <= {"no", "undecided"}
+    assert re.match("not reproduced|never seen|undecided", verdict(parts))
 
 
 # --- what stands still captures -------------------------------------------------------------------------
@@ -179,7 +258,7 @@ def test_a_permutation_moves_every_drone_with_all_that_is_its_own():
 
 
 def test_a_drone_that_is_handed_over_has_a_new_team_and_no_past_and_nobody_else_has():
-    simulator = coverage.start(GameConfig(drones_per_team=3), [4, 5], coverage.TARGETS["centre"])
+    simulator = coverage.start(GameConfig(drones_per_team=3), [4, 5], bunching_up.disc(0.1, 10))
     simulator.advance(30)
     before, chosen = simulator.snapshot(), np.zeros((2, 6), bool)
     chosen[0, 1] = chosen[1, 4] = True
@@ -218,7 +297,7 @@ def test_what_is_near_a_mode_and_when_a_metric_is_first_low_enough():
 
 
 def test_the_metric_is_that_of_each_second_of_the_seeds_own_games():
-    config, target = coverage.lone_team(4), coverage.TARGETS["bimodal"]
+    config, target = coverage.lone_team(4), bunching_up.disc(0.2, 10)
     found = coverage.metric_over_time(coverage.start(config, [5, 9], target), seconds=2)
     simulator = Simulator(config, 2)
     simulator.reset([5, 9])

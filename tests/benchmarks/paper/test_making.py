@@ -12,7 +12,7 @@ import pytest
 from benchmarks.paper import claims
 from benchmarks.paper.__main__ import main
 from benchmarks.paper.claims import capture_geometry
-from benchmarks.paper.figure import Finding, Part, Setting, above, asked, below, verdict
+from benchmarks.paper.figure import Finding, Part, Setting, above, asked, below, seen, verdict, within
 from benchmarks.paper.page import tables, to_dict, write, write_page
 from swarm_pz.config import GameConfig
 
@@ -50,19 +50,19 @@ def record_of(name, parts, preset="paper", size=1.0):
 
 
 def test_pages_and_tables_tell_each_verdict_and_its_parts_and_which_are_ours_and_a_trial_says_so(tmp_path):
-    won = Part("won, below half", 0.4, (0.3, 0.45), True)
-    late = Part("seconds", np.inf, None, None, ours=True)
-    more = Part("won, below a tenth", 0.4, (0.3, 0.45), False, ours=True)
+    won = Part("won, below half", 0.4, (0.3, 0.45), "yes")
+    late = Part("seconds", np.inf, None, "", ours=True)
+    more = Part("won, below a tenth", 0.4, (0.3, 0.45), "no", ours=True)
     records = [
         record_of("adversary", [won, more, late]),
-        record_of("adversary", [won._replace(holds=False), late], "released"),
+        record_of("adversary", [won._replace(answer="no"), late], "released"),
     ]
     for record in records:
         write(record, tmp_path)
     write_page(tmp_path)
     page = (tmp_path / "figures.md").read_text()
     figure = claims.FIGURES["adversary"]
-    assert f"|[adversary](#adversary): {figure.claim}|reproduced|not reproduced|" in page
+    assert f"|[adversary](#adversary): {figure.claim}|did not hold|reproduced|not reproduced|" in page
     assert "`paper`: 1 reproduced; `released`: 1 not reproduced" in page and figure.note in page
     assert "|won, below half|yes: 0.4 (0.3..0.45)|no: 0.4 (0.3..0.45)|" in page
     assert "never" not in page and "](adversary_released.png)" in page
@@ -71,15 +71,36 @@ def test_pages_and_tables_tell_each_verdict_and_its_parts_and_which_are_ours_and
     write_page(tmp_path)
     assert "A trial: 10 %" in (tmp_path / "figures.md").read_text()
     found = tables([{record["preset"]: record} for record in records])
-    told = (figure.section, figure.quote, figure.claim, figure.revised)
-    assert found["claims"][1] == ("adversary", *told, "paper", "reproduced")
+    told = (figure.section, figure.quote, figure.claim, figure.first, "no", figure.revised)
+    assert found["claims"][1] == ("adversary", *told, "paper", "won, below half", "reproduced")
     assert found["parts"][2][:6] == ("adversary", "paper", "firm", "ours", "won, below a tenth", "no")
     assert found["parts"][3][5:] == ("", "never", "", "", "exact") and found["parts"][4][2] == "paper"
 
 
-def test_a_part_holds_where_its_whole_interval_does_and_a_verdict_counts_the_papers_parts_alone():
-    tests = (below(0.5), below(0.51), above(0.3), above(0.29), None)
-    assert [asked("", (0.4, (0.3, 0.5)), test).holds for test in tests] == [False, True, False, True, None]
-    yes, no = (Part("", 0.0, None, holds) for holds in (True, False))
-    mine = no._replace(ours=True)
-    assert [verdict(parts) for parts in ([yes, mine], [yes, no], [no])] == ["reproduced", "partly", "not reproduced"]
+def test_an_answer_needs_the_whole_interval_and_a_verdict_counts_the_papers_parts_alone():
+    tests = (
+        below(0.5),
+        below(0.51),
+        below(0.3),
+        above(0.3),
+        above(0.29),
+        above(0.5),
+        within(0.5),
+        within(0.4),
+        within(0.2),
+        None,
+    )
+    expected = ["undecided", "yes", "no", "undecided", "yes", "no", "yes", "undecided", "no", ""]
+    assert [asked("", (0.4, (0.3, 0.5)), test).answer for test in tests] == expected
+    yes, no, open_ = (Part("", 0.0, None, answer) for answer in ("yes", "no", "undecided"))
+    often, once, never = (seen("", games) for games in ([True] * 4, [False, True, False, False], [False] * 4))
+    verdicts = {
+        "reproduced": ([yes, no._replace(ours=True)], [yes, once]),
+        "partly": ([yes, no], [yes, open_], [once, never], [yes, never]),
+        "not reproduced": ([no], [no, never]),
+        "undecided": ([open_], [open_, no]),
+        "seen at least once (1 of 4)": ([often, once],),
+        "never seen (0 of 4)": ([never],),
+    }
+    for expected_verdict, cases in verdicts.items():
+        assert {verdict(parts) for parts in cases} == {expected_verdict}
