@@ -6,6 +6,7 @@ import importlib
 import itertools
 import re
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -79,7 +80,11 @@ SHARES = itertools.cycle((0.0, 1.0, 0.0))
 DENIED = {
     "capture_geometry": {"probe": lambda *_: (np.ones((50, 50)), np.zeros((50, 50), bool))},
     "scale_invariance": {"fly": in_a_corner},
-    "permutation_invariance": {"fly_both": other_order},
+    "permutation_invariance": {
+        **dict.fromkeys(("start", "permuted"), lambda *_: Mock()),
+        "distance": lambda *_: np.ones(2),
+        "fly_both": other_order,
+    },
     "fluctuation": {"fly": lambda *_: np.ones((2, coverage.SECONDS))},
     "ensemble_tactic": {"play_games": games_of("loss", [10, 8, 0])},
     "team_sizes": {"play_games": games_of("win", [10, 10, 20]), "Captures": no_turns},
