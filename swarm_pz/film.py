@@ -1,4 +1,4 @@
-"""Films: a game as pictures, written as an animated GIF or an MP4; and stills, as PNG."""
+"""Films: a game as pictures, written as an animated GIF or WebP, or an MP4; and stills, as PNG."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ from typing import IO, NoReturn, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import CONTROL_PERIOD, GameConfig
+from swarm_pz.config import CONTROL_PERIOD, RED, GameConfig
 from swarm_pz.errors import RenderError, require_extra
 from swarm_pz.evaluation.rollout import Rollout, Watch, game_number
 from swarm_pz.files import FULL, check_file, draft_of
 from swarm_pz.policy import Player
 from swarm_pz.rendering.board import ASKED, INK, TEAM_COLOURS
 from swarm_pz.rendering.painter import FILM, PICTURE, Overlay, Painter
+from swarm_pz.simulator import Simulator
 
-FORMATS = (".gif", ".mp4")
+FORMATS = (".gif", ".mp4", ".webp")
 STILL = ".png"
 FILM_RATE = 20
 """Pictures a second of film, roughly."""
@@ -46,7 +47,7 @@ def film_game(
 ) -> str:
     """Play one game of a match and write it as a film, or the board at one moment as a picture; return its standing.
 
-    The suffix chooses the format: .gif or .mp4, or .png for a picture. `seed`, `pair` and the policy's `side` choose
+    The suffix chooses the format: .gif, .mp4, .webp; .png for a picture. `seed`, `pair` and the policy's `side` choose
     the game of the match. `seconds` of game are shown at most, or are the moment of a picture; `speed` is in seconds of
     game a second of film. `overlays` are as of `swarm_pz.rendering.overlays`, in place of outlines of targets.
     `progress` is called with the seconds of game shown so far, and their maximum. Where something fails no file is
@@ -85,8 +86,9 @@ def _write_film(
     game: Rollout, path: Path, seconds: float | None, speed: float, overlays: Sequence[Overlay], report: Watch
 ) -> None:
     every, count = max(1, round(speed / CONTROL_PERIOD / FILM_RATE)), 0
+    rate = speed / CONTROL_PERIOD / every
     painter = Painter(game.names(), targets=True, overlays=overlays, layout=PICTURE if overlays else FILM)
-    with open_film(path, speed / CONTROL_PERIOD / every, painter.size) as append:
+    with open_film(path, rate, painter.size) as append:
 
         def show(game: Rollout) -> None:
             nonlocal count
@@ -96,8 +98,20 @@ def _write_film(
 
         show(game)
         game.play(seconds, after_control_period=show, after_step=report)
-        if (count - 1) % every:  # the end would be left out
+        winner = {"win": "red", "loss": "blue", "draw": "draw", None: None}[game.batch.outcome(0, RED)]
+        if winner is not None:
+            show_winner(append, painter, game.simulator, winner, rate)
+        elif (count - 1) % every:  # the end would be left out
             append(painter.draw(game.simulator))
+
+
+def show_winner(
+    append: Callable[[NDArray[np.uint8]], object], painter: Painter, simulator: Simulator, winner: str, rate: float
+) -> None:
+    """Append the end of a game with its winner, as many times as a second of film has pictures."""
+    picture = painter.draw(simulator, winner=winner)
+    for _ in range(max(1, round(rate))):
+        append(picture)
 
 
 def _write_still(game: Rollout, path: Path, seconds: float | None, overlays: Sequence[Overlay], report: Watch) -> str:
@@ -129,14 +143,18 @@ def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callab
     program = require_extra("imageio_ffmpeg", "render").get_ffmpeg_exe()
     pictures = f"-f rawvideo -pix_fmt rgb24 -s {size[0]}x{size[1]} -r {rate} -i -".split()
     with draft_of(path) as draft, TemporaryDirectory() as folder, Path(folder, "errors").open("w+") as errors:
-        if path.suffix == ".gif":
+        inks: list[str] = []
+        if path.suffix == ".mp4":
+            coding = "-c:v libx264 -preset veryfast -crf 23 -tune animation -pix_fmt yuv420p -threads 1"
+        else:
             palette = Path(folder, "palette.png")
             require_extra("PIL.Image", "render").fromarray(_palette()).save(palette)
-            coding = ["-i", str(palette), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle"]
-        else:
-            coding = ["-c:v", "libx264", "-preset", "ultrafast", "-crf", "30", "-pix_fmt", "yuv420p", "-threads", "1"]
+            inks = ["-i", str(palette)]
+            coding = "-lavfi paletteuse=dither=none:diff_mode=rectangle"
+            if path.suffix == ".webp":
+                coding += ",format=bgra -c:v libwebp_anim -lossless 1 -loop 0"
         encoder = subprocess.Popen(  # noqa: S603
-            [program, "-y", "-v", "error", *pictures, *coding, str(draft.absolute())],
+            [program, "-y", "-v", "error", *pictures, *inks, *coding.split(), str(draft.absolute())],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=errors,

@@ -10,6 +10,7 @@ import imageio.v3 as imageio
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from PIL import Image
 
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import OutputError, RenderError
@@ -41,7 +42,13 @@ def pictures(monkeypatch):
 def test_a_film_is_written_with_a_picture_for_every_moment(tmp_path, suffix):
     path = tmp_path / "films" / f"game.{suffix}"
     assert "red" in film_game("ring", "noise", path, config=GAME)
-    assert imageio_ffmpeg.count_frames_and_secs(path)[0] == 21
+    assert imageio_ffmpeg.count_frames_and_secs(path)[0] == 21 + 20, "a second shows the end"
+
+
+def test_a_webp_moves(tmp_path):
+    film_game("ring", "noise", tmp_path / "game.webp", config=GAME, seconds=0.5)
+    with Image.open(tmp_path / "game.webp") as film:
+        assert film.n_frames > 2
 
 
 @pytest.mark.parametrize("speed", [0.5, 2.0, 10.0])
@@ -57,7 +64,7 @@ def test_a_film_runs_as_fast_as_it_was_asked_to(tmp_path, speed):
     ("game", "seconds", "end"),
     [
         (GAME, None, "a draw"),
-        (GameConfig(drones_per_team=(19, 1), capture=CaptureConfig(threshold=0.5)), None, "won"),
+        (GameConfig(drones_per_team=(19, 1), capture=CaptureConfig(threshold=0.5)), None, "red won"),
         (GameConfig(drones_per_team=2), 2.0, "unfinished"),
     ],
 )
@@ -67,7 +74,10 @@ def test_the_last_picture_is_in_the_film_however_many_are_left_out(tmp_path, pic
     painter = Painter(("uniform", "uniform"), targets=True, layout=FILM)
     first = painter.draw(played.simulator)
     played.play(seconds)
-    np.testing.assert_array_equal(pictures[1:], [first, painter.draw(played.simulator)])
+    winner = {"a draw": "draw", "red won": "red"}.get(end)
+    last = painter.draw(played.simulator, winner=winner)
+    assert (last != painter.draw(played.simulator)).any() == (winner is not None)
+    np.testing.assert_array_equal(pictures[1:], [first, *[last] * (20 if winner else 1)])
 
 
 def test_overlays_are_in_films_and_in_stills(tmp_path, pictures):
@@ -78,8 +88,8 @@ def test_overlays_are_in_films_and_in_stills(tmp_path, pictures):
     assert pictures[0] == painter.size
     np.testing.assert_array_equal(pictures[1], painter.draw(game.simulator))
     game.play()
-    for picture in (pictures[-1], imageio.imread(tmp_path / "a.png")):
-        np.testing.assert_array_equal(picture, painter.draw(game.simulator))
+    np.testing.assert_array_equal(pictures[-1], painter.draw(game.simulator, winner="draw"))
+    np.testing.assert_array_equal(imageio.imread(tmp_path / "a.png"), painter.draw(game.simulator))
 
 
 def test_the_game_shown_is_the_one_that_a_match_counted(tmp_path):

@@ -43,7 +43,7 @@ def render(
     Args:
         policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
         opponent: Named in the same ways.
-        out: File to write: .gif or .mp4, or .png for a picture.
+        out: File to write: .gif, .mp4 or .webp, or .png for a picture.
         seed: Seed of the match.
         pair: Number of the pair of games from one start.
         side: Which game of the pair: the side that the policy plays.

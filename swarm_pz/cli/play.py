@@ -132,7 +132,7 @@ def replay(
     Args:
         recording: File that the table wrote.
         verify: Only say whether the game comes out as recorded when it is simulated here.
-        film: Only write it as a film, .gif or .mp4.
+        film: Only write it as a film, .gif, .mp4 or .webp.
         mcap: Only write it as ROS 2 messages, .mcap.
         positions: Only write where each drone was, 30 times a second, .csv.
         speed: Seconds of game a second of film.

@@ -97,8 +97,8 @@ class Painter:
         """Width and height of its pictures."""
         return self._frame.size
 
-    def draw(self, simulator: Simulator, row: int = 0) -> NDArray[np.uint8]:
-        """Return one game as uint8 (height, width, 3)."""
+    def draw(self, simulator: Simulator, row: int = 0, winner: str | None = None) -> NDArray[np.uint8]:
+        """Return one game as uint8 (height, width, 3), with a strip that names the winner: "red", "blue" or "draw"."""
         picture, side = self._frame.copy(), self._layout.arena
         arena = self._ground_of(simulator, row).copy()
         for overlay in self._overlays:
@@ -109,9 +109,24 @@ class Painter:
             paint_captures(arena, simulator, row, side)
         paint_trails(arena, simulator, row, side)
         paint_drones(arena, simulator, row, side)
+        if winner is not None:
+            self._announce(arena, winner)
         picture.put(arena, self._corner)
         self._write_header(picture, simulator, row)
         return picture.array()
+
+    def _announce(self, arena: Canvas, winner: str) -> None:
+        """Lay a white strip with the winner across the arena."""
+        side, size = self._layout.arena, 1.5 * self._layout.text
+        middle, reach = side // 2, round(size)
+        text, colour = "draw", INK
+        if winner != "draw":
+            team = TEAM_NAMES.index(winner)
+            name = winner if self._names is None else self._names[team]
+            text, colour = f"{winner} wins" if name == winner else f"{winner} wins: {name}", TEAM_COLOURS[team]
+        arena.fill(INK, (0, middle - reach - 1, side, middle + reach + 1))
+        arena.fill((255, 255, 255), (0, middle - reach, side, middle + reach))
+        arena.write(shorten(text, size, side - 2 * reach), (middle, middle), size, colour, "mm")
 
     def _ground_of(self, simulator: Simulator, row: int) -> Canvas:
         """Return the ground with the outlines of both targets, which are drawn when one changes."""

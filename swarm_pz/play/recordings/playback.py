@@ -14,7 +14,7 @@ from pathlib import Path
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
 from swarm_pz.config.base import check
 from swarm_pz.errors import RecordingError
-from swarm_pz.film import FILM_RATE, open_film
+from swarm_pz.film import FILM_RATE, open_film, show_winner
 from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording
 from swarm_pz.play.recordings.verification import Verification, verify
 from swarm_pz.rendering.painter import FILM, Painter
@@ -95,16 +95,19 @@ class Playback:
     def film(self, path: Path, speed: float = 2.0, progress: Callable[[float, float], None] | None = None) -> None:
         """Write the game as a film.
 
-        The suffix chooses the format, .gif or .mp4; `speed` is in seconds of game a second of film; `progress` is
+        The suffix chooses the format: .gif, .mp4, .webp. `speed` is in seconds of game a second of film; `progress` is
         called with the seconds of game shown so far, and all of them. Errors are as of `open_film`.
         """
         every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE)) * TICKS_PER_CONTROL_PERIOD
         seats = (self.recording.header.red, self.recording.header.blue)
         red, blue = (seat.policy or seat.label or seat.kind for seat in seats)
         painter, last = Painter((red, blue), targets=True, layout=FILM), self.recording.last_tick
-        with open_film(path, speed * TICKS_PER_SECOND / every, painter.size) as append:
+        rate = speed * TICKS_PER_SECOND / every
+        with open_film(path, rate, painter.size) as append:
             for tick in range(0, last + every, every):
                 self.seek(tick)
                 append(painter.draw(self.game.simulator))
                 if progress is not None:
                     progress(min(tick, last) / TICKS_PER_SECOND, last / TICKS_PER_SECOND)
+            if self.game.outcome is not None:
+                show_winner(append, painter, self.game.simulator, self.game.outcome, rate)
