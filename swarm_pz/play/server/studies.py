@@ -142,9 +142,9 @@ class StudyHost:
         Raises HTTPException if the code is unknown or withdrawn, or comes from such an address.
         """
         try:
-            number, fault = self.folder.number_of(code), ""
-        except ConfigError as error:
-            number, fault = -1, str(error)
+            number = self.folder.number_of(code)
+        except ConfigError:  # its words name the server's folder
+            number = -1
         is_known = number >= 0 and bool(window) and window == self._visitors[number].window
         if is_known and number not in self.folder.withdrawn:
             return number
@@ -154,16 +154,22 @@ class StudyHost:
             raise HTTPException(429, "too many wrong codes came from your network: wait for two minutes")
         if number < 0:
             guesses.take()
-            raise HTTPException(404, fault)
+            raise HTTPException(
+                404, f"nobody in this study has the code {code}: compare it with the one that you were given"
+            )
+        self._check_is_in(number)
+        return number
+
+    def _check_is_in(self, number: int) -> None:
         if number in self.folder.withdrawn:
             raise HTTPException(
                 410, "whoever had this code has withdrawn from the study, and nothing of theirs is kept"
             )
-        return number
 
     async def _obey(self, number: int, message: PageMessage, act: Action) -> dict[str, Any]:
         visitor, now = self._visitors[number], time.monotonic()
         async with self._turns[number // 2]:
+            self._check_is_in(number)  # a message that waited may come from before
             is_busy = self.games.is_played_by(number)
             if not visitor.claim(message.window, message.loaded, now, takes_over=message.here, is_busy=is_busy):
                 return {"code": self.folder.codes[number], "title": self.study.title, "elsewhere": True}

@@ -324,6 +324,16 @@ async def test_who_stops_in_a_game_of_two_is_gone_and_the_other_goes_on_while_th
         assert other["step"]["id"] == "block2.break", "the other goes on without them"
 
 
+async def test_what_was_asked_beside_a_withdrawal_is_not_kept(tmp_path):
+    with begun(tmp_path) as (host, folder):
+        walk(folder.progress(0), "practice")
+        told = await asyncio.gather(posted(host, "stop", delete=True), posted(host, "stop"))
+        assert [status for status, _ in told] == [200, 410]
+        assert len(lines_of(SimpleNamespace(folder=folder.path), "P01")) == 1
+        status, nobody = await posted(host, "state", code="P99")
+        assert status == 404 and str(folder.path) not in nobody["fault"], "a visitor sees no path of the server"
+
+
 async def test_a_page_gets_a_copy_of_the_consent_and_no_right_answers_and_the_code_at_the_end(tmp_path):
     plan = PLAN.replace("[[conditions]]", 'completion = "C1"\n[[conditions]]', 1).replace(
         'choices = ["left", "right"]', 'choices = ["left", "right"], correct = "left"'
