@@ -142,9 +142,9 @@ class StudyHost:
         Raises HTTPException if the code is unknown or withdrawn, or comes from such an address.
         """
         try:
-            number = self.folder.number_of(code)
-        except ConfigError:  # its words name the server's folder
-            number = -1
+            number, fault = self.folder.number_of(code), ""
+        except ConfigError as error:
+            number, fault = -1, str(error)
         is_known = number >= 0 and bool(window) and window == self._visitors[number].window
         if is_known and number not in self.folder.withdrawn:
             return number
@@ -154,9 +154,7 @@ class StudyHost:
             raise HTTPException(429, "too many wrong codes came from your network: wait for two minutes")
         if number < 0:
             guesses.take()
-            raise HTTPException(
-                404, f"nobody in this study has the code {code}: compare it with the one that you were given"
-            )
+            raise HTTPException(404, fault)
         self._check_is_in(number)
         return number
 

@@ -100,7 +100,7 @@ class StudyFolder:
         """
         number = self._numbers.get(check_code(code).upper())
         if number is None:
-            raise ConfigError(f"nobody in this study has the code {code}: compare it with {self.path / CODES}")
+            raise ConfigError(f"nobody in this study has the code {code}: compare it with the study's {CODES}")
         return number
 
     def file_of(self, number: int) -> Path:
