@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
@@ -18,6 +18,7 @@ from swarm_pz.files import check_file, check_folder, draft_of
 from swarm_pz.policy import kind_of
 
 if TYPE_CHECKING:
+    from swarm_pz.evaluation.season import Entries
     from swarm_pz.evaluation.tournament import Tournament
 
 _NAMED = 6
@@ -140,11 +141,12 @@ def tournament(
         games: Games of every two players, even, half from each side.
         seed: Seed of the tournament; all pairings play the same starts.
         budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
-        out: Folder of the tournament: games.jsonl, ladder.json and ladder.png.
+        out: Folder of the tournament: games.jsonl, index.html, ladder.json and ladder.png.
         game: The rules.
     """
-    need("cli", "choix", "matplotlib")
+    need("cli", "choix", "jinja2", "matplotlib")
     from swarm_pz import policies
+    from swarm_pz.evaluation.season import Entries
     from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
 
     config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
@@ -152,7 +154,7 @@ def tournament(
     with progress("players", "loading players"):
         field = Tournament(players or able(game), config, out, policies.load, command())
     _play_on(field, workers)
-    _write_ladder(field)
+    _write_ladder(field, "Tournament", Entries())
 
 
 def _play_on(field: Tournament, workers: Workers) -> None:
@@ -166,9 +168,9 @@ def _play_on(field: Tournament, workers: Workers) -> None:
         field.play(progress=show, should_stop=should_stop, pool=pool)
 
 
-def _write_ladder(field: Tournament) -> dict[str, Any]:
-    """Rate the players of a tournament, write and print the ladder, and return its figures."""
-    from swarm_pz.evaluation import ladder
+def _write_ladder(field: Tournament, title: str, entries: Entries) -> None:
+    """Rate the players of a tournament, print the ladder, and write it and a page."""
+    from swarm_pz.evaluation import ladder, season
 
     print_rules(field.config.game)
     with progress("players", "rating players"):
@@ -176,9 +178,11 @@ def _write_ladder(field: Tournament) -> dict[str, Any]:
     with draft_of(field.folder / "ladder.json") as draft:
         draft.write_text(json_module.dumps(figures, indent=2) + "\n")
     ladder.plot(figures, field.folder / "ladder.png")
+    with draft_of(field.folder / season.PAGE) as draft:
+        draft.write_text(season.render(title, figures, entries, field.games.values()), encoding="utf-8")
     tables.print_ladder(figures)
     print("ladder: " + ", ".join(str(field.folder / f"ladder.{kind}") for kind in ("json", "png")))
-    return figures
+    print(f"page: {field.folder / season.PAGE}")
 
 
 def season(
@@ -205,8 +209,7 @@ def season(
         allow_programs: Run entries that are programs. They can do whatever you can.
         game: The rules.
     """
-    need("cli", "choix", "matplotlib")
-    need("train", "jinja2")
+    need("cli", "choix", "jinja2", "matplotlib")
     from swarm_pz.evaluation import season as seasons
     from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
     from swarm_pz.standard import Protocol
@@ -225,10 +228,7 @@ def season(
     for line in left_out:
         print(tables.printable(line))
     _play_on(tournament, workers)
-    figures = _write_ladder(tournament)
-    with draft_of(folder / seasons.PAGE) as draft:
-        draft.write_text(seasons.render(figures, entries, tournament.games.values()), encoding="utf-8")
-    print(f"page: {folder / seasons.PAGE}")
+    _write_ladder(tournament, "Season", entries)
 
 
 def list_policies() -> None:

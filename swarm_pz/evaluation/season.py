@@ -6,14 +6,15 @@ Policies are safetensors or ONNX, which run no code. Programs do, and play only 
 from __future__ import annotations
 
 import re
+import shlex
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import TEAM_NAMES, GameConfig
 from swarm_pz.errors import PolicyError, ResultsError, SwarmError, require_extra
 from swarm_pz.evaluation.ledger import PlayedGame, recorded_digests
 from swarm_pz.files import read_toml
@@ -23,8 +24,8 @@ ENTRIES, CARD, PAGE = "entries", "entry.toml", "index.html"
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 FIELDS = {"by": 60, "link": 200, "exec": 300, "digest": 32}
 """Fields of a card, and their most letters."""
-_MOST_REASONS, _MOST_LETTERS = 3, 300
-"""Limits of the page: reasons of a player's forfeits, and letters of each."""
+_MOST_REASONS, _MOST_LETTERS, _MOST_UPSETS = 3, 300, 5
+"""Limits of the page: reasons of a player's forfeits, letters of each, and games to watch."""
 
 
 @dataclass(frozen=True)
@@ -106,14 +107,43 @@ def reasons_of(games: Iterable[PlayedGame]) -> dict[str, list[tuple[str, int]]]:
     return {name: counts.most_common(_MOST_REASONS) for name, counts in found.items()}
 
 
-def render(ladder: dict[str, Any], entries: Entries, games: Iterable[PlayedGame] = ()) -> str:
-    """Return the season's page: one file that fetches nothing but the picture beside it."""
-    page: str = _template().render(ladder=ladder, entries=entries, reasons=reasons_of(games))
+def upsets(
+    ladder: dict[str, Any], entries: Entries, games: Iterable[PlayedGame]
+) -> list[tuple[str, str, str, PlayedGame]]:
+    """Return winner, loser, command and the game of the greatest upsets, at most one of two players, and no program."""
+    programs = {name for name, card in entries.cards.items() if "exec" in card}
+    ratings = {entry["player"]: entry["rating"] for entry in ladder["players"]}
+    found: dict[tuple[str, str], PlayedGame] = {}
+    for game in sorted(games, key=lambda game: game.seconds):
+        winner, loser = (game.one, game.other) if game.outcome == "win" else (game.other, game.one)
+        if (
+            game.outcome != "draw"
+            and not game.forfeit
+            and not programs & {winner, loser}
+            and ratings[winner] < ratings[loser]
+        ):
+            found.setdefault((winner, loser), game)
+    greatest = sorted(found, key=lambda pair: ratings[pair[0]] - ratings[pair[1]])[:_MOST_UPSETS]
+    return [(*pair, _command(found[pair], ladder["seed"], entries), found[pair]) for pair in greatest]
+
+
+def _command(game: PlayedGame, seed: int, entries: Entries) -> str:
+    """Return the command that plays a game again as a film."""
+    options = ["--seed", seed, "--pair", game.number // 2, "--side", TEAM_NAMES[game.number % 2], "--out", "game.mp4"]
+    players = (entries.folders.get(name, name) for name in (game.one, game.other))
+    return shlex.join(["swarm-pz", "render", *map(str, [*players, *options])])
+
+
+def render(title: str, ladder: dict[str, Any], entries: Entries, games: Collection[PlayedGame] = ()) -> str:
+    """Return the page of a season or tournament: one file that fetches nothing but the picture beside it."""
+    page: str = _template().render(
+        title=title, ladder=ladder, entries=entries, reasons=reasons_of(games), upsets=upsets(ladder, entries, games)
+    )
     return page
 
 
 @cache
 def _template() -> Any:
-    jinja2 = require_extra("jinja2", "train")
+    jinja2 = require_extra("jinja2", "cli")
     text = Path(__file__).with_name("season.html.jinja").read_text()
     return jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text)

@@ -67,6 +67,7 @@ def test_tournament_writes_the_ladder_and_goes_on(capsys):
     run(f"{arguments} 4")
     assert "rating" in capsys.readouterr().out and Path("ladder.png").stat().st_size > 0
     assert len(Path("games.jsonl").read_text().splitlines()) == 4
+    assert "<h1>Tournament</h1>" in Path("index.html").read_text()
     ladder = json.loads(Path("ladder.json").read_text())
     assert {entry["player"] for entry in ladder["players"]} == {"ring", "uniform"}
     assert (ladder["rules_hash"], ladder["command"]) == (RULES.rules_hash, f"swarm-pz {arguments} 4")

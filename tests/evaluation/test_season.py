@@ -11,7 +11,8 @@ import pytest
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError
-from swarm_pz.evaluation.season import Entries
+from swarm_pz.evaluation.ledger import PlayedGame
+from swarm_pz.evaluation.season import Entries, upsets
 from swarm_pz.policies import zoo
 
 SHORT = "--games 2 --processes 1 --game.drones-per-team 2 --game.time-limit 3 --no-field"
@@ -99,3 +100,20 @@ def test_links_are_no_entries_and_a_season_needs_its_folder(tmp_path):
     (tmp_path / "entries").mkdir()
     (tmp_path / "entries" / "link").symlink_to(zoo.champion.folder)
     assert "no link" in Entries.read(tmp_path, GameConfig(), allow_programs=False).left_out["link"]
+
+
+def test_games_to_watch_are_upsets_with_commands_that_play_them():
+    ladder = {"seed": 7, "players": [{"player": name, "rating": rating} for name, rating in (("a", 900), ("b", 1000))]}
+    won = {"share": 0.0, "outcome": "loss", "fingerprint": ""}  # b wins
+    lost = {"share": 1.0, "outcome": "win", "fingerprint": ""}  # a, the lower rated, wins
+    games = [
+        PlayedGame(one="a", other="b", number=0, seconds=1.0, **won),
+        PlayedGame(one="a", other="b", number=2, seconds=9.0, **lost),
+        PlayedGame(one="a", other="b", number=5, seconds=8.0, **lost),
+        PlayedGame(one="a", other="b", number=6, seconds=2.0, forfeit="b: late", **lost),
+    ]
+    entries = Entries({"b": Path("entries/b")}, {"b": {}})
+    command = "swarm-pz render a entries/b --seed 7 --pair 2 --side blue --out game.mp4"
+    assert upsets(ladder, entries, games) == [("a", "b", command, games[2])]
+    entries.cards["b"]["exec"] = "python b.py"
+    assert not upsets(ladder, entries, games), "render could not run the program in its folder"
