@@ -53,6 +53,7 @@ export class Replay {
     byId("moment").max = room.last_tick;
     this.hold(false);
     this.goTo(from);
+    this.link.table.keepAll?.();
     clearInterval(this.clock);
     this.clock = setInterval(() => this.step(), 1000 / TICKS);
   }

@@ -37,7 +37,8 @@ export const PAGE = {
     port.onmessage = ({ data }) => resolve(data === null ? null : new Response(data));
     worker.postMessage(path, [other]);
   }),
+  keepAll,
 };
 
-// Keep the page for use offline once a game has run for a second, as loading it then disturbs nothing.
+// Keep the page for use offline once a game has run for a second, or a recorded one is shown: loading it then disturbs nothing.
 function keepAll() { navigator.serviceWorker?.register(new URL("../../sw.js", import.meta.url)).catch(() => {}); }
