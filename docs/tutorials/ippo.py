@@ -12,15 +12,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import torch
+from matplotlib import pyplot as plt
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 
 from swarm_pz import GameConfig, Simulator
 from swarm_pz.evaluation import paired_difference, play_match
-from swarm_pz.rendering.plots import GREY, drawing
 from swarm_pz.simulator import Seed
 from swarm_pz.spaces import DroneView
 from swarm_pz.training.drones_vec_env import DronesVecEnv, PlayingRolloutBuffer
@@ -137,14 +138,16 @@ def draw(ends: list[tuple[int, float]], beside: dict[str, float], folder: Path) 
     """Draw the share at the end of the games of training, mean over a hundred games, and others' in whole games."""
     steps, shares = np.array(ends).T if ends else np.zeros((2, 0))
     window = min(100, len(steps))
-    with drawing(folder / "learning_curve.png") as figure:
-        axes = figure.add_subplot()
+    with plt.style.context("swarm_pz.rendering.plots"):
+        figure, axes = plt.subplots()
         if window:
             axes.plot(steps[window - 1 :] / 1e6, np.convolve(shares, np.ones(window) / window, "valid"), label="IPPO")
         for style, (name, share) in zip(("--", ":"), beside.items(), strict=True):
-            axes.axhline(share, color=GREY, linestyle=style, label=f"{name}, whole games")
+            axes.axhline(share, color="0.5", linestyle=style, label=f"{name}, whole games")
         axes.set(xlabel="steps of drones, millions", title="share of drones at the end", ylim=(-0.02, 1.02))
         figure.legend(loc="outside lower center", ncols=3)
+        figure.savefig(folder / "learning_curve.png")
+    plt.close(figure)
 
 
 def main() -> None:
@@ -162,6 +165,7 @@ def main() -> None:
     parser.add_argument("--time-limit", type=float, default=300.0)
     parser.add_argument("--out", type=Path, default=Path("runs/ippo"))
     options = parser.parse_args()
+    mpl.use("Agg")
     options.out.mkdir(parents=True, exist_ok=True)
     game = GameConfig(drones_per_team=options.drones, time_limit=options.time_limit)
     began = time.monotonic()
