@@ -25,6 +25,6 @@ def over_time(axes: Any, found: Mapping[str, Mapping[str, Sequence[float]]]) -> 
 
 def bound(axes: Any) -> None:
     """Draw our bound on the metric."""
-    axes.plot([JUDGED, JUDGED, SECONDS], [1e-5, COVERED, COVERED], color=style.DARK, linewidth=0.6)
+    axes.plot([JUDGED, JUDGED, SECONDS], [1e-5, COVERED, COVERED], "-", color=style.DARK, linewidth=0.6)
     look = {"ha": "right", "bbox": {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 1}}
     axes.annotate(f"ours: {COVERED:g}", (SECONDS, COVERED), (0, 3), textcoords="offset points", **look)

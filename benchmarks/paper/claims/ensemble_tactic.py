@@ -115,7 +115,7 @@ def draw_moments(panels: Sequence[Any], shown: Sequence[dict[str, Any]]) -> list
         for team in (RED, BLUE):
             style.captured_ground(axes, frame["captured_cells"][team], team)
         for drone, team in enumerate(teams):
-            axes.plot(*trails[:, drone].T, color=style.TEAMS[team], alpha=0.35, linewidth=0.5)
+            axes.plot(*trails[:, drone].T, "-", color=style.TEAMS[team], alpha=0.35, linewidth=0.5)
         style.drones(axes, trails[-1], teams)
         cells = (np.arange(len(frame["command"])) + 0.5) / len(frame["command"])
         command = np.array(frame["command"])

@@ -134,7 +134,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         axes = figure.add_subplot(grid[row, 0])
         axes.imshow(found["command"], origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=1.4)
         for brush, points in found["strokes"]:
-            axes.plot(*np.transpose(points), color=style.BRUSHES[brush])
+            axes.plot(*np.transpose(points), "-", color=style.BRUSHES[brush])
         maps.append(axes)
         axes.set_ylabel(name.replace("_", " "))
         for column, (size, flight) in enumerate(found["flights"].items()):

@@ -149,7 +149,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     colour = style.SERIES[2]
     spread.fill_between(places, least, most, color=colour, alpha=0.15, linewidth=0, label="9 in 10 games")
     spread.fill_between(places, low, high, color=colour, alpha=0.3, linewidth=0, label="half of the games")
-    spread.plot(places, middle, color=colour, label="median winner")
+    spread.plot(places, middle, "-", color=colour, label="median winner")
     spread.axhline(total / 2, color=style.GREY, linewidth=0.7)
     spread.set(
         title=f"the winner in {series['won']} of {series['games']} games", xlabel="share of the game (%)", xlim=(0, 100)
