@@ -64,6 +64,10 @@ test("a seat is kept by this window, and by the browser for who closes it", asyn
   const { link, socket } = await connect();
   socket.hear(SEAT);
   assert.deepEqual([link.seat, link.lastSeat], Array(2).fill({ room: "ABCD", token: SEAT.token, seat: "red" }));
+  socket.hear({ type: "room", code: "ABCD", phase: "over" });
+  assert.deepEqual([link.seat.token, link.lastSeat], [SEAT.token, null], "the seat of a game that is over is this window's alone");
+  socket.hear({ type: "room", code: "ABCD", phase: "starting" });
+  assert.equal(link.lastSeat.token, SEAT.token);
   link.seat = null;
   assert.deepEqual([link.seat, link.lastSeat], [null, null]);
 });
