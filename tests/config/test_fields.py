@@ -55,7 +55,8 @@ def wrong(hint: Any) -> list[Any]:
         return [math.nextafter(ends.low, -math.inf), math.nextafter(ends.high, math.inf), *beyond]
     if origin is types.UnionType:
         option = next(one for one in args if one is not types.NoneType)
-        return [one for one in wrong(option) if not isinstance(one, str)] if str in args else wrong(option)
+        right = ((str,) if str in args else ()) + ((int, float) if float in args else ())
+        return [one for one in wrong(option) if not isinstance(one, right)]
     if origin is tuple:
         alone = ["text", 5, None, {}]
         if args[-1] is not Ellipsis:
