@@ -68,7 +68,7 @@ def make_train(env: TwoSides, updates: int, *, world_state: bool) -> Any:
         return jnp.stack([values[agent] for agent in env.agents]).reshape(rows, -1)
 
     def inputs(seen: dict[str, jax.Array]) -> tuple[jax.Array, jax.Array]:
-        """Return what actors and critics see, (rows, ...) each."""
+        """Return the observations of actors and of critics, (rows, ...) each."""
         mine = batchify(seen)
         return mine, seen["world_state"].swapaxes(0, 1).reshape(rows, -1) if world_state else mine
 

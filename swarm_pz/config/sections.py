@@ -65,7 +65,7 @@ class MemoryConfig(Config):
     controller: Annotated[float, Range(0.01, 1e6)] | None = 4.0
     """Time constant tau of the controller's decaying memory, in seconds. None: nothing decays."""
     trail_forgotten_on: tuple[Occasion, ...] = hash_exempt(())
-    """When a drone's trail is emptied. What is not forgotten on a capture moves to the new team."""
+    """Occasions on which a drone's trail is emptied. A trail that a capture does not empty moves to the new team."""
     controller_forgotten_on: tuple[Occasion, ...] = hash_exempt(("capture",))
     """When the controller's memory of a drone is emptied. "command": its team's target differs from that of the last
     solve. "sending": its team was sent a command since then, even if unchanged, by `Simulator.command` or by a person

@@ -175,7 +175,7 @@ class BatchEnv:
         return self.see(observation, sides, chosen)
 
     def see(self, observation: ObservationConfig, sides: NDArray[np.int64], rows: NDArray[np.int64]) -> Observations:
-        """Return what `observe` does, for sides (n,) and rows (n,) that need no check."""
+        """Return observations as `observe` does, for sides (n,) and rows (n,) that need no check."""
         return observe(self.simulator, observation, sides, rows, self._limit_ticks)
 
     def ask(

@@ -186,7 +186,7 @@ def needed(name, files, found=()):
 
 
 def test_the_page_is_light():
-    """What comes before a first game stays small, from a server (compressed) and without one (as it is)."""
+    """Files before a first game stay small, from a server (compressed) and without one (as they are)."""
     here = {f"static/{path.name}": path.read_bytes() for path in STATIC.iterdir() if path.is_file()}
     first = {"static/index.html", "static/icon.svg", "static/style.css", *needed("static/main.js", here)}
     assert sum(len(gzip.compress(here[name])) for name in first) < 60_000
