@@ -67,7 +67,7 @@ class CommandReader:
         self.systems = game.team_systems
         self.cells, self.modes = game.command_cells, game.controller.modes
 
-    def read(self, team: int, number: int, given: Any, kind: str = "density", sender: str = "") -> Command:
+    def read(self, team: int, number: int, given: Any, kind: str = "density") -> Command:
         """Return a command, checked, as it will be followed.
 
         `given` is a density (A, A), or any form that the team's control system reads; `kind` is "density", or what that
@@ -83,7 +83,7 @@ class CommandReader:
                 values = as_followed(check_densities(given, (self.cells, self.cells), name))
             else:
                 values = read_form(given, system, self._game, name)
-            command = Command(team, number, values, kind, sender)
+            command = Command(team, number, values, kind)
             self.packed(command)
         except SwarmError:
             raise
@@ -91,11 +91,11 @@ class CommandReader:
             raise CommandError(f"{name}: {system.name} cannot serve it: {error!r}") from error
         return command
 
-    def answered(self, team: int, number: int, answer: NDArray[np.float64], sender: str = "") -> Command:
+    def answered(self, team: int, number: int, answer: NDArray[np.float64]) -> Command:
         """Return a policy's answer, checked and in the form that all commands have among others, as a command."""
         own = self._control.unpack(answer[None], self._control.numbers[team])[0]
         kind = self.systems[team].takes
-        return Command(team, number, as_followed(own) if kind == "density" else own, kind, sender)
+        return Command(team, number, as_followed(own) if kind == "density" else own, kind)
 
     def packed(self, command: Command) -> NDArray[np.float64]:
         """Return a command in the form that all have among others, (1, *control.command_shape)."""

@@ -22,8 +22,6 @@ MAX_MESSAGE_BYTES = 65_536
 MAX_LINE_BYTES = 2 * MAX_MESSAGE_BYTES
 """Longest line of a recording, whose commands have strokes and density; a longer one would hold up other threads."""
 MAX_MESSAGES_PER_SECOND = 20
-MOST_RULES = 8
-"""Automatic responses of a seat."""
 
 LARGEST, SMALLEST = 1e22, 1e-300
 """Sizes of numbers other than 0: msgspec reads those further from 1 up to a thousand times as slowly."""
@@ -184,40 +182,6 @@ class CommandMessage(Message, tag="command"):
     timing: Timing | None = None
 
 
-class When(Message):
-    """One condition of one's own side.
-
-    It has fewer drones than so many; no opponent is within so many map widths of them; or it has sent nothing for so
-    many seconds of game.
-    """
-
-    fewer: Annotated[int, Meta(ge=1, le=400)] | None = None
-    nobody_within: Annotated[float, Meta(gt=0, le=1.5)] | None = None
-    silent_s: Annotated[float, Meta(ge=0.5, le=3600)] | None = None
-
-
-class Response(Message):
-    """A policy that commands, or a command: one of these."""
-
-    policy: Name | None = None
-    strokes: Strokes | None = None
-    density: Density | None = None
-    command: Form | None = None
-
-
-class Rule(Message):
-    """An automatic response: while the condition holds, it commands in place of the player."""
-
-    when: When
-    do: Response
-
-
-class Rules(Message, tag="rules"):
-    """The automatic responses of one's seat, in place of earlier ones; the first acts whose condition holds."""
-
-    rules: Annotated[list[Rule], Meta(max_length=MOST_RULES)]
-
-
 class Acknowledge(Message, tag="acknowledge"):
     """The latest frame that has arrived."""
 
@@ -241,7 +205,7 @@ class Leave(Message, tag="leave"):
 
 
 ClientMessage = (
-    Hello | Create | Join | Invite | Ready | Pause | CommandMessage | Rules | Acknowledge | Ping | Visibility | Leave
+    Hello | Create | Join | Invite | Ready | Pause | CommandMessage | Acknowledge | Ping | Visibility | Leave
 )  # fmt: skip
 
 # --- from the server ------------------------------------------------------------------------------
@@ -259,12 +223,11 @@ class Card(Message):
 
 
 class PolicyInfo(Message):
-    """A policy that may take a seat; "any" `answers` suit themselves to the control system."""
+    """A policy that may take a seat."""
 
     name: str
     about: str
     card: Card | None = None
-    answers: str = "density"
 
 
 class SystemInfo(Message):
@@ -390,22 +353,13 @@ class Received(Message, tag="received"):
 class InForceMessage(OfSeat, tag="in_force"):
     """The swarm follows a command from this tick on.
 
-    `sender` is "auto:" and a policy, or "auto:saved", of an automatic response; "shared:" and a policy of a command
-    that the policy shares, with the number of the player's latest.
+    `sender` is "shared:" and a policy where the policy shares the command, which has the number of the player's latest.
     """
 
     seat: Side
     number: Count
     tick: Tick
     server_ms: float
-    sender: str = ""
-
-
-class Acting(Message, tag="acting"):
-    """The place of the automatic response that commands from now on, from 0; None if none does."""
-
-    seat: Side
-    rule: int | None
     sender: str = ""
 
 
@@ -435,7 +389,7 @@ class Pong(Message, tag="pong"):
 
 
 ServerMessage = (
-    Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Notice | Displaced | Pong
+    Welcome | Seated | RoomState | Received | InForceMessage | Refused | Notice | Displaced | Pong
 )  # fmt: skip
 
 # --- in recordings --------------------------------------------------------------------------------

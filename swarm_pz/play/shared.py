@@ -7,9 +7,6 @@ from numpy.typing import NDArray
 
 from swarm_pz.play.commands import Command, as_followed
 
-SHARED = "shared:"
-"""Prefix of the sender of a shared command; the policy's name follows."""
-
 
 def mixture(own: NDArray[np.float64], helpers: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     """Return two densities (A, A) mixed, each scaled to a sum of 1; an empty one counts as uniform."""
@@ -24,7 +21,7 @@ class SharedCommand:
     """The latest densities of a team's player and its helper, mixed; `cells` a side."""
 
     def __init__(self, team: int, cells: int, share: float, helper: str) -> None:
-        self._team, self._share, self._sender = team, share, f"{SHARED}{helper}"
+        self._team, self._share, self._sender = team, share, f"shared:{helper}"
         self._own = Command(team, 0, np.ones((cells, cells)))
         self._helpers: NDArray[np.float64] | None = None
         self._latest = np.zeros(0)

@@ -93,9 +93,9 @@ def test_what_cannot_fly_a_team_is_refused_and_changes_nothing(given, kind, told
 
 def test_a_policys_answer_has_the_kind_that_its_team_takes():
     reader = CommandReader(GAME)
-    answer = reader.answered(RED, 3, reader.packed(reader.read(RED, 1, PUSH, "accelerations"))[0], "auto:push")
+    answer = reader.answered(RED, 3, reader.packed(reader.read(RED, 1, PUSH, "accelerations"))[0])
     np.testing.assert_array_equal(answer.values, PUSH)
-    assert (answer.kind, answer.number, answer.sender) == ("accelerations", 3, "auto:push")
+    assert (answer.kind, answer.number) == ("accelerations", 3)
     image = np.linspace(0.0, 0.5, 100).reshape(10, 10)
     density = reader.answered(BLUE, 1, reader.packed(reader.read(BLUE, 1, image))[0] / 3.0)
     assert density.kind == "density"

@@ -126,7 +126,6 @@ def fixtures(tmp_path_factory):
         "subprotocol": protocol.SUBPROTOCOL,
         "points": MOST_POINTS,
         "widths": [NARROWEST, WIDEST],
-        "rules": protocol.MOST_RULES,
     }
     folder, default = tmp_path_factory.mktemp("recorded"), GameConfig(drones_per_team=12)
     other = default.replace(controllers="flocking", capture=CaptureConfig(threshold=0.5))

@@ -11,7 +11,6 @@ import numpy as np
 from swarm_pz.config import PRESETS, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
 from swarm_pz.play.protocol import CapturedMessage, EndMessage, InForceMessage, SeatCommand, SeatMessage
 from swarm_pz.play.recordings.recording import Recording
-from swarm_pz.play.shared import SHARED
 
 _PRESET_OF = {GameConfig.preset(name).rules_hash: name for name in PRESETS}
 
@@ -62,7 +61,6 @@ class SeatRow:
     seconds: float = column("length of the game, as far as it came", "s of game")
     final_share: float = column("share of all drones that this side had at the end", "1")
     commands: int = column("commands that the seat's player gave", "count")
-    automatic_commands: int = column("commands that automatic responses gave in the player's place", "count")
     commands_per_minute: float = column("commands of the player a minute of game", "1/min")
     first_command_s: float | None = column("when the first command came into force", "s of game")
     drawing_s_per_command: float | None = column("how long a drawing took, in the mean", "s")
@@ -143,15 +141,13 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
     """Return a seat's columns about its player."""
     log = recording.log
     made: dict[int, float] = {}
-    commands, automatic, forced, first_s = 0, 0, 0, None
+    commands, forced, first_s = 0, 0, None
     drawing_s, to_force = [], []
     # In order, since a page that was reloaded counts its commands from the start again.
     for line in log:
         if not isinstance(line, SeatCommand | InForceMessage) or line.team != team:
             continue
-        if line.sender and not line.sender.startswith(SHARED):
-            automatic += isinstance(line, SeatCommand)
-        elif isinstance(line, InForceMessage):
+        if isinstance(line, InForceMessage):
             if line.sender and line.number in (0, forced):
                 continue  # its helper alone asked for something else
             forced = line.number
@@ -169,7 +165,6 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
     last_ms = max((getattr(line, "server_ms", 0.0) for line in log), default=0.0)
     return {
         "commands": commands,
-        "automatic_commands": automatic,
         "commands_per_minute": 60.0 * commands / seconds if seconds else 0.0,
         "first_command_s": first_s,
         "drawing_s_per_command": float(np.mean(drawing_s)) if drawing_s else None,

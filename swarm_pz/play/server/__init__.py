@@ -6,7 +6,7 @@
 `lobby`              all rooms, and the recorded games
 `room`               two seats and their games, by a plan of `room_settings`
 `audience`           everybody in a room
-`seat`               one side of a room; its automatic `responses`, its client's `seat_view`
+`seat`               one side of a room; its client's `seat_view`
 `live_session`       a game in real time; `game_log` records it
 `rendered_command`   commands made of clients' messages
 `incoming_commands`  commands on their way into a game, with `delays`

@@ -17,7 +17,6 @@ from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import LONG, Connection, RefusedError
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.rendered_command import is_rendered_at_once, render
-from swarm_pz.play.server.responses import SAVED, ReadyRule, check_rules
 from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.room_settings import RoomPlan, table_config
 
@@ -50,7 +49,6 @@ class ClientHandler:
         self._rendering: asyncio.Task[None] | None = None
         self._command: tuple[Room, protocol.CommandMessage] | None = None
         """The latest command and its room, while an earlier one is rendered."""
-        self._ruling: asyncio.Task[None] | None = None  # renders commands of automatic responses
         self._greeted = False
 
     # --- messages ---------------------------------------------------------------------------------
@@ -141,8 +139,6 @@ class ClientHandler:
                 self._in_room().pause(connection, message.paused)
             case protocol.CommandMessage():
                 self._give_command(message)
-            case protocol.Rules():
-                self._set_rules(message)
             case protocol.Visibility():
                 if self._room is not None:
                     self._room.visibility(connection, message.hidden)
@@ -241,7 +237,7 @@ class ClientHandler:
             raise RefusedError("not_valid", reason)
         team = room.commanding(self._connection).team
         if self._rendering is None and is_rendered_at_once(message, room.reader, team):
-            rendered = render(message, room.reader, room.plan.config.mapping, team, message.number)
+            rendered = render(message, room.reader, room.plan.config.mapping, team)
             room.command(self._connection, message, rendered)
         else:
             self._command = room, message
@@ -257,31 +253,6 @@ class ClientHandler:
 
     async def _render_one(self, room: Room, message: protocol.CommandMessage) -> None:
         team, reader, mapping = room.commanding(self._connection).team, room.reader, room.plan.config.mapping
-        rendered = await self._lobby.drawing.do(render, message, reader, mapping, team, message.number)
+        rendered = await self._lobby.drawing.do(render, message, reader, mapping, team)
         if room is self._room:
             room.command(self._connection, message, rendered)
-
-    def _set_rules(self, message: protocol.Rules) -> None:
-        """Set automatic responses, once their commands are rendered; of several messages, the latest counts."""
-        room = self._in_room()
-        seat = room.seat_of(self._connection)
-        check_rules(message.rules)
-        named = {self._lobby.check_policy(rule.do.policy) for rule in message.rules if rule.do.policy is not None}
-        more = len(named) - (seat.responses.policies if seat.responses is not None else 0)
-        if more > 0:
-            self._lobby.make_way(room, more)
-        if self._ruling is not None:
-            self._ruling.cancel()
-
-        async def render_all() -> None:
-            rules = []
-            for rule in message.rules:
-                command = None
-                if rule.do.policy is None:
-                    given = rule.do, room.reader, room.plan.config.mapping, seat.team, 0, SAVED
-                    command = (await self._lobby.drawing.do(render, *given)).command
-                rules.append(ReadyRule(rule, command))
-            if room is self._room:
-                room.respond(self._connection, rules)
-
-        self._ruling = asyncio.create_task(self._try("rules", render_all))

@@ -28,16 +28,11 @@ class _Arrived(NamedTuple):
 
 
 class IncomingCommands:
-    """The commands of both teams of a game.
-
-    - `sent`: ticks at which red's and blue's players last sent one; before that, of the start.
-    - `measured`: delays of red's and blue's commands.
-    """
+    """The commands of both teams of a game; `measured` has the delays of red's and blue's."""
 
     def __init__(self, game: LiveGame, factors: tuple[Factors, Factors], log: GameLog) -> None:
         self._game, self._log = game, log
         red, blue = factors
-        self.sent = [game.tick, game.tick]
         self.measured = Measured(red.command_delay_ms), Measured(blue.command_delay_ms)
         self._lines = [DelayLine(own.command_delay_ms) for own in factors]
         self._shared = [
@@ -49,17 +44,15 @@ class IncomingCommands:
         self, command: Command, strokes: list[StrokeMessage] | None = None, timing: Timing | None = None
     ) -> None:
         """Take a command, followed at once by its mixture with a helper's."""
-        if not command.sender:
-            self.sent[command.team] = self._game.tick
         now, shared = self._log.server_ms(), self._shared[command.team]
         arrived = [_Arrived(command, now, strokes, timing)]
         if shared is not None and (mixed := shared.take(command)) is not None:
             arrived.append(_Arrived(mixed, now))
         self._delay(command.team, arrived)
 
-    def take_answer(self, team: int, number: int, answer: NDArray[np.float64], sender: str = "") -> None:
+    def take_answer(self, team: int, number: int, answer: NDArray[np.float64]) -> None:
         """Take a policy's answer, unless it holds already; a helper's becomes its share of the command."""
-        command = self._game.reader.answered(team, number, answer, sender)
+        command = self._game.reader.answered(team, number, answer)
         shared, now = self._shared[team], self._log.server_ms()
         if shared is None:
             self._delay(team, [_Arrived(command, now, unless_held=True)])

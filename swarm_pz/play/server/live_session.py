@@ -41,8 +41,6 @@ _FIELD_TICKS = 3
 """Ticks between two frames with capture fields."""
 HELD_S = 0.1
 """Seconds between two checks whether somebody sees a held game again."""
-_LOOK_TICKS = 6
-"""Ticks between two checks of the conditions of automatic responses."""
 SOLVE_S = 2.0
 """Seconds that one solve may take; the simulator checks that they keep up on average."""
 TRIAL_S = 120.0
@@ -295,10 +293,6 @@ class LiveSession:
         if game.tick % self.config.game.step_ticks == 0 and game.tick > 0:
             for team, policy in self._policies:
                 self._ask(team, policy)
-        if game.tick % _LOOK_TICKS == 0:
-            for seat in self._seats:
-                if seat.responses is not None:
-                    seat.responses.look(game, self.commands)
         for began in game.begin_period():
             self._note_in_force(began)
         if self._control is not None and game.is_at_solve:

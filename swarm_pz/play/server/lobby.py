@@ -22,7 +22,6 @@ from swarm_pz.play.server.room_settings import POLICY_COST, RoomPlan
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.server_context import ServerContext, check_folder
 from swarm_pz.play.server.worker import Worker
-from swarm_pz.policy import kind_of
 
 MOST_ROOMS, MOST_ROOMS_OF_ADDRESS = 125, 50
 """Costs of all rooms, and of those of one address, in games of 10 against 10 at normal speed, as `cost_of` says: 100
@@ -68,8 +67,7 @@ class Lobby:
         self._systems = installed_systems(context.table.game)
         known = cards if cards is not None else {}
         self._policies = [
-            protocol.PolicyInfo(name=name, about=text, card=known.get(name), answers=kind_of(name))
-            for name, text in policies.items()
+            protocol.PolicyInfo(name=name, about=text, card=known.get(name)) for name, text in policies.items()
         ]
 
     def welcome(self) -> protocol.Welcome:

@@ -10,8 +10,6 @@ from swarm_pz.play.server.views import target_message
 from swarm_pz.play.strokes import Mapping, Stroke, attraction_of, density_of
 from swarm_pz.simulator.commands import make_target
 
-CommandSource = protocol.CommandMessage | protocol.Response
-
 
 class RenderedCommand(NamedTuple):
     """A command, and its target as its side sees it."""
@@ -20,28 +18,26 @@ class RenderedCommand(NamedTuple):
     target: bytes
 
 
-def is_rendered_at_once(source: CommandSource, reader: CommandReader, team: int) -> bool:
+def is_rendered_at_once(source: protocol.CommandMessage, reader: CommandReader, team: int) -> bool:
     """Return true if a command is rendered so fast that a game may wait for it."""
     return source.density is not None and reader.systems[team].takes == "density"
 
 
-def render(
-    source: CommandSource, reader: CommandReader, mapping: Mapping, team: int, number: int = 0, sender: str = ""
-) -> RenderedCommand:
+def render(source: protocol.CommandMessage, reader: CommandReader, mapping: Mapping, team: int) -> RenderedCommand:
     """Render a command for a team; any thread may do it.
 
     Raises CommandError if it cannot be drawn or read, or cannot fly the team.
     """
-    system = reader.systems[team]
+    system, number = reader.systems[team], source.number
     if source.strokes is not None:
         strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in source.strokes]
         is_images = system.takes == "attraction"
         drawn = (attraction_of if is_images else density_of)(strokes, reader.cells, mapping)
-        command = reader.read(team, number, drawn, "attraction" if is_images else "density", sender)
+        command = reader.read(team, number, drawn, "attraction" if is_images else "density")
     elif source.density is not None:
-        command = reader.read(team, number, source.density, "density", sender)
+        command = reader.read(team, number, source.density, "density")
     else:
-        command = reader.read(team, number, source.command, system.takes, sender)
+        command = reader.read(team, number, source.command, system.takes)
     return RenderedCommand(command, target_of(command, reader))
 
 

@@ -18,7 +18,6 @@ from swarm_pz.play.server.audience import Audience
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.live_session import LiveSession
 from swarm_pz.play.server.rendered_command import RenderedCommand
-from swarm_pz.play.server.responses import ReadyRule
 from swarm_pz.play.server.room_settings import POLICY_COST, RoomPlan, cost_of, settings_of
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
@@ -75,7 +74,7 @@ class Room:
     @property
     def cost(self) -> float:
         """Cost of its games and policies for the server, as `cost_of` says."""
-        return self._game_cost + POLICY_COST * sum(seat.policies for seat in self.seats)
+        return self._game_cost + POLICY_COST * sum(seat.loaded is not None for seat in self.seats)
 
     @property
     def is_on(self) -> bool:
@@ -167,7 +166,6 @@ class Room:
         self._note(seat, "connected")
         self._welcome(view)
         seat.show_target()
-        seat.send_acting()
         if self.plan.hosted is not None and self.session is None:
             seat.ready = True
             self._begin_if_ready()
@@ -254,10 +252,6 @@ class Room:
         connection.send(protocol.Received(number=message.number, server_ms=self._context.now_ms()))
         if not seat.helper:  # else the mixture is shown once it is in force
             seat.show_target(rendered.target)
-
-    def respond(self, connection: Connection, rules: list[ReadyRule]) -> None:
-        """Replace the automatic responses of a seat."""
-        self.seat_of(connection).respond(rules)
 
     def visibility(self, connection: Connection, hidden: bool) -> None:
         """Record that a player's page was hidden or shown."""
@@ -395,8 +389,6 @@ class Room:
         self._is_rematch = self.plan.hosted is None and not self.plan.config.varies
         for seat in self.seats:
             seat.wins += outcome == seat.side
-            if seat.responses is not None:
-                seat.responses.rest()
             if seat.gone:
                 seat.free()
         self._changed()
@@ -413,6 +405,5 @@ class Room:
         """End the game, and let the seats' policies go."""
         self.stop()
         for seat in self.seats:
-            seat.drop_responses()
             if seat.loaded is not None:
                 seat.free()

@@ -20,7 +20,6 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import RecordedSeat
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers, SeatPolicy
-from swarm_pz.play.server.responses import ReadyRule, Responses
 from swarm_pz.play.server.seat_view import SeatView
 
 
@@ -54,7 +53,6 @@ class Seat:
     gone: bool = False
     target: bytes = b""
     loaded: SeatPolicy | None = None
-    responses: Responses | None = None
     wins: int = 0
     _numbers: itertools.count[int] = field(default_factory=itertools.count, compare=False)
 
@@ -82,7 +80,6 @@ class Seat:
         """Let nobody come back to it in this game; its swarm goes on with its last command."""
         self.part()
         self.token, self.gone = "", True
-        self.drop_responses()
 
     def wait(self) -> None:
         """Wait for its client to come back with its token."""
@@ -95,7 +92,6 @@ class Seat:
         if self.loaded is not None:
             self.loaded.close()
         self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
-        self.drop_responses()
         self.part()
         self.gone, self.loaded, self.wins = False, None, 0
 
@@ -106,7 +102,6 @@ class Seat:
             setattr(self, name, its)
             setattr(other, name, own)
         for seat in (self, other):
-            seat.drop_responses()
             if seat.connection is not None:
                 seat.meet(seat.connection)
 
@@ -128,11 +123,6 @@ class Seat:
         return SeatPolicy(place, self.workers, changed)
 
     @property
-    def policies(self) -> int:
-        """Number of policies that play, help or respond here."""
-        return (self.loaded is not None) + (self.responses.policies if self.responses is not None else 0)
-
-    @property
     def policy_state(self) -> Literal["loading", "loaded", "failed"] | None:
         """State of its policy, or its player's helper; None without either."""
         return self.loaded.state if self.loaded is not None else None
@@ -143,21 +133,6 @@ class Seat:
         if self.loaded is None or self.loaded.state != "failed":
             return ""
         return f"{self.loaded.place.policy} cannot play: {self.loaded.reason}"
-
-    def respond(self, rules: list[ReadyRule]) -> None:
-        """Replace its automatic responses."""
-        if rules and self.helper:
-            reason = f"{self.helper} shares this seat's commands: it takes no automatic responses"
-            raise RefusedError("not_valid", reason)
-        if self.responses is None:
-            self.responses = Responses(self.team, self._load, self.send_acting, self._rule_failed)
-        self.responses.replace(rules)
-
-    def drop_responses(self) -> None:
-        """End its automatic responses."""
-        if self.responses is not None:
-            self.responses.close()
-        self.responses = None
 
     # --- its client -------------------------------------------------------------------------------
 
@@ -188,16 +163,6 @@ class Seat:
         self.target = self.target if target is None else target
         if self.view is not None and self.target:
             self.view.send_bytes(self.target)
-
-    def send_acting(self) -> None:
-        """Send its client the automatic response that commands now."""
-        if self.responses is not None:
-            rule, sender = self.responses.acting
-            self.send(protocol.Acting(seat=self.side, rule=rule, sender=sender))
-
-    def _rule_failed(self, reason: str) -> None:
-        if self.connection is not None:
-            self.connection.send(protocol.Refused(code="not_valid", reason=reason[:500], about="rules"))
 
     # --- its state --------------------------------------------------------------------------------
 

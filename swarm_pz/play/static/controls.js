@@ -25,11 +25,7 @@ export class Controls {
     /** @type {any} */
     this.pen = this.brush = new Pen(byId("arena"), byId("ink"), this.hand);
     this.isEquipped = false;
-    this.responses = null; // fetched when needed
-    this.library = new Library({
-      current: () => this.pen, send: (drawing) => this.recall(drawing), tell: answer,
-      changed: () => this.responses?.then((responses) => responses.show()),
-    });
+    this.library = new Library({ current: () => this.pen, send: (drawing) => this.recall(drawing), tell: answer });
     this.forget();
     this.listen();
     this.setExtent();
@@ -43,17 +39,9 @@ export class Controls {
     on("click", Object.fromEntries(BRUSHES.map((brush) => [brush, () => this.choose(brush)])));
     on("click", {
       send: () => this.send(), undo: () => this.undo(), clear: () => this.clear(), spread: () => this.spread(),
-      "close-tools": () => byId("tools").close(),
-      manage: async () => {
-        await this.respond();
-        byId("tools").showModal();
-      },
+      "close-tools": () => byId("tools").close(), manage: () => byId("tools").showModal(),
     });
-    hear(this.link, {
-      target: (target) => this.check(target),
-      in_force: (command) => this.setInForce(command),
-      acting: (what) => this.respond().then((responses) => responses.act(what)),
-    });
+    hear(this.link, { target: (target) => this.check(target), in_force: (command) => this.setInForce(command) });
   }
 
   // Begin with another game.
@@ -65,10 +53,9 @@ export class Controls {
   // --- tools ------------------------------------------------------------------------------------------
 
   // Show the tools for the commands of a seat. Code for commands that are not drawn is fetched when needed.
-  async equip(seat, commands, policies) {
+  async equip(seat, commands) {
     const { takes, serves_densities: isServed } = commands, kind = PLACED.includes(takes) ? takes : "strokes";
     this.seat = seat;
-    this.policies = policies.filter(({ answers }) => answers === takes || answers === "any" || (answers === "density" && isServed));
     this.isEquipped = false;
     this.pen.forget();
     if (kind === "strokes") this.pen = this.brush;
@@ -110,12 +97,6 @@ export class Controls {
     byId("width").value = this.pen.extent;
     byId("turn").value = this.pen.mark?.turn;
     for (const shape of byId("shapes").children) shape.setAttribute("aria-pressed", shape.textContent === this.pen.shape);
-  }
-
-  // Fetch the code of automatic responses.
-  respond() {
-    const how = { policies: () => this.policies, saved: () => this.library.own, say: (strokes) => this.pen.say(strokes) };
-    return this.responses ??= import("./responses.js").then(({ Responses }) => new Responses(this.link, how));
   }
 
   choose(brush) {
@@ -206,9 +187,7 @@ export class Controls {
   }
 
   setInForce(command) {
-    const isShared = command.sender.startsWith("shared:");
-    if (command.sender && !isShared) return; // a response, in one's place
-    if (isShared && command.number <= this.followed) return; // only the helper's part has changed
+    if (command.sender && command.number <= this.followed) return; // only the helper's part has changed
     this.followed = command.number;
     if (SIDES.indexOf(command.seat) === this.seat && command.number >= this.number) this.pen.setInForce();
   }

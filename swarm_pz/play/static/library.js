@@ -10,12 +10,11 @@ const BRUSHES = { attract: "asked", repel: "away", erase: "ground" }; // and the
 const SIZE = 72; // pixels a side of a picture
 
 export class Library {
-  // current: what is drawn now, and its kind; send: sends a saved drawing; tell: says what was done; changed: there are others.
-  constructor({ current, send, tell, changed }) {
+  // current: what is drawn now, and its kind; send: sends a saved drawing; tell: says what was done.
+  constructor({ current, send, tell }) {
     this.current = current;
     this.send = send;
     this.tell = tell;
-    this.changed = changed;
     this.all = checked(recall(STORE));
     on("click", { save: () => this.save(), shelf: () => this.open(byId("library").hidden) });
     onLook(() => this.show());
@@ -59,7 +58,6 @@ export class Library {
     ))));
     byId("none-saved").hidden = own.length;
     byId("drawings").replaceChildren(...own.map((drawing) => this.line(drawing)));
-    this.changed();
   }
 
   // A drawing that can be named or deleted.

@@ -40,7 +40,7 @@ export class Lobby {
     if (byId("recorded").open) listGames(this.link.table, byId("games"));
     if (!welcome) return;
     byId("quick").disabled = byId("invite-somebody").disabled = false;
-    for (const id of ["invite-somebody", "guests", "responding", "side-watch"]) byId(id).hidden = !welcome.guests;
+    for (const id of ["invite-somebody", "guests", "side-watch"]) byId(id).hidden = !welcome.guests;
     byId("daily").hidden = welcome.guests;
     byId("side-watch").disabled = !welcome.guests; // some browsers list hidden options
     this.suggest(this.welcome = welcome);

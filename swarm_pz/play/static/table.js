@@ -9,7 +9,6 @@ import { LEVELS } from "./levels.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
 import { count, counts, daily, daysInARow, keepSide, progress, sideIn, winDay } from "./progress.js";
-import { recall } from "./store.js";
 import { freeSides } from "./waiting.js";
 import { called, clock, isStudy, playerOf, SIDES, TICKS } from "./words.js";
 
@@ -28,7 +27,6 @@ export class Table {
     this.room = null;
     this.seat = null;
     this.place = this.leftPlace = null; // present and last room or recording
-    this.policies = [];
     this.heardMs = 0; // when the latest frame came
     this.isAway = false; // the clock was stopped
     /** @type {any} */
@@ -75,8 +73,7 @@ export class Table {
       seated: (seated) => this.sitDown(seated),
       frame: (frame) => this.takeFrame(frame),
       target: (target) => { if (target.team === this.arena.own) this.arena.ground.setTarget(target); },
-      welcome: ({ policies }) => {
-        this.policies = policies;
+      welcome: () => {
         this.seat = this.room = this.aside = null;
         this.isAway = false;
       },
@@ -162,11 +159,10 @@ export class Table {
     this.forget();
   }
 
-  sitDown({ seat, token, commands, factors }) {
+  sitDown({ seat, commands, factors }) {
     this.seat = SIDES.indexOf(seat);
     this.vary(factors);
-    if (recall("rules", "session")?.token === token) this.controls.respond();
-    this.controls.equip(this.seat, commands, this.policies);
+    this.controls.equip(this.seat, commands);
   }
 
   // Apply the factors of an experiment at the seat; null for none.
@@ -329,7 +325,7 @@ export class Table {
     this.giveUpSeat();
     this.room = this.place = null;
     this.replay?.close();
-    for (const id of ["controls", "cover", "watching", "acting"]) byId(id).hidden = true;
+    for (const id of ["controls", "cover", "watching"]) byId(id).hidden = true;
     byId("table").dataset.phase = "";
     this.arena.look(0);
     this.forget();

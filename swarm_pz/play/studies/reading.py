@@ -214,7 +214,7 @@ class _Person:
             row = CommandRow(
                 **self._key(step),
                 side=TEAM_NAMES[line.team],
-                by="automatic" if line.sender else "participant" if line.team == own else "opponent",
+                by="shared" if line.sender else "participant" if line.team == own else "opponent",
                 number=line.number,
                 kind=command.kind,
                 tick=line.tick,

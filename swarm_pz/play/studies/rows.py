@@ -57,7 +57,6 @@ class GameRow:
     opponent_drones: int | None = column("drones of the opponent at the start", "count", None)
     final_share: float | None = None
     commands: int | None = None
-    automatic_commands: int | None = None
     commands_per_minute: float | None = None
     first_command_s: float | None = None
     drawing_s_per_command: float | None = None
@@ -83,7 +82,7 @@ class CommandRow:
     step: str = column("name of the step; with the participant the key of the game")
     condition: str = column("title of the condition")
     side: str = column("side that was commanded: red or blue")
-    by: str = column("participant, opponent, or automatic: a response that was set up before")
+    by: str = column("participant, opponent, or shared: mixed with the helper's")
     number: int = column("number by which its sender knows it")
     kind: str = column('"density", or the kind of commands that the control system takes')
     tick: int = column("tick at which it arrived", "1/30 s of game")

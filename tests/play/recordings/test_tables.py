@@ -98,7 +98,7 @@ def test_a_row_holds_what_its_seat_did():
     both |= {"config_hash": CONFIG.hash, "rules_hash": CONFIG.game.rules_hash, "lesson": False, "ended_by": "left"}
     both |= {"left_out": "left", "min_command_interval": 0.25, "speed": 2.0, "drones": 8}
     both |= {"time_limit": 60.0, "seconds": 20.0, "system": "ergodic", "opponent_system": "ergodic"}
-    both |= {"automatic_commands": 0, "display_delay_ms": 0.0, "frame_rate": 30}
+    both |= {"display_delay_ms": 0.0, "frame_rate": 30}
     red = both | {
         "side": "red",
         "kind": "person",

@@ -185,10 +185,6 @@ async def test_policies_count_in_the_cost_of_a_room(hall, monkeypatch):
     assert other.say(protocol.Create(seat="watch", player="ring", opponent="ring")) is None
     guest.say(protocol.Leave())
     assert guest.say(protocol.Create(opponent="ring")) is None
-    silent = protocol.When(silent_s=1.0)
-    rules = [protocol.Rule(silent, protocol.Response(policy=name)) for name in ("ring", "uniform")]
-    assert guest.say(protocol.Rules(rules)) == "full"
-    for kept in (rules[:1], rules[1:]):
-        assert guest.say(protocol.Rules(kept)) is None
-        await until(lambda: sum(room.cost for room in hall.rooms.values()) == 3.0)
+    assert sum(room.cost for room in hall.rooms.values()) == 2.75
+    assert Guest(hall).say(protocol.Create(opponent="ring")) == "full"
     assert guest.say(protocol.Invite("blue", "uniform")) is None, "one for another costs nothing"

@@ -1,4 +1,4 @@
-"""Commands rendered from what clients send: their sides and senders."""
+"""Commands rendered from what clients send: their sides and numbers."""
 
 import numpy as np
 import pytest
@@ -25,12 +25,12 @@ FIRM = "firm"
         (1, "direct", {"command": [[0.5, 0.0]] * 4}, "accelerations"),
     ],
 )
-def test_a_command_is_its_senders_whatever_its_form(team, system, form, kind):
+def test_a_command_is_its_sides_whatever_its_form(team, system, form, kind):
     other = "leader_follower"
     reader = CommandReader(GameConfig(drones_per_team=2, controllers=(other, system) if team else (system, other)))
-    rendered = render(protocol.CommandMessage(3, **form), reader, FIRM, team, 3, "auto:saved")
+    rendered = render(protocol.CommandMessage(3, **form), reader, FIRM, team)
     command = rendered.command
-    assert (command.team, command.number, command.kind, command.sender) == (team, 3, kind, "auto:saved")
+    assert (command.team, command.number, command.kind) == (team, 3, kind)
     _, coefficients = make_target(reader.picture(command), reader.modes)
     assert rendered.target == target_message(team, 3, coefficients)
     if kind == "attraction":

@@ -150,7 +150,7 @@ def watched(room):
 def give(room, client, message):
     """Let a client give a command."""
     team = room.commanding(client).team
-    room.command(client, message, render(message, room.reader, room.plan.config.mapping, team, message.number))
+    room.command(client, message, render(message, room.reader, room.plan.config.mapping, team))
 
 
 def code_of(act, *what):

@@ -128,7 +128,7 @@ async def test_a_shared_command_is_mixed_recorded_and_shown_as_such(tmp_path):
     shown = [data for data in red.bytes if data[0] == 2]
     assert shown[-1] != shown[0] and shown[-1][4] == 1, "of what both make, by the number of the player's"
     row = seat_rows(recording)[0]
-    assert (row.commands, row.automatic_commands) == (1, 0) and row.first_command_s > 0.0
+    assert row.commands == 1 and row.first_command_s > 0.0
     assert Playback(recording).verify().verified
 
 
@@ -148,13 +148,11 @@ async def test_a_game_waits_for_the_helper(tmp_path):
         await playing(room)
 
 
-async def test_a_shared_seat_is_a_players_without_automatic_responses(tmp_path):
+async def test_a_shared_seat_is_a_players(tmp_path):
     workers = Workers()
     with opened(tmp_path, workers, varied(HELPED)) as room:
         assert code_of(room.place_policy, "red", "one") == "not_valid"
         (red,) = seated(room, "red")
-        assert code_of(room.respond, red, [object()]) == "not_valid"
-        room.respond(red, [])
         await until(lambda: workers.loaded)
         room.leave(red)
         assert workers.forgotten == workers.loaded, "its helper goes with the player"

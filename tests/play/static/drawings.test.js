@@ -1,11 +1,10 @@
-// The library of drawings that a browser keeps, and automatic responses.
+// The library of drawings that a browser keeps.
 
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
-import { at, fixtures, Line, reload } from "./page.js";
+import { at, fixtures, reload } from "./page.js";
 import { checked, Library } from "../../../swarm_pz/play/static/library.js";
-import { Responses } from "../../../swarm_pz/play/static/responses.js";
 
 const STORE = "swarm-pz.drawings";
 const stroke = (has = {}) => ({ brush: "attract", width: 0.1, points: [[0.5, 0.5]], ...has });
@@ -16,16 +15,13 @@ let told, sent, current;
 function open() {
   [told, sent] = [[], []];
   current = { kind: "strokes", kept: [stroke()] };
-  return new Library({ current: () => current, send: (one) => sent.push(one.name), tell: (text) => told.push(text), changed() {} });
+  return new Library({ current: () => current, send: (one) => sent.push(one.name), tell: (text) => told.push(text) });
 }
 
 beforeEach(() => {
   reload();
   localStorage.removeItem(STORE);
-  sessionStorage.removeItem("swarm-pz.rules");
 });
-
-// --- the library ------------------------------------------------------------------------------------
 
 test("what is saved is kept, listed, and sent again at a tap or by its digit", () => {
   const library = open();
@@ -78,56 +74,3 @@ test("a broken store is an empty library", () => {
     assert.equal(told[0], "Saved as 1");
   }
 });
-
-// --- automatic responses ----------------------------------------------------------------------------
-
-function respond(line = new Line(), saved = [drawing("Mine")]) {
-  line.seat ??= fixtures.seats.ergodic;
-  const policies = [{ name: "ring" }, { name: "blind_ring" }];
-  return [new Responses(line, { policies: () => policies, saved: () => saved, say: (strokes) => ({ strokes }) }), line];
-}
-
-// Add a response by the form.
-function add(when, number, what) {
-  at("rule-when").value = when;
-  at("rule-when").fire("change");
-  if (number !== null) at("rule-number").value = number;
-  at("rule-do").value = what;
-  at("rule").fire("submit");
-}
-
-const listed = () => at("rules").children.map(({ children: [words] }) => words);
-
-test("each condition begins with a number that the server takes, and is listed in words", () => {
-  const [, line] = respond();
-  for (const when of ["fewer", "nobody_within", "silent_s"]) add(when, null, "blind_ring");
-  assert.deepEqual(listed(), ["fewer than 4 drones: blind ring", "nobody within 0.2: blind ring", "nothing sent for 5 s: blind ring"]);
-  assert.deepEqual(line.last("rules").rules[1], { when: { nobody_within: 0.2 }, do: { policy: "blind_ring" } });
-  for (const [when, ends] of [["fewer", ["1", "400"]], ["nobody_within", ["0.01", "1.5"]], ["silent_s", ["0.5", "3600"]]]) {
-    for (const end of ends) add(when, Number(end), "ring");
-    at("rules").all("button").slice(3).forEach(() => at("rules").all("button").at(-1).click());
-  }
-});
-
-test("no more are added than the server takes of a seat, and what was chosen stays chosen", () => {
-  const [responses] = respond();
-  for (let i = 0; i < fixtures.rules; i++) {
-    assert.equal(at("rule-add").disabled, false);
-    add("fewer", 4, "ring");
-  }
-  assert.deepEqual([at("rule-add").disabled, at("rule-do").value, responses.rules.length], [true, "ring", fixtures.rules]);
-  at("rules").all("button")[0].click();
-  assert.deepEqual([at("rule-add").disabled, responses.rules.length], [false, fixtures.rules - 1]);
-});
-
-test("a page that is loaded anew has the responses of its seat again, and those of no other", () => {
-  respond();
-  add("fewer", 4, "ring");
-  reload();
-  const [again, line] = respond();
-  assert.deepEqual([again.rules.length, line.last("rules").rules.length], [1, 1]);
-  const other = Object.assign(new Line(), { seat: { token: "1".repeat(32) } });
-  reload();
-  assert.deepEqual([respond(other)[0].rules, other.count("rules")], [[], 0]);
-});
-

@@ -15,7 +15,7 @@ import "../../../swarm_pz/play/static/replay.js";
 const SEAT = fixtures.seats.ergodic, SAVED = { room: "ABCD", token: SEAT.token, seat: "red" };
 const WELCOME = {
   type: "welcome", server_ms: 0, addresses: [], guests: true, records_labels: false, embedders: ["https://lab"],
-  policies: [{ name: "ring", about: "", card: null, answers: "density" }, { name: "uniform", about: "", card: null, answers: "density" }],
+  policies: [{ name: "ring", about: "", card: null }, { name: "uniform", about: "", card: null }],
   systems: [{ name: "ergodic", takes: "density" }, { name: "direct", takes: "accelerations" }], default_systems: ["ergodic", "ergodic"],
   opponents: ["uniform"],
 };

@@ -39,9 +39,9 @@ test("players, sizes and the result are those of the file, and a file that break
   assert.ok(broken.room.outcome === null && broken.lastTick > 30 && broken.lastTick < 150);
 });
 
-test("a command of a response is not taken for the player's of the same number", () => {
+test("a shared command is not taken for the player's of the same number", () => {
   const own = recorded.default.text.split("\n").map((line) => line && JSON.parse(line)).find(({ type, seat }) => type === "command" && seat === "red");
-  const playback = of("default", ([header, ...lines]) => [header, { ...own, density: Array(10).fill(Array(10).fill(1)), sender: "auto:ring", tick: 0 }, ...lines]);
+  const playback = of("default", ([header, ...lines]) => [header, { ...own, density: Array(10).fill(Array(10).fill(1)), sender: "shared:ring", tick: 0 }, ...lines]);
   playback.goTo(30);
   assert.deepEqual(playback.latest(0).density, own.density);
 });

@@ -328,7 +328,7 @@ test("what needs a server or a second person is refused, and changes nothing", a
   for (const [type, has] of [
     ["create", { opponent: "nobody" }], ["create", { seat: "watch", opponent: "ring" }], ["create", { opponent: null }], ["create", { opponent: "ring", seed: 0.5 }],
     ...[{ red_system: "direct" }, { red: 0 }, { time_limit: 7.25 }, { speed: 3 }, { size: 3 }].map((settings) => ["create", { opponent: "ring", settings }]),
-    ["join", { room: "ABCD" }], ["rules", { rules: [] }], ["command", { number: 1, density: [] }],
+    ["join", { room: "ABCD" }], ["join", { room: "ABCD", seat: "blue" }], ["command", { number: 1, density: [] }],
   ]) {
     await visitor.say(type, has);
     assert.equal(visitor.last("refused").about, type);

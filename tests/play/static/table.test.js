@@ -10,7 +10,6 @@ import { Table } from "../../../swarm_pz/play/static/table.js";
 import "../../../swarm_pz/play/static/marks.js";
 import "../../../swarm_pz/play/static/practice.js";
 import "../../../swarm_pz/play/static/replay.js";
-import "../../../swarm_pz/play/static/responses.js";
 
 beforeEach(() => {
   reload();
