@@ -93,7 +93,6 @@ class ClientInfo(Message):
 
     viewport: tuple[Pixels, Pixels]
     pixel_ratio: Annotated[float, Meta(ge=0, le=100)] = 1.0
-    refresh_hz: Annotated[float, Meta(ge=0, le=1000)] = 0.0
 
 
 class Hello(Message, tag="hello"):

@@ -116,7 +116,7 @@ def game_case(seed, *, seconds, every):
         told["accelerations"].append(games.accelerations[0].copy())
     arrays = {name: np.array(values) for name, values in told.items()}
     arrays["teams"] = arrays["teams"].astype(np.uint8)
-    arrays |= {"start": np.array([[*sizes, seed, games.ticks[0], every]], np.float64), "altitudes": games.altitudes}
+    arrays |= {"start": np.array([[*sizes, seed, games.ticks[0], every]], np.float64)}
     return save({name: np.ascontiguousarray(values) for name, values in arrays.items()})
 
 

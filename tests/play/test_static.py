@@ -62,7 +62,6 @@ def frames():
             "teams": frame.teams.tolist(),
             "positions": numbers(frame.positions),
             "velocities": numbers(frame.velocities),
-            "altitudes": None if frame.altitudes is None else np.rint(np.nan_to_num(255 * frame.altitudes)).tolist(),
             "fields": None if frame.fields is None else [field.ravel().tolist() for field in frame.fields],
         }
 

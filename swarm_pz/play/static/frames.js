@@ -6,7 +6,7 @@ export const CELLS = 50; // of a field, a side
 export const CAPTURES_FROM = 192; // value of a field: a team captures there
 export const NEARLY_FROM = 128; // half of the largest: it nearly does
 const KINDS = { 1: decodeFrame, 2: decodeTarget };
-export const KEYFRAME = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // red's drones, or blue's, are hidden
+export const WITH_ALTITUDES = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // red's drones, or blue's, are hidden
 export const EXACT = 16; // of a recording in a page: numbers have 32 bits
 export const HEADER = 20, TARGET_HEADER = 8, FASTEST = 4;
 
@@ -19,7 +19,7 @@ export function decode(buffer) {
 function decodeFrame(view, buffer) {
   const flags = view.getUint8(1), count = view.getUint16(2, true), bits = (count + 7) >> 3, cells = CELLS * CELLS;
   const isExact = flags & EXACT, size = isExact ? 8 : 4; // bytes of a drone's position, and of its velocity
-  const teamsAt = HEADER + 2 * size * count, altitudesAt = teamsAt + bits, fieldsAt = altitudesAt + (flags & KEYFRAME ? count : 0);
+  const teamsAt = HEADER + 2 * size * count, fieldsAt = teamsAt + bits + (flags & WITH_ALTITUDES ? count : 0); // altitudes are not shown
   const length = fieldsAt + (flags & WITH_FIELDS ? 2 * cells : 0);
   if (buffer.byteLength !== length) throw new Error(`a frame of ${count} drones has ${length} bytes, got ${buffer.byteLength}`);
   const positions = new Float32Array(2 * count), velocities = new Float32Array(2 * count);
@@ -37,8 +37,7 @@ function decodeFrame(view, buffer) {
   const take = (from, size) => new Uint8Array(buffer.slice(from, from + size));
   return {
     type: FRAME, sequence: view.getUint32(4, true), tick: view.getUint32(8, true), serverMs: view.getFloat64(12, true),
-    positions, velocities, teams, altitudes: flags & KEYFRAME ? take(altitudesAt, count) : null,
-    fields: flags & WITH_FIELDS ? [take(fieldsAt, cells), take(fieldsAt + cells, cells)] : null,
+    positions, velocities, teams, fields: flags & WITH_FIELDS ? [take(fieldsAt, cells), take(fieldsAt + cells, cells)] : null,
   };
 }
 

@@ -15,10 +15,9 @@ export class Library {
     this.current = current;
     this.send = send;
     this.tell = tell;
-    this.all = checked(recall(STORE));
+    this.all = recall(STORE) ?? [];
     on("click", { save: () => this.save(), shelf: () => this.open(byId("library").hidden) });
     onLook(() => this.show());
-    addEventListener("storage", ({ key }) => { if (key === `swarm-pz.${STORE}`) this.show(checked(recall(STORE))); }); // by another window
   }
 
   // Those of the kind of commands that one gives now, by their digits.
@@ -65,40 +64,11 @@ export class Library {
     const { name } = drawing, change = (...now) => this.take(this.all.flatMap((other) => (other === drawing ? now : other)));
     return make(
       "li", {}, picture(drawing),
-      make("input", { value: name, maxLength: 40, "aria-label": "Name", onchange: ({ target }) => change({ ...drawing, name: plain(target.value) }) }),
+      make("input", { value: name, maxLength: 40, "aria-label": "Name", onchange: ({ target }) => change({ ...drawing, name: target.value.trim() || name }) }),
       button("Delete", () => { change(); byId("close-tools").focus(); }, { "aria-label": `Delete ${name}` }),
     );
   }
 }
-
-// Return the drawings among things that anybody may have written, with their known fields alone.
-export function checked(things) {
-  const counts = {};
-  return (Array.isArray(things) ? things : []).slice(0, 1000).filter(isDrawing).map(({ name, kind, strokes }) => ({
-    name: plain(name), kind, strokes: strokes.map(({ brush, width, points, x, y, size, turn, shape }) => (
-      kind === "strokes" ? { brush, width, points } : { x, y, size, turn, shape })),
-  })).filter(({ kind }) => (counts[kind] = (counts[kind] ?? 0) + 1) <= MOST);
-}
-
-function isDrawing(thing) {
-  const { kind, strokes } = thing ?? {}, isOne = kind === "strokes" ? isStroke : isMark;
-  return typeof kind === "string" && kind.length < 40 && Array.isArray(strokes) && strokes.length > 0 && strokes.length <= 250
-    && strokes.every((stroke) => isOne(stroke ?? {})) && strokes.reduce((sum, { points }) => sum + (points?.length ?? 1), 0) <= 4000;
-}
-
-function isStroke({ brush, width, points }) {
-  return typeof brush === "string" && Object.hasOwn(BRUSHES, brush) && isWithin(width, 0.05, 0.3) && Array.isArray(points) && points.length > 0
-    && points.every((point) => Array.isArray(point) && point.length === 2 && point.every((value) => isWithin(value, -0.5, 1.5)));
-}
-
-function isMark({ x, y, size, turn, shape }) {
-  return [x, y].every((value) => isWithin(value, 0, 1)) && [size, turn, shape].every((value) => isWithin(value, -1000, 1000));
-}
-
-function isWithin(value, low, high) { return Number.isFinite(value) && value >= low && value <= high; }
-
-// One line of text.
-function plain(name) { return (typeof name === "string" ? name : "").replace(/[\p{C}\p{Zl}\p{Zp}]/gu, " ").trim().slice(0, 40) || "Drawing"; }
 
 function picture({ strokes }) {
   const canvas = make("canvas", { width: SIZE, height: SIZE, "aria-hidden": true }), pen = canvas.getContext("2d");

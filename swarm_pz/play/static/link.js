@@ -8,7 +8,6 @@ const SUBPROTOCOL = "swarm-pz.play.v2";
 const ACKNOWLEDGE_EVERY = 4;
 const RETRY_MS = [250, 500, 1000, 2000, 4000];
 const PING_EVERY_MS = 2000;
-const FASTEST_HZ = 1000; // that the server takes: where clocks are coarse, pictures seem to come all at once
 
 // The server: a socket to it, and its answers to requests; null without an answer.
 export const SERVER = {
@@ -64,9 +63,9 @@ export class Link extends EventTarget {
     };
   }
 
-  async hello() {
+  hello() {
     this.tries = 0;
-    const client = { viewport: [innerWidth, innerHeight], pixel_ratio: devicePixelRatio, refresh_hz: await refreshRate() };
+    const client = { viewport: [innerWidth, innerHeight], pixel_ratio: devicePixelRatio };
     const seat = this.asked = this.wantedSeat();
     this.greeted = true;
     this.send({ type: "hello", kind: "person", client, ...(seat ? { token: seat.token } : {}) });
@@ -111,18 +110,4 @@ export class Link extends EventTarget {
   }
 
   tell(type, detail = null) { this.dispatchEvent(new CustomEvent(type, { detail })); }
-}
-
-/** @returns {Promise<number>} pictures a second; 0 of a hidden page, which is never painted */
-function refreshRate() {
-  return new Promise((resolve) => {
-    const times = [];
-    const tick = (time) => {
-      times.push(time);
-      if (times.length < 12) requestAnimationFrame(tick);
-      else resolve(Math.min(Math.round(1000 * (times.length - 1) / (times.at(-1) - times[0])), FASTEST_HZ));
-    };
-    requestAnimationFrame(tick);
-    setTimeout(() => resolve(0), 500);
-  });
 }

@@ -26,7 +26,7 @@ export class Practice {
     game.advance();
     this.link.tell("frame", {
       tick: game.tick, serverMs: this.link.now(), positions: game.positions.slice(), velocities: game.velocities.slice(),
-      teams: game.teams.slice(), altitudes: null, fields: game.tick % FIELD_TICKS === 0 || game.isOver ? fieldsOf(game) : null,
+      teams: game.teams.slice(), fields: game.tick % FIELD_TICKS === 0 || game.isOver ? fieldsOf(game) : null,
     });
   }
 

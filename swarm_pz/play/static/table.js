@@ -355,8 +355,7 @@ export class Table {
     if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
     if (!shown || shown === this.shown || !this.room) return;
     this.shown = shown;
-    told.tick = shown.tick; // for measurements: the painted tick and its age
-    told.age = Math.round(this.link.now() - shown.serverMs);
+    told.tick = shown.tick; // for measurements
     const blue = shown.teams.reduce((sum, team) => sum + team, 0), red = shown.teams.length - blue;
     byId("red-size").textContent = red;
     byId("blue-size").textContent = blue;

@@ -521,7 +521,7 @@ async def test_a_game_is_held_while_nobody_sees_it_and_goes_on_where_it_was(tmp_
 async def test_what_players_do_is_written_as_it_was_done(tmp_path):
     strokes = [Stroke(brush="attract", width=0.1, points=((0.85, 0.15),))]
     drawing = [protocol.StrokeMessage("attract", 0.1, [(0.85, 0.15)])]
-    screen = protocol.ClientInfo(viewport=(360, 640), pixel_ratio=2.0, refresh_hz=60.0)
+    screen = protocol.ClientInfo(viewport=(360, 640), pixel_ratio=2.0)
     table, timing = TableConfig(min_command_interval=0.25), protocol.Timing(input_ms=10.0, sent_ms=12.0)
     settings = {"red": 3, "blue": 2, "speed": 2.0, "time_limit": None}
     with opened(tmp_path, table=table, **settings) as room:

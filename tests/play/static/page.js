@@ -271,7 +271,6 @@ export class Socket {
   async open() {
     this.readyState = 1;
     this.onopen();
-    for (let i = 0; i < 12; i++) time.frame(); // by which the screen's rate is known
     await settled();
   }
 

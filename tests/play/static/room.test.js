@@ -109,7 +109,7 @@ test("a game counts down, takes what is drawn, ends and is recorded; of what com
   assert.deepEqual([visitor.last("refused").about, visitor.last("refused").code], ["command", "out_of_turn"]);
   await visitor.say("ready");
   assert.deepEqual([visitor.last("room").phase, visitor.frames.at(-1).tick, visitor.targets.at(-1).number], ["starting", 0, 0]);
-  assert.ok(visitor.frames.at(-1).altitudes, "its start is shown");
+  assert.ok(visitor.frames.at(-1).fields, "its start is shown");
   await visitor.draw(1);
   await visitor.pass(1300);
   for (const number of [2, 3, 4]) await visitor.draw(number);
@@ -237,7 +237,7 @@ test("a seat is shown less, later and more seldom, and commands later, as an exp
   const late = visitor.table.room.game.tick - visitor.frames.at(-1).tick;
   assert.ok(late >= 9 && late <= 12, late);
   await visitor.pass(2000);
-  const shown = visitor.frames.filter(({ altitudes }) => !altitudes);
+  const shown = visitor.frames.filter(({ tick }) => tick > 0);
   assert.deepEqual(shown.map(({ tick }) => tick), Array.from({ length: 20 }, (_, i) => 3 * i + 3));
   assert.ok(visitor.frames.every(({ positions, teams, fields }) => !fields && teams.every((team, i) => team === 0 || Number.isNaN(positions[2 * i]))));
   assert.deepEqual([visitor.targets, visitor.last("in_force").tick >= 15], [[], true]);
@@ -301,8 +301,8 @@ test("the latest 200 games are kept, and listed in that order", async () => {
 });
 
 test("an address may have got more on its way, and what makes no sense in it is refused when a game begins", async () => {
-  assert.deepEqual(askedBy("?fbclid=IwAR-0&countdown=0&min_command_interval=soon"), { countdown: 0, min_command_interval: "soon" });
-  for (const [search, named] of [["?countdown=-1", /countdown cannot be -1/], ["?min_command_interval=soon", /cannot be "soon"/], ["?factors=null", /factors cannot be null/]]) {
+  assert.deepEqual(askedBy("?fbclid=IwAR-0&countdown=0"), { countdown: 0 });
+  for (const [search, named] of [["?countdown=-1", /countdown cannot be -1/], ["?countdown=soon", /cannot be "soon"/], ["?factors=null", /factors cannot be null/]]) {
     const visitor = new Visitor(undefined, askedBy(search));
     await visitor.greet();
     await visitor.say("create", { opponent: "ring" });

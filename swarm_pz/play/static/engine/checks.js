@@ -23,7 +23,7 @@ export const FACTORS = {
   hide: (names) => Array.isArray(names) && names.every(either("opponents", "ground", "trails", "target")), share: either(0), helper: either(""),
 };
 export const ADDRESS = {
-  countdown: number(0, 60), min_command_interval: number(0, 60),
+  countdown: number(0, 60),
   factors: (of) => of?.constructor === Object && Object.keys(of).every(either("red", "blue")),
 };
 export const GAME = { seed: (seed) => seed === null || whole(0, 2 ** 32 - 1)(seed), seat: either("red", "blue") };

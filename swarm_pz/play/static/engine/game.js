@@ -21,7 +21,6 @@ export class Game {
     this.velocities = new Float32Array(2 * count);
     this.accelerations = new Float32Array(2 * count);
     this.teams = new Uint8Array(count).fill(1, red);
-    this.altitudes = new Float32Array(count);
     this.ground = new Ground(count);
     this.controller = new Controller(count);
     this.targets = [];
@@ -40,7 +39,6 @@ export class Game {
       positions[2 * i] = corner(positions[2 * i]) + away * Math.cos(angle);
       positions[2 * i + 1] = corner(positions[2 * i + 1]) + away * Math.sin(angle);
     }
-    random.permutation(count).forEach((place, i) => { this.altitudes[i] = (place + 1) / count; });
   }
 
   // Practice, where one side is alone from the start, is never decided.

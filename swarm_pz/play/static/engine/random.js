@@ -51,16 +51,4 @@ export class Random {
 
   // A bit.
   bit() { return Number(this.word() >> 31n); }
-
-  // Return the whole numbers below `count` in random order.
-  permutation(count) {
-    const order = Array.from({ length: count }, (_, i) => i);
-    for (let i = count - 1; i > 0; i--) {
-      const mask = BigInt(2 ** (32 - Math.clz32(i)) - 1);
-      let j;
-      do j = Number(this.word() & mask); while (j > i);
-      [order[i], order[j]] = [order[j], order[i]];
-    }
-    return order;
-  }
 }

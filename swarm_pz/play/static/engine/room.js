@@ -122,14 +122,14 @@ export class Room {
     }));
   }
 
-  // Show the present moment if its turn has come; a keyframe is always shown.
-  show(isKey = false) {
-    const { game } = this, { hide, frame_rate: rate, display_delay_ms: delay } = this.view, isLast = isKey || game.isOver;
+  // Show the present moment if its turn has come; a first one is always shown.
+  show(isFirst = false) {
+    const { game } = this, { hide, frame_rate: rate, display_delay_ms: delay } = this.view, isWhole = isFirst || game.isOver;
     const count = (tick) => Math.floor(tick * rate / (TICKS * this.settings.speed));
-    this.hasFields ||= isLast || game.tick % PERIOD === 0;
-    if (!isLast && rate < UNVARIED.frame_rate && count(game.tick) === count(game.tick - 1)) return;
+    this.hasFields ||= isWhole || game.tick % PERIOD === 0;
+    if (!isWhole && rate < UNVARIED.frame_rate && count(game.tick) === count(game.tick - 1)) return;
     const sequence = ++this.sequence, fields = this.hasFields && !hide.includes("ground") ? fieldsOf(game) : null;
-    const hidden = hide.includes("opponents") ? 1 - this.team : -1, frame = frameOf(game, { sequence, ms: now() + delay, altitudes: isKey, fields, hidden });
+    const hidden = hide.includes("opponents") ? 1 - this.team : -1, frame = frameOf(game, { sequence, ms: now() + delay, fields, hidden });
     this.hasFields = false;
     this.pass(() => this.table.send(frame));
   }

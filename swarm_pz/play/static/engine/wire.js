@@ -1,14 +1,14 @@
 // Binary messages as the server writes them, and frames as recordings of a page hold them: docs/protocol.md#frames.
 
-import { EXACT, FASTEST, HEADER, HIDDEN, KEYFRAME, TARGET_HEADER, WITH_FIELDS } from "../frames.js";
+import { EXACT, FASTEST, HEADER, HIDDEN, TARGET_HEADER, WITH_FIELDS } from "../frames.js";
 
 const FRAME = 1, TARGET = 2;
 
 // Encode the present moment of a game, perhaps without one team's drones; recordings have exact positions and velocities.
-export function frameOf(game, { sequence = 0, ms = 0, altitudes = false, fields = null, hidden = -1, exact = false } = {}) {
+export function frameOf(game, { sequence = 0, ms = 0, fields = null, hidden = -1, exact = false } = {}) {
   const { positions, velocities, teams } = game, count = teams.length, bits = (count + 7) >> 3, size = exact ? 8 : 4;
-  const flags = (altitudes ? KEYFRAME : 0) | (fields ? WITH_FIELDS : 0) | (HIDDEN[hidden] ?? 0) | (exact ? EXACT : 0);
-  const teamsAt = HEADER + 2 * size * count, altitudesAt = teamsAt + bits, fieldsAt = altitudesAt + (altitudes ? count : 0);
+  const flags = (fields ? WITH_FIELDS : 0) | (HIDDEN[hidden] ?? 0) | (exact ? EXACT : 0);
+  const teamsAt = HEADER + 2 * size * count, fieldsAt = teamsAt + bits;
   const buffer = new ArrayBuffer(fieldsAt + (fields ? fields[0].length + fields[1].length : 0));
   const view = new DataView(buffer), bytes = new Uint8Array(buffer);
   bytes.set([FRAME, flags]);
@@ -26,10 +26,7 @@ export function frameOf(game, { sequence = 0, ms = 0, altitudes = false, fields 
       view.setInt16(v, Math.round(32767 * Math.min(Math.max(velocities[i] / FASTEST, -1), 1)), true);
     }
   }
-  for (let i = 0; i < count; i++) {
-    bytes[teamsAt + (i >> 3)] |= teams[i] << (i & 7);
-    if (altitudes && teams[i] !== hidden) bytes[altitudesAt + i] = Math.round(255 * game.altitudes[i]);
-  }
+  for (let i = 0; i < count; i++) bytes[teamsAt + (i >> 3)] |= teams[i] << (i & 7);
   fields?.forEach((field, team) => bytes.set(field, fieldsAt + team * field.length));
   return buffer;
 }

@@ -14,17 +14,17 @@ export class Table {
   // written is the file table.json of `swarm-pz site`, asked the values of the page's address; send passes a message on.
   constructor({ welcome, rules, commands }, shelf, asked = {}) {
     const fitting = Object.fromEntries(Object.entries(asked).filter(([of, value]) => ADDRESS[of]?.(value)));
-    const { countdown = 3, min_command_interval: interval = rules.min_command_interval, factors = {} } = /** @type {any} */ (fitting);
+    const { countdown = 3, factors = {} } = /** @type {any} */ (fitting);
     const isHere = (name) => PLAYERS.includes(name);
     this.factors = SIDES.map((side) => ({ ...UNVARIED, ...factors[side] }));
     this.welcome = {
-      ...welcome, min_command_interval: interval,
+      ...welcome,
       policies: welcome.policies.filter(({ name }) => isHere(name)), opponents: welcome.opponents.filter(isHere),
     };
     this.software = `swarm-pz ${welcome.version}, in a page`;
     /** @type {any} */
     this.send = () => {};
-    Object.assign(this, { asked, rules, commands, shelf, countdown, interval, room: null });
+    Object.assign(this, { asked, rules, commands, shelf, countdown, interval: rules.min_command_interval, room: null });
   }
 
   say(message) { this.send(JSON.stringify(message)); }
