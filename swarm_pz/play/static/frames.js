@@ -6,9 +6,10 @@ export const CELLS = 50; // of a field, a side
 export const CAPTURES_FROM = 192; // value of a field: a team captures there
 export const NEARLY_FROM = 128; // half of the largest: it nearly does
 const KINDS = { 1: decodeFrame, 2: decodeTarget };
-export const WITH_ALTITUDES = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // red's drones, or blue's, are hidden
+const WITH_ALTITUDES = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // red's drones, or blue's, are hidden
 export const EXACT = 16; // of a recording in a page: numbers have 32 bits
-export const HEADER = 20, TARGET_HEADER = 8, FASTEST = 4;
+export const HEADER = 20;
+const TARGET_HEADER = 8, FASTEST = 4; // FASTEST in map widths a second
 
 export function decode(buffer) {
   const view = new DataView(buffer), kind = view.getUint8(0);
@@ -17,28 +18,24 @@ export function decode(buffer) {
 }
 
 function decodeFrame(view, buffer) {
-  const flags = view.getUint8(1), count = view.getUint16(2, true), bits = (count + 7) >> 3, cells = CELLS * CELLS;
-  const isExact = flags & EXACT, size = isExact ? 8 : 4; // bytes of a drone's position, and of its velocity
-  const teamsAt = HEADER + 2 * size * count, fieldsAt = teamsAt + bits + (flags & WITH_ALTITUDES ? count : 0); // altitudes are not shown
+  const flags = view.getUint8(1), count = view.getUint16(2, true), isExact = flags & EXACT, size = isExact ? 8 : 4, cells = CELLS * CELLS;
+  const teamsAt = HEADER + 2 * size * count, fieldsAt = teamsAt + ((count + 7) >> 3) + (flags & WITH_ALTITUDES ? count : 0); // altitudes are not shown
   const length = fieldsAt + (flags & WITH_FIELDS ? 2 * cells : 0);
   if (buffer.byteLength !== length) throw new Error(`a frame of ${count} drones has ${length} bytes, got ${buffer.byteLength}`);
-  const positions = new Float32Array(2 * count), velocities = new Float32Array(2 * count);
-  for (let i = 0; i < 2 * count; i++) {
-    const x = HEADER + i * size / 2, v = x + size * count;
-    positions[i] = isExact ? view.getFloat32(x, true) : view.getUint16(x, true) / 65535;
-    velocities[i] = isExact ? view.getFloat32(v, true) : view.getInt16(v, true) / 32767 * FASTEST;
-  }
-  const teams = new Uint8Array(count), hidden = HIDDEN.findIndex((flag) => flags & flag);
-  for (let i = 0; i < count; i++) {
-    teams[i] = view.getUint8(teamsAt + (i >> 3)) >> (i & 7) & 1;
-    // Canvases paint nothing at NaN.
-    if (teams[i] === hidden) for (const told of [positions, velocities]) told.fill(NaN, 2 * i, 2 * i + 2);
-  }
-  const take = (from, size) => new Uint8Array(buffer.slice(from, from + size));
-  return {
-    type: FRAME, sequence: view.getUint32(4, true), tick: view.getUint32(8, true), serverMs: view.getFloat64(12, true),
-    positions, velocities, teams, fields: flags & WITH_FIELDS ? [take(fieldsAt, cells), take(fieldsAt + cells, cells)] : null,
+  const numbers = (Kind, at, largest) => Float32Array.from(new Kind(buffer, HEADER + at * size * count, 2 * count), (value) => value / largest);
+  const game = {
+    tick: view.getUint32(8, true), positions: isExact ? numbers(Float32Array, 0, 1) : numbers(Uint16Array, 0, 65535),
+    velocities: isExact ? numbers(Float32Array, 1, 1) : numbers(Int16Array, 1, 32767 / FASTEST),
+    teams: Uint8Array.from({ length: count }, (_, i) => view.getUint8(teamsAt + (i >> 3)) >> (i & 7) & 1),
   };
+  const field = (from) => new Uint8Array(buffer.slice(from, from + cells)), fields = flags & WITH_FIELDS ? [field(fieldsAt), field(fieldsAt + cells)] : null;
+  return { sequence: view.getUint32(4, true), ...momentOf(game, view.getFloat64(12, true), fields, HIDDEN.findIndex((flag) => flags & flag)) };
+}
+
+// The present moment of a game as the page shows it, perhaps without a team's drones: canvases paint nothing at NaN.
+export function momentOf({ tick, positions, velocities, teams }, serverMs, fields, hidden = -1) {
+  const shown = (values) => values.map((value, i) => (teams[i >> 1] === hidden ? NaN : value));
+  return { type: FRAME, tick, serverMs, positions: shown(positions), velocities: shown(velocities), teams: teams.slice(), fields };
 }
 
 function decodeTarget(view, buffer) {

@@ -82,7 +82,7 @@ export class Link extends EventTarget {
   }
 
   receive(data) {
-    const message = typeof data === "string" ? JSON.parse(data) : decode(data);
+    const message = typeof data === "string" ? JSON.parse(data) : data instanceof ArrayBuffer ? decode(data) : data; // the last within a page
     switch (message.type) {
       case FRAME:
         if (message.sequence && ++this.frames % ACKNOWLEDGE_EVERY === 0) this.send({ type: "acknowledge", sequence: message.sequence });

@@ -3,6 +3,7 @@
 import { Game } from "./engine/game.js";
 import { fieldsOf } from "./engine/observation.js";
 import { densityOf, targetOf } from "./engine/strokes.js";
+import { momentOf } from "./frames.js";
 import { SIDES, TICKS } from "./words.js";
 
 const FIELD_TICKS = 3; // between two looks at the ground
@@ -24,10 +25,7 @@ export class Practice {
     if (this.game.isOver) this.begin();
     const { game } = this;
     game.advance();
-    this.link.tell("frame", {
-      tick: game.tick, serverMs: this.link.now(), positions: game.positions.slice(), velocities: game.velocities.slice(),
-      teams: game.teams.slice(), fields: game.tick % FIELD_TICKS === 0 || game.isOver ? fieldsOf(game) : null,
-    });
+    this.link.tell("frame", momentOf(game, this.link.now(), game.tick % FIELD_TICKS === 0 || game.isOver ? fieldsOf(game) : null));
   }
 
   // Follow a drawing, as the server does; return true: it was taken.

@@ -5,7 +5,7 @@ import { test } from "node:test";
 
 import { bytes, fixtures } from "./page.js";
 import { Playback } from "../../../swarm_pz/play/static/engine/playback.js";
-import { base64Of, frameOf } from "../../../swarm_pz/play/static/engine/wire.js";
+import { encode } from "../../../swarm_pz/play/static/engine/wire.js";
 import { whyOf } from "../../../swarm_pz/play/static/why.js";
 
 const { recorded } = fixtures;
@@ -57,12 +57,12 @@ for (const [fault, change, reason] of [
 // Two drones of red stay away, and the third flies at tick `caught` to a place around which blue's first has circled.
 function turned(caught, outcome) {
   const last = 240, around = (tick) => [0, 1].map((axis) => 0.51 + 0.04 * [[-1, -1], [1, -1], [1, 1], [-1, 1]][tick % 4][axis]);
-  const frames = Array.from({ length: last + 1 }, (_, tick) => frameOf({
+  const frames = Array.from({ length: last + 1 }, (_, tick) => encode({
     tick, teams: Uint8Array.from([tick >= caught ? 1 : 0, 0, 0, 1, 1, 1]), velocities: new Float32Array(12),
     positions: Float32Array.from([...(tick >= caught ? [0.51, 0.51] : [0.1, 0.1]), 0.1, 0.1, 0.1, 0.2, ...around(tick), 0.91, 0.91, 0.91, 0.71]),
-  }, { exact: true }));
+  }));
   return of("default", ([first]) => [
-    ...game({ drones_per_team: 3 })([first]), ...frames.map((data) => ({ type: "frame", data: base64Of(data) })),
+    ...game({ drones_per_team: 3 })([first]), ...frames.map((data) => ({ type: "frame", data })),
     { type: "captured", tick: caught, drone: 0, seat: "blue" }, { type: "end", outcome, ended_by: "time" },
   ]);
 }

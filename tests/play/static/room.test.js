@@ -13,7 +13,6 @@ import { Playback } from "../../../swarm_pz/play/static/engine/playback.js";
 import { Shelf } from "../../../swarm_pz/play/static/engine/recording.js";
 import { askedBy, Table } from "../../../swarm_pz/play/static/engine/worker.js";
 import { rowOf } from "../../../swarm_pz/play/static/embed.js";
-import { decode } from "../../../swarm_pz/play/static/frames.js";
 
 const DOT = [{ brush: "attract", width: 0.1, points: [[0.2, 0.7]] }];
 
@@ -48,17 +47,16 @@ class Visitor {
     this.said = [];
     this.frames = [];
     this.targets = [];
-    this.table.send = (message) => this.take(message);
+    this.table.say = (message) => this.take(message);
   }
 
   take(message) {
-    if (typeof message === "string") {
-      this.said.push(JSON.parse(message));
-      appendFileSync(`${FOLDER}/told.jsonl`, `${message}\n`);
-      return;
+    if (message.type === "frame") this.frames.push(message);
+    else if (message.type === "target") this.targets.push(message);
+    else {
+      this.said.push(structuredClone(message));
+      appendFileSync(`${FOLDER}/told.jsonl`, `${JSON.stringify(message)}\n`);
     }
-    const shown = decode(message);
-    (shown.type === "frame" ? this.frames : this.targets).push(shown);
   }
 
   async say(type, has = {}) {

@@ -57,7 +57,7 @@ export async function unpack(packed, { rules, commands: form, welcome }) {
   let lines = [];
   const table = {
     factors: [UNVARIED, UNVARIED], interval, kind: "person", rules, commands: form, software: `swarm-pz ${welcome.version}, in a page`,
-    client: null, countdown: 0, room: null, say() {}, send() {}, shelf: { save: async (_, log) => { lines = log; } },
+    client: null, countdown: 0, room: null, say() {}, shelf: { save: async (_, log) => { lines = log; } },
   };
   const room = new Room(table, "LINK", { seat, opponent, seed, settings });
   room.run = () => {}; // its clock stands

@@ -7,7 +7,8 @@ import { loadPlayer, PLAYERS } from "./players.js";
 import { fieldsOf } from "./observation.js";
 import { headerOf } from "./recording.js";
 import { densityOf, targetOf } from "./strokes.js";
-import { base64Of, frameOf, targetMessage } from "./wire.js";
+import { encode } from "./wire.js";
+import { momentOf, TARGET } from "../frames.js";
 import { SIDES, TICKS } from "../words.js";
 
 const STEPS = 1e8; // to which the values of a command are rounded
@@ -61,7 +62,6 @@ export class Room {
     this.phase = "waiting";
     this.sizes = [];
     this.games = 0;
-    this.sequence = 0;
     this.settings = {
       red, blue, time_limit: limit, red_system: "ergodic", blue_system: "ergodic",
       speed: table.factors.find((own) => own.speed !== 1)?.speed ?? speed ?? 1, ...(majority && red && blue ? { majority } : {}),
@@ -108,10 +108,8 @@ export class Room {
     if (this.isOn) this.log.push({ type: "seat", seat: SIDES[this.team], event, server_ms: now(), ...(event === "connected" ? { client: this.table.client } : {}) });
   }
 
-  // Act after the delay of the visitor's display, if they are still here.
-  pass(act) { later(() => { if (this.table.room === this) act(); }, this.view.display_delay_ms); }
-
-  say(message) { this.pass(() => this.table.say(message)); }
+  // Say something after the delay of the visitor's display, if they are still here.
+  say(message) { later(() => { if (this.table.room === this) this.table.say(message); }, this.view.display_delay_ms); }
 
   tell() {
     const { code, phase, settings, once, view } = this, [red, blue] = this.seats.map(seatOf);
@@ -128,15 +126,13 @@ export class Room {
     const count = (tick) => Math.floor(tick * rate / (TICKS * this.settings.speed));
     this.hasFields ||= isWhole || game.tick % PERIOD === 0;
     if (!isWhole && rate < UNVARIED.frame_rate && count(game.tick) === count(game.tick - 1)) return;
-    const sequence = ++this.sequence, fields = this.hasFields && !hide.includes("ground") ? fieldsOf(game) : null;
-    const hidden = hide.includes("opponents") ? 1 - this.team : -1, frame = frameOf(game, { sequence, ms: now() + delay, fields, hidden });
+    const fields = this.hasFields && !hide.includes("ground") ? fieldsOf(game) : null, hidden = hide.includes("opponents") ? 1 - this.team : -1;
     this.hasFields = false;
-    this.pass(() => this.table.send(frame));
+    this.say(momentOf(game, now() + delay, fields, hidden));
   }
 
   showTarget(number, density) {
-    const target = targetMessage(this.team, number, targetOf(density));
-    if (!this.view.hide.includes("target")) this.pass(() => this.table.send(target));
+    if (!this.view.hide.includes("target")) this.say({ type: TARGET, team: this.team, number, ...targetOf(density) });
   }
 
   // --- how its games begin and end --------------------------------------------------------------------
@@ -234,7 +230,7 @@ export class Room {
     this.tell();
   }
 
-  frameMessage() { return { type: "frame", tick: this.game.tick, data: base64Of(frameOf(this.game, { exact: true })) }; }
+  frameMessage() { return { type: "frame", tick: this.game.tick, data: encode(this.game) }; }
 
   // --- commands ---------------------------------------------------------------------------------------
 

@@ -1,5 +1,7 @@
 // The page's connection to the game in its worker, in place of a server's socket and pages.
 
+import { FRAME } from "../frames.js";
+
 const KEPT_AFTER = 30; // frames
 let shown = 0;
 // The worker gets the page's address by its name: the address of its own script may come from the cache.
@@ -21,7 +23,7 @@ export const PAGE = {
       },
     };
     port.onmessage = ({ data }) => {
-      if (data instanceof ArrayBuffer && ++shown === KEPT_AFTER) keepAll();
+      if (data?.type === FRAME && ++shown === KEPT_AFTER) keepAll();
       if (data !== null) socket.onmessage({ data });
       else {
         socket.readyState = WebSocket.OPEN;

@@ -11,7 +11,7 @@ const LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 export class Table {
   asked; rules; commands; shelf; countdown; interval; room; kind; client;
 
-  // written is the file table.json of `swarm-pz site`, asked the values of the page's address; send passes a message on.
+  // written is the file table.json of `swarm-pz site`, asked the values of the page's address; say passes a message on.
   constructor({ welcome, rules, commands }, shelf, asked = {}) {
     const fitting = Object.fromEntries(Object.entries(asked).filter(([of, value]) => ADDRESS[of]?.(value)));
     const { countdown = 3, factors = {} } = /** @type {any} */ (fitting);
@@ -23,11 +23,9 @@ export class Table {
     };
     this.software = `swarm-pz ${welcome.version}, in a page`;
     /** @type {any} */
-    this.send = () => {};
+    this.say = () => {};
     Object.assign(this, { asked, rules, commands, shelf, countdown, interval: rules.min_command_interval, room: null });
   }
-
-  say(message) { this.send(JSON.stringify(message)); }
 
   async hear(text) {
     const { type, ...message } = JSON.parse(text);
@@ -80,7 +78,6 @@ export class Table {
 const ACTS = {
   hello: (table, message) => table.greet(message),
   ping: (table, { sent_ms: sent }) => table.say({ type: "pong", sent_ms: sent, server_ms: now() }),
-  acknowledge() {}, // nothing is on its way for long
   create: (table, message) => table.open(message),
   ready: (table, { ready = true }) => table.inRoom.ready(ready),
   pause: (table, { paused = true }) => table.inRoom.pause(paused),
@@ -107,7 +104,7 @@ if ("WorkerGlobalScope" in globalThis) {
   onmessage = async ({ data: path, ports: [port] }) => {
     const table = await beginning;
     if (path) return port.postMessage(await table.answer(path).catch(() => null));
-    table.send = (message) => port.postMessage(message);
+    table.say = (message) => port.postMessage(message);
     port.onmessage = ({ data }) => table.hear(data);
     return port.postMessage(null); // it is open
   };
