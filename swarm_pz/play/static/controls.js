@@ -39,7 +39,7 @@ export class Controls {
     on("click", Object.fromEntries(BRUSHES.map((brush) => [brush, () => this.choose(brush)])));
     on("click", {
       send: () => this.send(), undo: () => this.undo(), clear: () => this.clear(), spread: () => this.spread(),
-      "close-tools": () => byId("tools").close(), manage: () => byId("tools").showModal(),
+      manage: () => byId("tools").showModal(),
     });
     hear(this.link, { target: (target) => this.check(target), in_force: (command) => this.setInForce(command) });
   }

@@ -28,8 +28,6 @@ export class Cover {
 
   // Something is on its way.
   wait(text) {
-    const shown = ["waiting", "invitation", "next-game", "ready", "practise", "sit", "share", "taught", "recording", "turning", "result-chart", "idea"];
-    for (const id of shown) byId(id).hidden = true;
     byId("cover").hidden = false;
     byId("table").dataset.phase = "opening";
     byId("cover-text").textContent = text;

@@ -5,8 +5,6 @@ import { SERVER } from "./link.js";
 import { sideIn } from "./progress.js";
 import { clock, playerOf, SIDES, TICKS } from "./words.js";
 
-const NAME = /^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)Z-([A-Z0-9]+)-(\d+)/;
-
 // Fill a list with links to the recorded games.
 export async function listGames(table, list) {
   const answer = await table.fetch("recordings");
@@ -34,10 +32,4 @@ function ending({ outcome, ended_by: by, seconds, sizes }) {
   return `${outcome === "draw" ? `a draw, ${sizes.join(" to ")},` : `${outcome} won`} ${after}${left}`;
 }
 
-function title({ name }) {
-  const parts = name.match(NAME);
-  if (!parts) return name;
-  const [year, month, day, hour, minute, second] = parts.slice(1, 7).map(Number);
-  const began = new Date(Date.UTC(year, month - 1, day, hour, minute, second));
-  return `${began.toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" })}, room ${parts[7]}, game ${parts[8]}`;
-}
+function title({ name, started }) { return started ? new Date(started).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" }) : name; }

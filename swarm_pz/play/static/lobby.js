@@ -26,7 +26,7 @@ export class Lobby {
     });
     on("toggle", { recorded: () => { if (byId("recorded").open) listGames(this.link.table, byId("games")); } });
     on("submit", { create: () => this.create(), join: () => this.enter("room") });
-    on("change", { opponent: () => this.describe(), side: () => this.showSides() });
+    on("change", { side: () => this.showSides() });
     on("input", { label: () => keep("name", byId("label").value) });
     byId("label").value = recall("name") ?? "";
     onLook(() => { if (this.welcome) this.suggest(this.welcome); });
@@ -51,10 +51,9 @@ export class Lobby {
 
   // Fill the form with players and control systems.
   offer({ policies, systems, default_systems: flies, guests }) {
-    this.policies = policies;
     for (const id of ["opponent", "player"]) {
       const people = guests ? [new Option("a person, in another window or on another device", "")] : [];
-      byId(id).append(...people, ...policies.map(({ name }) => new Option(called(name), name)));
+      byId(id).append(...people, ...policies.map(({ name, about }) => new Option(`${called(name)}${about ? `: ${about}` : ""}`, name)));
     }
     byId("opponent").add(new Option("nobody: practise alone", "none"), guests ? 1 : 0);
     byId("opponent").value = FIRST;
@@ -62,7 +61,6 @@ export class Lobby {
       byId(`${side}-system`).append(...systems.map(systemOption));
       byId(`${side}-system`).value = flies[i];
     });
-    this.describe();
   }
 
   // Show the next opponent, and the list of opponents.
@@ -82,11 +80,6 @@ export class Lobby {
     const side = byId("side").value, isWatched = side === "watch";
     byId("red-player").hidden = !isWatched;
     byId("opponent-side").textContent = isWatched ? "Blue" : `${side === "red" ? "Blue" : "Red"}, the opponent`;
-  }
-
-  describe() {
-    const policy = this.policies.find(({ name }) => name === byId("opponent").value);
-    byId("opponent-about").textContent = policy?.about ?? "";
   }
 
   // Go to the room of the typed code.

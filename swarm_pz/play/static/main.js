@@ -202,8 +202,7 @@ function refused({ about, code, reason }) {
 async function explain() { (await import("./legend.js")).explain(); }
 
 on("click", {
-  signs: explain, "start-signs": explain, "close-legend": () => byId("legend").close(),
-  stay: () => byId("leaving").close(),
+  signs: explain, "start-signs": explain,
   "leave-now": () => {
     byId("leaving").close();
     table.leave();

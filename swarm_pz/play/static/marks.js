@@ -96,19 +96,8 @@ export class Marks extends Pen {
     if (this.how.size) mark.size = within(mark.size, this.sizes[0], this.sizes[1]);
     if (this.how.turn) mark.turn = low + ((mark.turn - low) % (high - low) + high - low) % (high - low);
     if (this.commands.shapes.length) mark.shape = within(mark.shape, 0, this.commands.shapes.length - 1);
-    const [wide, tall] = this.reach(mark);
-    Object.assign(mark, { x: within(mark.x, wide, 1 - wide), y: within(mark.y, tall, 1 - tall) });
+    Object.assign(mark, { x: within(mark.x, 0, 1), y: within(mark.y, 0, 1) });
   }
-
-  // Return the reach of a mark's outline to either side, and up and down: all of it stays on the board.
-  reach({ shape, size, turn }) {
-    const outline = OUTLINES[this.commands.shapes[shape]], angle = this.angle(turn);
-    const along = outline?.map(([u, v]) => u * Math.cos(angle) - v * Math.sin(angle)) ?? [1];
-    const across = outline?.map(([u, v]) => u * Math.sin(angle) + v * Math.cos(angle)) ?? [1];
-    return [along, across].map((ends) => (this.how.turn ? Math.min(size * Math.max(...ends.map(Math.abs)), 0.5) : 0));
-  }
-
-  angle(turn) { return 2 * Math.PI * turn / (this.turns[1] - this.turns[0]); }
 
   // Turn the mark by a part of a whole turn.
   turn(part) { if (this.how.turn) this.adjust((mark) => { mark.turn += part * (this.turns[1] - this.turns[0]); }); }
@@ -188,7 +177,7 @@ export class Marks extends Pen {
     pen.beginPath();
     pen.save();
     if (isFormation) {
-      pen.rotate(-this.angle(turn));
+      pen.rotate(-2 * Math.PI * turn / (this.turns[1] - this.turns[0]));
       pen.moveTo(reach, 0);
       pen.lineTo(0, 0); // where it is turned to
     }

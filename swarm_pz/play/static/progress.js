@@ -8,9 +8,8 @@ const MOST = 3;
 
 // Return the stars of opponents that were beaten, the games won in a row, and the next opponent: the last one again, once all are beaten.
 export function progress(opponents) {
-  const kept = recall("progress"), stars = {};
-  for (const [name, won] of Object.entries(kept?.stars ?? {})) if (Array.isArray(won)) stars[name] = won.map(Boolean).slice(0, MOST);
-  return { stars, streak: Number(kept?.streak) || 0, next: opponents.find((name) => !stars[name]) ?? opponents.at(-1) };
+  const { stars = {}, streak = 0 } = recall("progress") ?? {};
+  return { stars, streak, next: opponents.find((name) => !stars[name]) ?? opponents.at(-1) };
 }
 
 // Keep the result of a game against an opponent: a star for winning, one for winning fast, one for few strokes.
@@ -43,7 +42,7 @@ export function daily(opponents, day = Math.floor(Date.now() / DAY_MS)) {
 // Return the number of days in a row, until a day or the day before it, whose games were won.
 export function dayStreak(day) {
   const kept = recall("daily");
-  return kept?.day === day || kept?.day === day - 1 ? Number(kept.streak) || 0 : 0;
+  return kept?.day === day || kept?.day === day - 1 ? kept.streak : 0;
 }
 
 export function daysInARow(day) { return dayStreak(day) > 1 ? `, ${dayStreak(day)} days in a row` : ""; }

@@ -12,7 +12,6 @@ const WIDTH = 1200, HEIGHT = 630, BOARD = 590, MARGIN = 20; // of the picture, i
 let shared = null; // texts and links of the game that is shared
 
 on("click", {
-  "close-sharing": () => byId("sharing").close(),
   "copy-challenge": () => copy(byId("sharing-text"), byId("copy-challenge")),
   "copy-game": () => {
     byId("sharing-text").value = `${shared.words} Watch it: ${shared.game}`;

@@ -26,10 +26,6 @@ test("opponents unlock one by one, stars add up over games, and a game counts wh
   assert.equal(told()[2][1], "after corners", "what is beaten already opens nothing");
   for (const name of opponents) count(name, true, 90, 20);
   assert.equal(progress(opponents).next, "halo", "the last one again");
-  for (const nonsense of ["5", "null", '{"stars": 5, "streak": {}}', '{"stars": {"corners": 1}}']) {
-    localStorage.setItem("swarm-pz.progress", nonsense);
-    assert.deepEqual(progress(opponents), { stars: {}, streak: 0, next: "corners" });
-  }
   const policy = { kind: "policy" }, game = { settings: { red: 10, blue: 10, speed: 1 } }, uneven = { settings: { red: 20, blue: 10, speed: 1 } };
   assert.deepEqual([counts(game, policy, false), counts(uneven, policy, false), counts(game, { kind: "person" }, false), counts(game, policy, true)],
     [true, false, false, false]);
