@@ -140,18 +140,6 @@ test("a session goes as at the server", async () => {
   }
 });
 
-test("a countdown that is called off leaves the result and the recording of the game before", async () => {
-  const visitor = new Visitor();
-  await visitor.begin({}, { time_limit: 1 });
-  await visitor.pass(1500);
-  const over = visitor.last("room");
-  await visitor.say("ready");
-  assert.deepEqual([over.phase, visitor.last("room").phase], ["over", "starting"]);
-  await visitor.say("ready", { ready: false });
-  assert.deepEqual(visitor.last("room"), over);
-  assert.equal(visitor.frames.at(-1).tick, 30);
-});
-
 test("a seat and its game end with its page", async () => {
   const visitor = new Visitor();
   await visitor.begin();

@@ -45,7 +45,7 @@ function stateOf(has) {
 }
 
 export class Room {
-  game; log; before; players; recording; outcome; endedBy; target;
+  game; log; players; recording; outcome; endedBy; target;
 
   // asked is the message that opens the room.
   constructor(table, code, asked) {
@@ -100,8 +100,8 @@ export class Room {
 
   leave() {
     this.note("disconnected");
-    if (this.phase === "starting") this.callOff();
     if (this.phase === "playing") this.stop("stopped", "left");
+    else this.phase = "over";
   }
 
   note(event) {
@@ -137,12 +137,11 @@ export class Room {
 
   // --- how its games begin and end --------------------------------------------------------------------
 
-  ready(isReady) {
+  ready() {
     const failed = this.seats.find(({ state }) => state === "failed");
     if (this.phase === "playing" || (this.once && this.phase === "over")) throw new Refused("out_of_turn", "the game runs, or was the only one here");
-    if (isReady && failed) throw new Refused("not_valid", `${failed.policy} cannot play: ${failed.reason}`);
-    this.seats[this.team].ready = isReady;
-    if (!isReady && this.phase === "starting") this.callOff();
+    if (failed) throw new Refused("not_valid", `${failed.policy} cannot play: ${failed.reason}`);
+    this.seats[this.team].ready = true;
     this.beginIfReady();
   }
 
@@ -160,7 +159,6 @@ export class Room {
 
   begin() {
     const { red, blue, time_limit: limit } = this.settings, ms = 1000 * this.table.countdown;
-    this.before = { game: this.game, sizes: this.sizes, phase: this.phase };
     this.seed ??= crypto.getRandomValues(new Uint32Array(1))[0];
     const game = this.game = new Game({ red, blue, timeLimit: limit ?? 1e6 }, this.seed);
     this.sizes = [[...game.sizes]];
@@ -178,12 +176,6 @@ export class Room {
     const loaded = this.seats.map(({ policy }, team) => (policy ? loadPlayer(policy, (this.seed ^ team) >>> 0) : null));
     return Promise.all([...loaded, new Promise((resolve) => { setTimeout(resolve, ms); })])
       .then((players) => { if (this.game === game && this.phase === "starting") this.start(players.slice(0, 2)); });
-  }
-
-  // Take back the countdown: what was there before is shown again, a result, too.
-  callOff() {
-    Object.assign(this, this.before);
-    if (this.game) this.show(true);
   }
 
   start(players) {

@@ -17,10 +17,7 @@ export class Table {
     const { countdown = 3, factors = {} } = /** @type {any} */ (fitting);
     const isHere = (name) => PLAYERS.includes(name);
     this.factors = SIDES.map((side) => ({ ...UNVARIED, ...factors[side] }));
-    this.welcome = {
-      ...welcome,
-      policies: welcome.policies.filter(({ name }) => isHere(name)), opponents: welcome.opponents.filter(isHere),
-    };
+    this.welcome = { ...welcome, policies: welcome.policies.filter(({ name }) => isHere(name)), opponents: welcome.opponents.filter(isHere) };
     this.software = `swarm-pz ${welcome.version}, in a page`;
     /** @type {any} */
     this.say = () => {};
@@ -79,7 +76,7 @@ const ACTS = {
   hello: (table, message) => table.greet(message),
   ping: (table, { sent_ms: sent }) => table.say({ type: "pong", sent_ms: sent, server_ms: now() }),
   create: (table, message) => table.open(message),
-  ready: (table, { ready = true }) => table.inRoom.ready(ready),
+  ready: (table) => table.inRoom.ready(),
   pause: (table, { paused = true }) => table.inRoom.pause(paused),
   command: (table, message) => table.inRoom.command(message),
   visibility: (table, { hidden }) => table.room?.note(hidden ? "hidden" : "shown"),
