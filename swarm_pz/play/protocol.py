@@ -127,13 +127,6 @@ class Join(Message, tag="join"):
     label: Label = ""
 
 
-class Invite(Message, tag="invite"):
-    """Give a free seat of one's room to a policy; None frees a policy's seat."""
-
-    seat: Side
-    policy: Name | None
-
-
 class Ready(Message, tag="ready"):
     """Set ready, also for the next game, and for two policies that one watches; False stops a countdown.
 
@@ -204,7 +197,7 @@ class Leave(Message, tag="leave"):
 
 
 ClientMessage = (
-    Hello | Create | Join | Invite | Ready | Pause | CommandMessage | Acknowledge | Ping | Visibility | Leave
+    Hello | Create | Join | Ready | Pause | CommandMessage | Acknowledge | Ping | Visibility | Leave
 )  # fmt: skip
 
 # --- from the server ------------------------------------------------------------------------------

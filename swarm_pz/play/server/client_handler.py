@@ -11,7 +11,6 @@ from typing import Literal
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import PolicyError, ProtocolError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import LONG, Connection, RefusedError
@@ -131,8 +130,6 @@ class ClientHandler:
             case protocol.Join():
                 room = lobby.find_room(message.room, connection.address)
                 self._enter(room, message.seat, message.label, {})
-            case protocol.Invite():
-                self._invite(message)
             case protocol.Ready():
                 self._in_room().ready(connection, message.ready, message.label)
             case protocol.Pause():
@@ -177,15 +174,6 @@ class ClientHandler:
         plan = RoomPlan(config=config, once=message.once, lesson=message.lesson, seed=message.seed)
         room = self._lobby.open_room(plan, self._connection.address, len(named))
         self._enter(room, message.seat, message.label, policies)
-
-    def _invite(self, message: protocol.Invite) -> None:
-        room = self._in_room()
-        if message.policy is not None:
-            self._lobby.check_policy(message.policy)
-            room.seat_of(self._connection)
-            if room.seats[TEAM_NAMES.index(message.seat)].loaded is None:
-                self._lobby.make_way(room, 1)
-        room.invite(self._connection, message.seat, message.policy)
 
     def _enter(
         self, room: Room, side: protocol.Side | Literal["watch"], label: str, policies: dict[protocol.Side, str | None]

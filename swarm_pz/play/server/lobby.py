@@ -122,17 +122,17 @@ class Lobby:
             log.warning("%s", error)
             raise RefusedError("not_valid", "games cannot be recorded on this server now; tell who runs it") from error
         room = Room(self._new_code(), plan, self.context, address)
-        self.make_way(room, policies)
+        self._make_way(room, policies)
         self.rooms[room.code] = room
         return room
 
-    def make_way(self, room: Room, policies: int) -> None:
-        """Close as many empty rooms of a room's address as it needs for so many more policies.
+    def _make_way(self, room: Room, policies: int) -> None:
+        """Close as many empty rooms of a room's address as a new one needs with so many policies.
 
         Raises RefusedError if that is not enough.
         """
         cost = room.cost + POLICY_COST * policies
-        kept = [other for other in self.rooms.values() if other is not room]
+        kept = [*self.rooms.values()]
         empty = [other for other in kept if other.address == room.address and not other.connections]
         empty.sort(key=lambda other: other.last_used)
         while True:
@@ -150,7 +150,7 @@ class Lobby:
                     "control system, leave or join another room, or try again later",
                 )
             kept.remove(empty.pop(0))
-        for other in set(self.rooms.values()) - {room, *kept}:
+        for other in set(self.rooms.values()) - {*kept}:
             self.close_room(other)
 
     def open_hosted(self, plan: RoomPlan) -> Room:

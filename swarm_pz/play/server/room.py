@@ -184,27 +184,14 @@ class Room:
         if self.session is not None:
             view.send_bytes(self.session.frame(keyframe=True))
 
-    def invite(self, connection: Connection, side: protocol.Side, policy: str | None) -> None:
-        """Let a player give a seat to a policy, or free it."""
-        self.seat_of(connection)
-        if self.plan.once:
-            raise RefusedError("out_of_turn", "one game is played here, against the opponent it was opened with")
-        self.place_policy(side, policy)
-
-    def place_policy(self, side: protocol.Side, policy: str | None) -> None:
-        """Give a seat to a policy, or free it."""
+    def place_policy(self, side: protocol.Side, policy: str) -> None:
+        """Give a free seat to a policy."""
         seat = self.seats[TEAM_NAMES.index(side)]
-        if seat.kind not in ("free", "policy"):
-            raise RefusedError("taken", f"somebody sits in the {side} seat")
-        if self.is_on:
-            raise RefusedError("out_of_turn", "seats change between games")
         seat.check_side()
-        if policy is not None and seat.helper:
+        if seat.helper:
             reason = f"the {side} seat shares its commands with {seat.helper}: it is for a player, not for a policy"
             raise RefusedError("not_valid", reason)
-        seat.free()
-        if policy is not None:
-            seat.give(policy, self._policy_changed)
+        seat.give(policy, self._policy_changed)
         self._changed()
 
     def leave(self, connection: Connection) -> None:
@@ -277,8 +264,7 @@ class Room:
             raise RefusedError("out_of_turn", "the game is running")
         failed = [seat for seat in self.seats if seat.fault]
         if ready and failed:
-            hint = "; invite another one" if failed[0].policy else ""
-            raise RefusedError("not_valid", f"{failed[0].fault}{hint}")
+            raise RefusedError("not_valid", failed[0].fault)
         if ready and not self.is_on and time.monotonic() - self._called_off_at < PAUSE_S:
             raise RefusedError("too_many", "the countdown was called off just now; say that you are ready in a second")
         if own is None:

@@ -187,4 +187,3 @@ async def test_policies_count_in_the_cost_of_a_room(hall, monkeypatch):
     assert guest.say(protocol.Create(opponent="ring")) is None
     assert sum(room.cost for room in hall.rooms.values()) == 2.75
     assert Guest(hall).say(protocol.Create(opponent="ring")) == "full"
-    assert guest.say(protocol.Invite("blue", "uniform")) is None, "one for another costs nothing"

@@ -121,7 +121,6 @@ async def test_what_a_client_says_reaches_its_room_and_its_connection(hall):
     room = hall.room()
     assert room.plan.lesson
     assert blue.say(protocol.Join(room.code.lower(), "blue", "P2")) is None and room.seats[1].label == "P2"
-    assert red.say(protocol.Invite("blue", "nobody")) == "unknown"
     red.say(protocol.Ready())
     red.say(protocol.Ready(ready=False))
     assert blue.say(protocol.Ready()) is None and room.phase == "waiting"
@@ -176,7 +175,6 @@ async def test_a_room_that_cannot_be_is_not_left_behind(hall, tmp_path):
 async def test_a_room_for_one_game_begins_it_as_its_seed_says_and_plays_no_other(hall):
     guest = Guest(hall)
     guest.say(protocol.Create(opponent="ring", once=True, seed=41))
-    assert guest.say(protocol.Invite("blue", "uniform")) == "out_of_turn"
     guest.say(protocol.Ready())
     room = hall.room()
     await playing(room)

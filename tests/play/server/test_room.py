@@ -177,7 +177,7 @@ async def until(holds, seconds=120.0):
 # --- seats ----------------------------------------------------------------------------------------
 
 
-async def test_a_seat_has_one_owner_and_changes_between_games_only(tmp_path):
+async def test_a_seat_has_one_owner(tmp_path):
     with opened(tmp_path) as room:
         red, other, watcher = Client(), Client(), Client()
         room.watch(red)
@@ -185,16 +185,12 @@ async def test_a_seat_has_one_owner_and_changes_between_games_only(tmp_path):
         room.sit(red, "red", "")
         assert code_of(room.sit, red, "blue", "") == code_of(room.watch, red) == "out_of_turn"
         assert room.connections == [red, watcher], "who sits down no longer watches"
-        assert code_of(room.sit, other, "red", "") == code_of(room.invite, red, "red", "ring") == "taken"
-        assert code_of(room.invite, watcher, "blue", "ring") == "out_of_turn"
-        room.invite(red, "blue", "ring")
-        assert code_of(room.sit, other, "blue", "") == "taken"
-        room.ready(red, True)
-        await playing(room)
-        assert code_of(room.ready, red, True) == code_of(room.invite, red, "blue", None) == "out_of_turn"
-        room.stop()
-        room.invite(red, "blue", None)
+        assert code_of(room.sit, other, "red", "") == "taken"
         room.sit(other, "blue", "")
+        room.ready(red, True)
+        room.ready(other, True)
+        await playing(room)
+        assert code_of(room.ready, red, True) == "out_of_turn"
         state = watcher.messages[-1]
         assert (state.watchers, state.blue.kind) == (1, "person")
     with opened(tmp_path, blue=0) as room:
@@ -312,22 +308,17 @@ async def test_policies_load_while_the_room_waits_and_act_from_the_first_tick_on
     assert all(line.server_ms <= recording.header.began_ms for line in recording.of(SeatCommand))
 
 
-async def test_a_policy_that_cannot_be_loaded_is_told_of_and_another_one_plays(tmp_path):
+@pytest.mark.parametrize(("policy", "reason"), [("broken", "no such file"), ("odd", "it could not be loaded")])
+async def test_a_policy_that_cannot_be_loaded_is_told_of(tmp_path, policy, reason):
     async def loading(seat):
-        if seat.policy != "sound":
-            raise module.SwarmError("no such file") if seat.policy == "broken" else RuntimeError("oh")
+        raise module.SwarmError("no such file") if seat.policy == "broken" else RuntimeError("oh")
 
-    with opened(tmp_path, Workers(loading=loading), time_limit=None) as room:
-        red = against(room, "broken")
-        await until(lambda: red.messages[-1].blue.policy_state == "failed")
-        assert red.messages[-1].blue.reason == "no such file" and room.phase == "waiting"
-        assert code_of(room.ready, red, True) == "not_valid"
-        room.invite(red, "blue", "odd")
+    with opened(tmp_path, Workers(loading=loading)) as room:
+        red = against(room, policy)
         assert (red.messages[-1].blue.policy_state, red.messages[-1].blue.reason) == ("loading", "")
         await until(lambda: red.messages[-1].blue.policy_state == "failed")
-        assert red.messages[-1].blue.reason == "it could not be loaded"
-        room.invite(red, "blue", "sound")
-        await playing(room)
+        assert red.messages[-1].blue.reason == reason and room.phase == "waiting"
+        assert code_of(room.ready, red, True) == "not_valid"
 
 
 async def test_a_policy_stays_loaded_for_the_next_game_and_is_let_go_with_its_seat(tmp_path):
@@ -341,10 +332,6 @@ async def test_a_policy_stays_loaded_for_the_next_game_and_is_let_go_with_its_se
         await playing(room)
         (one,) = workers.loaded
         assert workers.paused == [one] * 2 and not workers.forgotten
-        room.stop()
-        room.invite(red, "blue", "two")
-        assert workers.forgotten == [one]
-        await until(lambda: len(workers.loaded) == 2)
     assert workers.forgotten == workers.loaded
 
 
