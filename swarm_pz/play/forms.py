@@ -75,9 +75,8 @@ def installed_systems(config: GameConfig) -> list[protocol.SystemInfo]:
     for name in sorted(registered()):
         try:
             system = system_class(name)()
-            about = (type(system).__doc__ or "").strip().partition("\n")[0]
-            served = serves_densities(system, config)
+            serves_densities(system, config)  # which may raise, too
         except FAULTS:  # `swarm-pz policies` reports it
             continue
-        found.append(protocol.SystemInfo(name=name, about=about, takes=system.takes, serves_densities=served))
+        found.append(protocol.SystemInfo(name=name, takes=system.takes))
     return found

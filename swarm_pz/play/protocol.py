@@ -223,12 +223,10 @@ class PolicyInfo(Message):
 
 
 class SystemInfo(Message):
-    """A control system, the kind of its commands, and whether densities and strokes can fly it, too."""
+    """A control system, and the kind of its commands."""
 
     name: str
-    about: str
     takes: str
-    serves_densities: bool
 
 
 class Commands(Message):
@@ -305,8 +303,6 @@ class SeatState(Message):
     policy_state: Literal["loading", "loaded", "failed"] | None = None
     reason: str = ""
     gone: bool = False
-    system: str = ""
-    takes: str = ""
 
 
 class RoomState(Message, tag="room"):
@@ -317,10 +313,8 @@ class RoomState(Message, tag="room"):
     settings: Settings
     red: SeatState
     blue: SeatState
-    watchers: int
     sizes: list[tuple[int, int]]
     """Drones of red and blue, once a second since the start."""
-    min_command_interval: float
     outcome: Outcome | None = None
     recording: str | None = None
     """Name of the game that is over."""

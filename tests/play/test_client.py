@@ -40,7 +40,7 @@ def stand_in(*answers):
 
 def room(phase, outcome=None):
     seat = protocol.SeatState()
-    return protocol.RoomState("ABCD", phase, protocol.Settings(), seat, seat, 0, [], 0.5, outcome)
+    return protocol.RoomState("ABCD", phase, protocol.Settings(), seat, seat, [], outcome)
 
 
 def frame(tick):

@@ -91,7 +91,7 @@ def room():
     """Return the server's message about a room where a game runs."""
     person = protocol.SeatState(kind="person", connected=True, ready=True)
     policy = protocol.SeatState(kind="policy", name="blind_ring", connected=True, ready=True, policy_state="loaded")
-    state = protocol.RoomState("ABCD", "playing", protocol.Settings(), person, policy, 0, [(10, 10)], 0.1)
+    state = protocol.RoomState("ABCD", "playing", protocol.Settings(), person, policy, [(10, 10)])
     return as_json(state)
 
 

@@ -187,8 +187,6 @@ class Seat:
             policy_state=self.policy_state,
             reason=self.loaded.reason if self.loaded is not None else "",
             gone=self.gone,
-            system=self.commands.system,
-            takes=self.commands.takes,
         )
 
     def recorded(self, *, with_label: bool) -> RecordedSeat:

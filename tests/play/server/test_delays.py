@@ -29,7 +29,7 @@ def viewing(team=0, speed=1.0, **factors):
 
 def state(phase, sizes=None, **more):
     seats = protocol.SeatState(), protocol.SeatState()
-    return protocol.RoomState("ABCD", phase, protocol.Settings(), *seats, 0, sizes or [(2, 2)], 0.5, **more)
+    return protocol.RoomState("ABCD", phase, protocol.Settings(), *seats, sizes or [(2, 2)], **more)
 
 
 @pytest.mark.parametrize("team", [0, 1])

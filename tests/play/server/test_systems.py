@@ -74,7 +74,7 @@ async def test_a_seat_says_what_it_takes_and_its_commands_are_recorded_and_playe
         told = flown.heard(protocol.Seated)[0].commands
         assert (told.system, told.takes, told.shape, told.low, told.high) == ("magnet", "place", [2], 0.0, 1.0)
         state = flown.heard(protocol.RoomState)[-1]
-        assert (state.red.takes, state.blue.takes, state.settings.red_system) == ("density", "place", "ergodic")
+        assert (state.settings.red_system, state.settings.blue_system) == ("ergodic", "magnet")
         give(room, flown, protocol.CommandMessage(1, command=[0.25, 0.75]))
         give(room, other, protocol.CommandMessage(1, density=EYE))
         await until(lambda: all(client.heard(protocol.InForceMessage) for client in both))

@@ -28,7 +28,7 @@ export class Playback {
   constructor(name, text) {
     const [header, ...lines] = linesOf(text);
     if (header?.protocol !== PROTOCOL) throw new Error(`its first line must name the protocol ${PROTOCOL}`);
-    const { game, speed, min_command_interval: interval } = header.table, { time_limit: limit } = game, [red, blue = red] = [game.drones_per_team].flat();
+    const { game, speed } = header.table, { time_limit: limit } = game, [red, blue = red] = [game.drones_per_team].flat();
     this.seed = header.seed;
     this.frames = lines.filter(({ type }) => type === "frame").map(({ data }) => decode(Uint8Array.from(atob(data), (byte) => byte.charCodeAt(0)).buffer));
     if (!this.frames.length) throw new Error("it broke off before anything was to be seen");
@@ -42,11 +42,11 @@ export class Playback {
       const { kind, policy, label = "" } = header[side];
       return { kind, name: policy, label, connected: true, gone: false };
     });
-    const { outcome = null, ended_by: by = null } = lines.findLast(({ type }) => type === "end") ?? {};
+    const { outcome = null } = lines.findLast(({ type }) => type === "end") ?? {};
     const { reason = "" } = lines.find(({ type, event }) => type === "seat" && event === "forfeit") ?? {};
     // As the state of a room.
     this.room = {
-      code: "", phase: "replay", recording: name, red: seats[0], blue: seats[1], watchers: 0, min_command_interval: interval, outcome, ended_by: by,
+      code: "", phase: "replay", recording: name, red: seats[0], blue: seats[1], outcome,
       settings: { red, blue, speed, time_limit: limit >= UNTIMED ? null : limit }, last_tick: this.lastTick, forfeit: reason,
       sizes: Array.from({ length: Math.floor(this.lastTick / TICKS) + 1 }, (_, second) => this.sizesAt(TICKS * second)),
     };

@@ -34,14 +34,13 @@ function majorityOf([red, blue]) { return red === blue ? "draw" : SIDES[Number(b
 
 // The state of a seat, as rooms have it.
 function seatOf({ kind = "free", policy = "", label = "", ready = false, state = null, reason = "" }) {
-  const flies = { system: "ergodic", takes: "density" };
-  return { kind, name: policy, label, connected: kind !== "free", ready, policy_state: state, reason, gone: false, ...flies };
+  return { kind, name: policy, label, connected: kind !== "free", ready, policy_state: state, reason, gone: false };
 }
 
 // The state of a room; parts that are not given have the values of a room in which nothing has happened.
 function stateOf(has) {
   const none = { outcome: null, recording: null, starts_ms: null, ended_by: null, wins: [0, 0] };
-  return { type: "room", watchers: 0, once: false, forfeit: "", ...none, ...has };
+  return { type: "room", once: false, forfeit: "", ...none, ...has };
 }
 
 export class Room {
@@ -115,7 +114,7 @@ export class Room {
     const { code, phase, settings, once, view } = this, [red, blue] = this.seats.map(seatOf);
     const ended = phase === "over" ? { outcome: this.outcome, recording: this.recording, ended_by: this.endedBy } : {};
     this.say(stateOf({
-      code, phase, settings, red, blue, once, ...ended, sizes: [...this.sizes], min_command_interval: this.table.interval,
+      code, phase, settings, red, blue, once, ...ended, sizes: [...this.sizes],
       paused: this.isOn && this.isPaused, starts_ms: phase === "starting" ? this.beganMs + view.display_delay_ms : null,
     }));
   }
