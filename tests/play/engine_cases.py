@@ -21,18 +21,17 @@ from swarm_pz.config import (
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.capture import capture_fields
 from swarm_pz.kernels.observation import CAPTURES_FROM
+from swarm_pz.play.opponents import LEARNED, SCRIPTED
 from swarm_pz.play.server.views import target_picture
 from swarm_pz.play.strokes import BRUSHES, Stroke, density_of
 from swarm_pz.policies import load
-from swarm_pz.policies.moving import MOVING
-from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.simulator.commands import make_target
 
 STATIC = Path(__file__).parent / "static"
 LIMIT = 120.0
 LARGEST = 40
 SEEN = (ObservationConfig(), ObservationConfig(grid=10, channels=CHANNELS + MOTION_CHANNELS))
-PLAYERS = (*sorted(script.__name__ for script in (*SCRIPTS, *MOVING)), "hunter", "champion", "veteran", "finisher")
+PLAYERS = (*sorted((*SCRIPTED, "ring")), *LEARNED)
 ASKED_EVERY = 5
 """Seconds between two answers of the players."""
 ROW = np.zeros(1, np.int64)

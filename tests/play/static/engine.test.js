@@ -54,7 +54,7 @@ async function compare(buffer, { seen, players: names }) {
   const game = new Game({ red, blue, timeLimit: 120 }, seed);
   const { ground, teams, positions, controller: { memory, weights } } = game;
   const found = new Found({ seed, red, blue, ticks, captures: 0, images: 0, halves: 0, ties: [] });
-  const players = await Promise.all(PLAYERS.map((name) => loadPlayer(name, seed, weightsOf)));
+  const players = await Promise.all(PLAYERS.map((name) => loadPlayer(name, weightsOf)));
   found.check("the names of players", same(PLAYERS, names));
   found.check("the start", same(positions, given.positions(0)));
   for (let tick = 0; ; tick++) {
@@ -68,7 +68,7 @@ async function compare(buffer, { seen, players: names }) {
       found.halves += given.halves(tick / every)[0];
     }
     if (tick % 150 === 0) {
-      const answers = players.flatMap((player) => [0, 1].map((team) => player.act(game, team)));
+      const answers = players.flatMap((player) => [0, 1].map((team) => player.act(game, team, tick / 75 + team)));
       answers.forEach((answer, i) => found.take("answer", farthest(answer, given.answers(tick / 150).subarray(100 * i, 100 * i + 100))));
     }
     if (tick === ticks || found.faults.length) break;

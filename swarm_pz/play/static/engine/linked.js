@@ -61,7 +61,9 @@ export async function unpack(packed, { rules, commands: form, welcome }) {
   };
   const room = new Room(table, "LINK", { seat, opponent, seed, settings });
   room.run = () => {}; // its clock stands
-  await room.begin();
+  await room.loading;
+  room.begin();
+  room.start();
   for (let next = 0; room.phase === "playing" && room.game.tick < lastTick;) {
     for (; commands[next]?.[0] <= room.game.tick; next++) {
       const strokes = commands[next][1].map(lengthen);

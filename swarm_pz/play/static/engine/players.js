@@ -1,8 +1,8 @@
-// Opponents without a server: the scripts of policies/scripted.py and policies/moving.py, and learned players by their weights.
+// Opponents without a server: scripts of policies/scripted.py and policies/moving.py, and learned players by their weights.
 
 import { CELLS } from "./controller.js";
 import { ALL_CHANNELS, observe } from "./observation.js";
-import { Random } from "./random.js";
+import { TICKS } from "../words.js";
 
 const RANGE = 4, MIDDLE = [0.5, 0.5]; // of log-densities; of the square
 const centre = (cell) => (cell + 0.5) / CELLS;
@@ -14,20 +14,15 @@ const disc = (distance) => spot(distance, 0.1);
 const ring = (place, width = 0.08, radius = 0.25) => away(place).map((distance) => Math.exp(-(((distance - radius) / width) ** 2)));
 const lap = (radius, period, answers) => [Math.cos, Math.sin].map((of) => 0.5 + radius * of(2 * Math.PI * answers / period));
 
-// Each maps the game, its team, the number of its earlier answers, and random numbers to a density.
+// Each maps the game, its team, and the number of its earlier answers to a density.
 const SCRIPTS = {
-  blind_ring: ({ random }) => ring([random.next(), random.next()]),
   breather: ({ answers }) => ring(MIDDLE, 0.08, Math.floor(answers / 4) % 2 ? 0.2 : 0.37),
   centre: () => away(MIDDLE).map(disc),
-  chase: (told) => away(opponents(told)).map(disc),
   corners: () => every((x, y) => disc(Math.hypot(Math.min(x, 1 - x) - 0.1, Math.min(y, 1 - y) - 0.1))),
-  evade: (told) => away(opponents(told)).map((distance, _, all) => Math.exp(8 * (distance - Math.max(...all)))),
   halo: () => ring(MIDDLE, 0.15),
   hoop: ({ answers }) => ring(lap(0.15, 6, answers), 0.08, 0.15),
   lasso: (told) => ring(opponents(told).map((place) => 0.5 + 0.3 * (place - 0.5)), 0.15),
-  noise: ({ random }) => every(() => random.next()),
   pendulum: ({ answers }) => away([0.5 + 0.35 * Math.sin(2 * Math.PI * answers / 24), 0.5]).map(disc),
-  restless: ({ random }) => every(() => 1 + 0.001 * random.next()),
   ring: (told) => ring(opponents(told)),
   runner: ({ answers }) => away(lap(0.24, 6, answers)).map((distance) => spot(distance, 0.18)),
   stroller: ({ answers }) => away(lap(0.24, 10, answers)).map((distance) => spot(distance, 0.18)),
@@ -67,14 +62,13 @@ async function fetchBeside(name) {
   return answer.arrayBuffer();
 }
 
-// Return a player for one game; act returns its command for the next second, fetchBytes the weights of a learned one.
-export async function loadPlayer(name, seed = 0, fetchBytes = fetchBeside) {
-  const script = SCRIPTS[name], random = new Random(seed);
+// Return a player; act returns its command for the next second, fetchBytes the weights of a learned one.
+export async function loadPlayer(name, fetchBytes = fetchBeside) {
+  const script = SCRIPTS[name];
   if (!PLAYERS.includes(name)) throw new Error(`a player must be one of ${PLAYERS.join(", ")}, got ${name}`);
   const network = script ? null : (await import("./network.js")).networkOf(await fetchBytes(name));
-  let answers = 0;
-  function act(game, team) {
-    const density = script ? script({ game, team, answers: answers++, random }) : asked(network, game, team), most = Math.max(...density);
+  function act(game, team, answers = game.tick / TICKS) {
+    const density = script ? script({ game, team, answers }) : asked(network, game, team), most = Math.max(...density);
     return Float32Array.from(density, (value) => value / most);
   }
   return { name, act };

@@ -44,7 +44,7 @@ function stateOf(has) {
 }
 
 export class Room {
-  game; log; players; recording; outcome; endedBy; target;
+  game; log; player; loading; recording; outcome; endedBy;
 
   // asked is the message that opens the room.
   constructor(table, code, asked) {
@@ -85,8 +85,10 @@ export class Room {
 
   load(policy) {
     const seat = { kind: "policy", policy, ready: true, state: "loading" };
-    loadPlayer(policy).then(() => { seat.state = "loaded"; }, (error) => Object.assign(seat, { state: "failed", reason: error.message }))
-      .then(() => { if (this.table.room === this) this.beginIfReady(); });
+    this.loading = loadPlayer(policy).then((player) => {
+      this.player = player;
+      seat.state = "loaded";
+    }, (error) => Object.assign(seat, { state: "failed", reason: error.message })).then(() => { if (this.table.room === this) this.beginIfReady(); });
     return seat;
   }
 
@@ -163,7 +165,6 @@ export class Room {
     this.sizes = [[...game.sizes]];
     this.inForce = [-this.interval, -this.interval];
     this.waiting = [null, null];
-    this.asked = 0; // commands of the policy
     this.isPaused = false;
     this.phase = "starting";
     this.beganMs = now() + ms;
@@ -172,17 +173,15 @@ export class Room {
     this.tell();
     this.show(true);
     this.showTarget(0, EVERYTHING);
-    const loaded = this.seats.map(({ policy }, team) => (policy ? loadPlayer(policy, (this.seed ^ team) >>> 0) : null));
-    return Promise.all([...loaded, new Promise((resolve) => { setTimeout(resolve, ms); })])
-      .then((players) => { if (this.game === game && this.phase === "starting") this.start(players.slice(0, 2)); });
+    setTimeout(() => { if (this.game === game && this.phase === "starting") this.start(); }, ms);
   }
 
-  start(players) {
+  start() {
     const { table, settings, lesson, seed } = this, [red, blue] = this.seats.map(({ kind = "free", policy = "" }) => ({ kind, policy }));
     const header = headerOf({ ...table.rules, min_command_interval: table.interval, factors: table.factors }, settings, { software: table.software, began_ms: now(), seed, red, blue, lesson });
     this.log.unshift(header);
     this.recording = `${new Date().toISOString().replace(/[-:]|\.\d+/g, "")}-${this.code}-${++this.games}.jsonl`;
-    Object.assign(this, { players, seed: null, phase: "playing" });
+    Object.assign(this, { seed: null, phase: "playing" });
     this.seats[this.team].ready = false;
     this.tell();
     this.run(now() + 1000 / (TICKS * settings.speed));
@@ -201,10 +200,8 @@ export class Room {
   }
 
   tick() {
-    const { game } = this;
-    if (game.tick % TICKS === 0) {
-      this.players.forEach((player, team) => { if (player) this.submit(team, { number: ++this.asked, density: player.act(game, team) }); });
-    }
+    const { game, player } = this, other = 1 - this.team;
+    if (player && game.tick % TICKS === 0) this.submit(other, { number: game.tick / TICKS + 1, density: player.act(game, other) });
     if (game.tick % PERIOD === 0) [0, 1].forEach((team) => this.putInForce(team));
     for (const { drone, team } of game.advance()) this.log.push({ type: "captured", seat: SIDES[team], tick: game.tick, drone });
     if (game.tick % TICKS === 0) this.sizes.push([...game.sizes]);
