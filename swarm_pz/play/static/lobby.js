@@ -1,14 +1,14 @@
 // The start: play, learn, open or join a room, return to a seat, watch recorded games.
 
 import { opponentCards, paintPoster } from "./cards.js";
-import { byId, on } from "./elements.js";
+import { byId, make, on } from "./elements.js";
 import { onLook } from "./ground.js";
-import { daily, daysInARow, inARow, progress, ROUND } from "./progress.js";
+import { SERVER } from "./link.js";
+import { daily, daysInARow, inARow, progress, ROUND, sideIn } from "./progress.js";
 import { keep, recall } from "./store.js";
-import { called, SIDES, systemOption } from "./words.js";
+import { called, clock, playerOf, SIDES, systemOption, TICKS } from "./words.js";
 
 const FIRST = "uniform"; // in the form
-const listGames = async (...given) => (await import("./games.js")).listGames(...given); // fetched when needed
 
 export class Lobby {
   // begin: opens a room by a message and begins in it at once; go: changes the address.
@@ -101,3 +101,32 @@ export class Lobby {
     });
   }
 }
+
+// Fill a list with links to the recorded games.
+async function listGames(table, list) {
+  const answer = await table.fetch("recordings");
+  const games = answer?.ok ? await answer.json() : [];
+  const shown = games.filter(({ lesson }) => !lesson);
+  list.replaceChildren(...shown.map((game) => {
+    const told = [["strong", players(game, table !== SERVER)], ["span", ending(game)], ["small", title(game)]].filter(([, words]) => words);
+    const href = `#replay=${encodeURIComponent(game.name)}`;
+    return make("li", {}, make("a", { href }, ...told.flatMap(([tag, words]) => [make(tag, {}, words), " "])));
+  }));
+  if (!shown.length) list.append(make("li", {}, "None so far."));
+}
+
+// Name the players; without a server every person is the visitor.
+function players({ name, red, blue }, isAlone) {
+  const [one, other] = [red ?? {}, blue ?? {}].map((seat, i) => (
+    sideIn(name) === SIDES[i] || (isAlone && seat.kind === "person") ? "you" : playerOf(seat)));
+  return red && blue ? `${one} (red) against ${other} (blue)` : "";
+}
+
+function ending({ outcome, ended_by: by, seconds, sizes }) {
+  if (!outcome) return "not finished";
+  const left = { left: ", somebody had left", forfeit: ", by forfeit" }[by] ?? "", after = `after ${clock(TICKS * seconds)}`;
+  if (outcome === "stopped") return `stopped ${after}${left}`;
+  return `${outcome === "draw" ? `a draw, ${sizes.join(" to ")},` : `${outcome} won`} ${after}${left}`;
+}
+
+function title({ name, started }) { return started ? new Date(started).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" }) : name; }

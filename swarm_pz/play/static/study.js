@@ -282,7 +282,6 @@ function chosen(item) {
     ),
     get: () => values[fields.findIndex((field) => field.checked)] ?? null,
     put: (value) => { if (values.includes(value)) fields[values.indexOf(value)].checked = true; },
-    field: null,
   };
 }
 
@@ -314,7 +313,6 @@ function slider(item) {
       field.value = value;
       touch();
     },
-    field: null,
   };
 }
 

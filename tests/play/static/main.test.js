@@ -4,7 +4,6 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
 import { at, fixtures, Line, reload, settled, Socket, time } from "./page.js";
-import "../../../swarm_pz/play/static/games.js";
 import { SERVER } from "../../../swarm_pz/play/static/link.js";
 import { daily, dayStreak, winDay } from "../../../swarm_pz/play/static/progress.js";
 import "../../../swarm_pz/play/static/engine/linked.js";
