@@ -198,8 +198,13 @@ function refused({ about, code, reason }) {
   say(reason);
 }
 
-// Show the signs and keys; their code is fetched when needed.
-async function explain() { (await import("./legend.js")).explain(); }
+// Show the signs and keys.
+function explain() {
+  byId("keys-placed").hidden = byId("placing").hidden;
+  byId("keys-drawn").hidden = !byId("placing").hidden;
+  byId("legend").showModal();
+  byId("legend").scrollTop = 0;
+}
 
 on("click", {
   signs: explain, "start-signs": explain,
