@@ -6,7 +6,7 @@ import { CELLS } from "./frames.js";
 import { NAMES, SIDES, TICKS } from "./words.js";
 
 const MOST_OF_IT = 0.75; // of the ground's value: that of the drones that are named
-const CIRCLED = 20; // ticks of the last five seconds that each of these drones was close by, on the mean
+const CIRCLED = 20; // ticks of the last five seconds that a drone that circles is close by, at least
 const SUDDEN = 6, LONG = 30; // ticks
 
 // Return the loss that turned a recorded game: its tick, place and a sentence; null without one. The playback moves.
@@ -35,23 +35,28 @@ function lossAt({ captures }, sizes, turn, winner) {
 
 // Say how many drones made the ground of a cell in the last five seconds, and if they circled there.
 function told({ ground: { trails }, teams }, cell, winner) {
-  const ticks = new Array(teams.length).fill(0), row = Math.floor(cell / CELLS), column = cell % CELLS;
+  const makers = Array.from(teams, () => ({ ticks: 0, sides: new Set() })), row = Math.floor(cell / CELLS), column = cell % CELLS;
   trails.forEach((at, i) => {
-    const isOnRing = at >= 0 && Math.max(Math.abs(at % CELLS - column), Math.abs(Math.floor(at / CELLS) - row)) === 2;
-    if (isOnRing && teams[i % teams.length] === winner) ticks[i % teams.length]++;
+    const right = at % CELLS - column, up = Math.floor(at / CELLS) - row, maker = makers[i % teams.length];
+    if (at < 0 || Math.max(Math.abs(right), Math.abs(up)) !== 2 || teams[i % teams.length] !== winner) return;
+    maker.ticks++;
+    if (Math.abs(right) === 2) maker.sides.add(right > 0 ? "right" : "left");
+    if (Math.abs(up) === 2) maker.sides.add(up > 0 ? "above" : "below");
   });
-  const most = ticks.sort((a, b) => b - a), enough = MOST_OF_IT * most.reduce((a, b) => a + b);
+  const most = makers.sort((a, b) => b.ticks - a.ticks), enough = MOST_OF_IT * most.reduce((sum, { ticks }) => sum + ticks, 0);
   let count = 0, sum = 0;
-  do sum += most[count++]; while (sum < enough);
-  const size = teams.filter((team) => team === winner).length, how = sum / count < CIRCLED ? "" : ", circling close around it";
+  do sum += most[count++].ticks; while (sum < enough);
+  const haveCircled = most.slice(0, count).every(({ ticks, sides }) => ticks >= CIRCLED && sides.size === 4);
+  const size = teams.filter((team) => team === winner).length, how = haveCircled ? ", circling close around it" : "";
   return `on ground that ${count} of ${SIDES[winner]}’s ${size} drones had made${how}.`;
 }
 
 // Say for how long a cell had captured for the winner, if that was long or not long at all.
 function timing(held, winner) {
-  const since = held[winner].length - 1 - held[winner].lastIndexOf(false), own = held[1 - winner].lastIndexOf(true);
+  const { length } = held[winner], since = length - 1 - held[winner].lastIndexOf(false), own = held[1 - winner].lastIndexOf(true);
   const seconds = (ticks) => (ticks / TICKS).toFixed(1);
-  if (own >= 0) return `${NAMES[1 - winner]} itself had held it, until ${seconds(held[winner].length - own)} s before.`;
-  if (since <= SUDDEN) return `It became ${SIDES[winner]}’s only then.`;
+  if (own === length - 1) return `${NAMES[1 - winner]} held it, too.`;
+  if (own >= 0) return `${NAMES[1 - winner]} itself had held it, until ${seconds(length - own)} s before.`;
+  if (since <= SUDDEN) return held[winner].indexOf(true) === length - since ? `It became ${SIDES[winner]}’s only then.` : "";
   return since >= LONG ? `It had been ${SIDES[winner]}’s for ${seconds(since)} s.` : "";
 }

@@ -54,12 +54,15 @@ for (const [fault, change, reason] of [
   test(`a file with ${fault} is refused in words`, () => { assert.throws(() => of("default", change), reason); });
 }
 
-// Two drones of red stay away, and the third flies at tick `caught` to a place around which blue's first has circled.
-function turned(caught, outcome) {
-  const last = 240, around = (tick) => [0, 1].map((axis) => 0.51 + 0.04 * [[-1, -1], [1, -1], [1, 1], [-1, 1]][tick % 4][axis]);
+const CIRCLE = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
+
+// A drone of red flies at tick `caught` to a place around which blue's first has flown, on a way of four ticks; red's second
+// flies with it, or stays away.
+function turned(caught, outcome, way = CIRCLE, isShared = false) {
+  const last = 240, around = (tick) => [0, 1].map((axis) => 0.51 + 0.04 * way[tick % 4][axis]);
   const frames = Array.from({ length: last + 1 }, (_, tick) => encode({
     tick, teams: Uint8Array.from([tick >= caught ? 1 : 0, 0, 0, 1, 1, 1]), velocities: new Float32Array(12),
-    positions: Float32Array.from([...(tick >= caught ? [0.51, 0.51] : [0.1, 0.1]), 0.1, 0.1, 0.1, 0.2, ...around(tick), 0.91, 0.91, 0.91, 0.71]),
+    positions: Float32Array.from([...(tick >= caught ? [0.51, 0.51] : [0.1, 0.1]), ...(isShared ? around(tick) : [0.1, 0.1]), 0.1, 0.2, ...around(tick), 0.91, 0.91, 0.91, 0.71]),
   }));
   return of("default", ([first]) => [
     ...game({ drones_per_team: 3 })([first]), ...frames.map((data) => ({ type: "frame", data })),
@@ -72,4 +75,9 @@ test("the loss that turned a game is told with its place, who made the ground, a
   assert.deepEqual([tick, text], [200, "Red lost a drone on ground that 1 of blue’s 3 drones had made, circling close around it. It had been blue’s for 5.0 s."]);
   near(place, [0.51, 0.51], 1e-6);
   assert.equal(whyOf(turned(200, "draw")), null);
+  for (const [way, isShared, told] of [
+    [[[-1, -1], [-1, 1], [-1, -1], [-1, 1]], false, ". It had been blue’s for 5.0 s."], // beside it on one side is not around it
+    [[...CIRCLE.slice(1), [-9, -9]], false, ", circling close around it."], // held on and off, and not only then
+    [CIRCLE, true, ", circling close around it. Red held it, too."],
+  ]) assert.equal(whyOf(turned(200, "blue", way, isShared)).text, `Red lost a drone on ground that 1 of blue’s 3 drones had made${told}`);
 });
