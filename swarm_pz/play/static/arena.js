@@ -1,4 +1,4 @@
-// The arena: the ground, drones with trails, rings around drones in danger, captures and the victory.
+// The arena: the ground, drones with trails, rings around drones in danger, and captures.
 
 import { addDrone, disc, Ground, look, newCanvas, onLook } from "./ground.js";
 import { Trails } from "./trails.js";
@@ -6,8 +6,8 @@ import { Trails } from "./trails.js";
 const FULL_RATE = 30; // of frames; with fewer, each is shown as it is until the next
 const OLDEST_MS = 250; // frames that took this much longer than the link does are not shown
 const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
-const FLASH_MS = 700, PULSE_MS = 400, VICTORY_MS = 1600;
-const SPARKS = 7, WAVES = [0, 0.15, 0.3]; // of a capture; parts of its time after which the waves of a victory begin
+const FLASH_MS = 700, PULSE_MS = 400;
+const SPARKS = 7; // of a capture
 const JUMP_TICKS = 30; // frames farther apart begin another motion
 const WARNING_S = 0.4; // a drone is marked this long before it reaches ground that nearly captures it
 const MANY = 60; // drones that are painted smaller
@@ -39,7 +39,6 @@ export class Arena {
   forgetMotion() {
     this.trails.forget();
     this.flashes = [];
-    this.victory = null;
   }
 
   // Show the target of a side, and danger for the drones of the guarded teams.
@@ -69,16 +68,14 @@ export class Arena {
       this.ground.fields = frame.fields;
       this.ground.dirty = true;
     }
-    this.ground.light(frame.lit ?? null);
     this.frame = frame;
     return changed;
   }
 
-  // Let waves of a team's colour run over the board from the place of its last capture.
-  celebrate(team) {
+  // Where a team captured last; the middle if that was long ago.
+  lastCapture(team) {
     const { drone } = this.flashes.findLast((flash) => flash.team === team) ?? {};
-    const place = drone === undefined ? [0.5, 0.5] : [...this.frame.positions.slice(2 * drone, 2 * drone + 2)];
-    this.victory = this.isCalm ? null : { team, place, began: performance.now() };
+    return drone === undefined ? [0.5, 0.5] : this.frame.positions.slice(2 * drone, 2 * drone + 2);
   }
 
   // Paint, and return the frame that is shown, or null if it is too old to show.
@@ -111,7 +108,6 @@ export class Arena {
     }
     this.paintDanger(pen, frame, places, side, size);
     this.paintFlashes(pen, places, side, size);
-    if (this.victory) this.paintVictory(pen, side);
   }
 
   // Return a picture of a drone of each team, with a rim: hundreds of them are copied in less time than paths are filled.
@@ -168,19 +164,5 @@ export class Arena {
       }
     }
     pen.globalAlpha = 1;
-  }
-
-  paintVictory(pen, side) {
-    const { team, place: [x, y], began } = this.victory, grown = (performance.now() - began) / VICTORY_MS;
-    pen.strokeStyle = look.teams[team];
-    pen.lineWidth = 0.02 * side;
-    for (const after of WAVES) {
-      pen.globalAlpha = Math.max(0.6 * (1 - grown), 0);
-      pen.beginPath();
-      pen.arc(x * side, (1 - y) * side, 2 * side * Math.max(grown - after, 0), 0, 7);
-      pen.stroke();
-    }
-    pen.globalAlpha = 1;
-    if (grown >= 1) this.victory = null;
   }
 }

@@ -1,27 +1,27 @@
 // Team sizes over time: red from below, blue from above, each with its team's sign.
 
-import { disc, hatch, look, onLook } from "./ground.js";
+import { make } from "./elements.js";
 import { TICKS } from "./words.js";
 
 const SHORTEST_S = 30;
+const LINE_PX = 1.5; // between the teams
 export const SWING_S = 5;
 
 export class Chart {
-  constructor(canvas) {
-    this.canvas = canvas;
-    this.sizes = [];
-    this.marked = null; // a second to point out
-    this.span = 0; // seconds from end to end; 0: of the game so far
-    this.cursor = null; // the seconds that are shown of a recorded game
-    new ResizeObserver(() => this.resize()).observe(canvas);
-    onLook(() => this.paint());
+  border; blue; mark; sizes; marked; span;
+
+  constructor(element) {
+    this.element = element;
+    [this.border, this.blue, this.mark] = ["border", "dotted", "mark"].map((className) => make("i", { className }));
+    this.played = make("div", { className: "striped" }, this.border, this.blue, this.mark);
+    this.cursor = make("i", { className: "cursor", hidden: true });
+    element.append(this.played, this.cursor);
+    this.set([]);
   }
 
-  // Sizes of red and blue, one entry a second.
+  // Sizes of red and blue, one entry a second; a second to point out; and the seconds from end to end, 0: of the game so far.
   set(sizes, marked = null, span = 0) {
-    this.span = span;
-    this.sizes = sizes.map((entry) => [...entry]);
-    this.marked = marked;
+    Object.assign(this, { sizes: sizes.map((entry) => [...entry]), marked, span });
     this.paint();
   }
 
@@ -35,64 +35,24 @@ export class Chart {
 
   // Mark the moment of a recorded game that is shown; null removes the mark.
   show(seconds) {
-    if (seconds === this.cursor) return;
-    this.cursor = seconds;
-    this.paint();
-  }
-
-  resize() {
-    const scale = Math.min(devicePixelRatio, 2);
-    const [width, height] = [this.canvas.clientWidth * scale, this.canvas.clientHeight * scale].map(Math.round);
-    if (width === this.canvas.width && height === this.canvas.height) return;
-    Object.assign(this.canvas, { width, height });
-    this.paint();
+    this.cursor.hidden = seconds === null;
+    this.cursor.style.left = `${100 * seconds / this.span}%`;
+    this.tell(this.sizes[Math.floor(seconds)]);
   }
 
   paint() {
-    const { canvas, sizes } = this, { width, height } = canvas, pen = canvas.getContext("2d");
-    pen.fillStyle = look.panel;
-    pen.fillRect(0, 0, width, height);
-    if (!sizes.length || !width) return;
-    const hatches = [0, 1].map((team) => hatch(pen, team, width / (canvas.clientWidth || width)));
-    const step = width / (this.span || Math.max(sizes.length, SHORTEST_S)), edge = ([red, blue]) => height * (1 - red / (red + blue || 1));
-    [height, 0].forEach((from, team) => {
-      pen.fillStyle = hatches[team];
-      pen.beginPath();
-      sizes.forEach((entry, i) => pen.rect(i * step, Math.min(edge(entry), from), step + 0.5, Math.abs(from - edge(entry))));
-      pen.fill();
-    });
-    const border = sizes.flatMap((entry, i) => [[i * step, edge(entry)], [(i + 1) * step, edge(entry)]]);
-    paintLine(pen, border, Math.max(height / 40, 1.5));
-    paintLine(pen, [[0, height / 2], [width, height / 2]], 1, [3, 3]);
-    if (this.marked !== null) paintMark(pen, Math.min((this.marked + 0.5) * step, width - 0.11 * height), edge(sizes[this.marked]), height);
-    if (this.cursor !== null) paintCursor(pen, this.cursor * step, height);
-    const [red, blue] = (this.cursor === null ? null : sizes[Math.floor(this.cursor)]) ?? sizes.at(-1);
-    canvas.setAttribute("aria-label", `Team sizes over time: now red ${red}, blue ${blue}`);
+    const { sizes, marked, span } = this, count = sizes.length, height = ([red, blue]) => 100 * blue / (red + blue || 1);
+    const corners = sizes.flatMap((entry, i) => [i, i + 1].map((second) => `${100 * second / count}% calc(${height(entry)}%`));
+    const above = (px) => `polygon(0 0, ${corners.map((corner) => `${corner} + ${px}px)`).join()}, 100% 0)`;
+    this.played.style.width = `${100 * count / (span || Math.max(count, SHORTEST_S))}%`;
+    this.border.style.clipPath = above(LINE_PX);
+    this.blue.style.clipPath = above(0);
+    this.mark.hidden = marked === null;
+    if (marked !== null) Object.assign(this.mark.style, { left: `${100 * (marked + 0.5) / count}%`, backgroundPositionY: `${height(sizes[marked])}%` });
+    this.tell(sizes.at(-1));
   }
-}
 
-function paintLine(pen, points, width, dash = []) {
-  pen.strokeStyle = look.ink;
-  pen.lineWidth = width;
-  pen.setLineDash(dash);
-  pen.beginPath();
-  for (const [x, y] of points) pen.lineTo(x, y);
-  pen.stroke();
-}
-
-function paintCursor(pen, x, height) {
-  pen.fillStyle = look.ground;
-  pen.fillRect(x - height / 28, 0, height / 14, height);
-  pen.fillStyle = look.ink;
-  pen.fillRect(x - height / 56, 0, height / 28, height);
-}
-
-function paintMark(pen, x, y, height) {
-  paintLine(pen, [[x, 0], [x, height]], 1);
-  pen.fillStyle = look.ground;
-  disc(pen, x, y, 0.11 * height);
-  pen.fillStyle = look.ink;
-  disc(pen, x, y, 0.07 * height);
+  tell([red, blue] = [0, 0]) { this.element.setAttribute("aria-label", `Team sizes over time: now red ${red}, blue ${blue}`); }
 }
 
 // Tell if a room's game lasted until its time limit.

@@ -78,7 +78,7 @@ export class Controls {
     const sized = isDrawn ? "Width" : this.pen.how?.sized, [min, max] = this.pen.sizes ?? [0.05, 0.3];
     for (const [id, isShown] of Object.entries({
       brushes: isDrawn, placing: !isDrawn, shapes: shapes.length, sized, turned: this.pen.how?.turn,
-      send: this.isEquipped, lifting: this.isEquipped, adding: isDrawn || kind === "attractors",
+      send: this.isEquipped, lifting: this.isEquipped, adding: isDrawn || kind === "attractors", cursor: false,
     })) byId(id).hidden = !isShown;
     byId("size-of").textContent = sized ?? "";
     Object.assign(byId("width"), { min, max, step: (max - min) / 25, value: this.pen.extent });

@@ -17,6 +17,9 @@ export function make(tag, has = {}, ...parts) {
 
 export function button(words, onclick, has = {}) { return make("button", { type: "button", onclick, ...has }, ...[words].flat()); }
 
+// Put an element at a place of the board, in map widths.
+export function putAt(id, place) { Object.assign(byId(id).style, { left: `${100 * place[0]}%`, top: `${100 * (1 - place[1])}%` }); }
+
 // Copy a field's text, and say so on a button.
 export async function copy(field, told) {
   try {

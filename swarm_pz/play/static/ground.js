@@ -8,7 +8,6 @@ import { CAPTURES_FROM, CELLS, NEARLY_FROM } from "./frames.js";
 export const look = {};
 const night = matchMedia("(prefers-color-scheme: dark)");
 const TINT = 34; // strength of the target's tint, of 255
-const LIGHT = 0.09; // map widths around a place that is lit
 const FAINT = 0.3; // how strong ground is where a team nearly captures
 const HALF = 127.5; // of a target's largest value: inside is where most of the swarm is wanted
 
@@ -100,7 +99,7 @@ export class Ground {
   }
 
   forget() {
-    this.fields = this.target = this.lit = null;
+    this.fields = this.target = null;
     this.hasTint = false;
     this.dirty = true;
   }
@@ -146,25 +145,6 @@ export class Ground {
       this.paintContour(pen, side);
     }
     if (this.fields) for (const team of [this.own, 1 - this.own]) this.paintCapturing(pen, team, side); // the opponent's ground on top
-    if (this.lit) this.paintLight(pen, side);
-  }
-
-  // Dim all but a place.
-  paintLight(pen, side) {
-    const [x, y] = this.lit.map((value) => value * side), dark = new Path2D();
-    dark.rect(0, 0, side, side);
-    dark.moveTo(x + LIGHT * side, side - y);
-    dark.arc(x, side - y, LIGHT * side, 0, 7);
-    pen.globalAlpha = 0.35;
-    pen.fillStyle = look.ink;
-    pen.fill(dark, "evenodd");
-    pen.globalAlpha = 1;
-  }
-
-  light(place) {
-    if (place === this.lit) return;
-    this.lit = place;
-    this.dirty = true;
   }
 
   paintContour(pen, side) {

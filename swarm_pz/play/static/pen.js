@@ -1,6 +1,7 @@
 // The drawing: strokes by finger, pen, mouse or keys, painted at once in this page alone.
 // The server alone turns strokes into commands.
 
+import { byId, putAt } from "./elements.js";
 import { drawLine, look, onLook, pattern } from "./ground.js";
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -255,25 +256,16 @@ export class Pen {
     }
     pen.globalCompositeOperation = "source-over";
     pen.globalAlpha = 1;
-    if (this.cursor.shown) this.paintCursor(pen, side);
+    this.showCursor();
   }
 
-  paintCursor(pen, side) {
-    const x = this.cursor.x * side, y = (1 - this.cursor.y) * side;
-    pen.lineCap = "round";
-    pen.setLineDash(this.down.has("keys") ? [] : [6, 4]);
-    pen.beginPath();
-    pen.arc(x, y, this.width / 2 * side, 0, 7);
-    pen.moveTo(x - 6, y);
-    pen.lineTo(x + 6, y);
-    pen.moveTo(x, y - 6);
-    pen.lineTo(x, y + 6);
-    for (const [style, width] of [[look.ground, 5], [inkOf(this.brush), 2]]) {
-      pen.strokeStyle = style;
-      pen.lineWidth = width;
-      pen.stroke();
-    }
-    pen.setLineDash([]);
+  // Show the brush that keys move.
+  showCursor() {
+    const { brush, cursor: { x, y, shown }, down, width } = this, { style } = byId("cursor");
+    byId("cursor").hidden = !shown;
+    byId("cursor").className = `${brush} ${down.has("keys") ? "down" : ""}`;
+    style.width = `${100 * width}%`;
+    putAt("cursor", [x, y]);
   }
 }
 

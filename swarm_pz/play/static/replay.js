@@ -1,7 +1,7 @@
 // A recorded game: its file is fetched and played here. Hold it, or go to any moment or capture of it.
 
 import { turningPoint, untilTheEnd } from "./chart.js";
-import { button, byId, make, on } from "./elements.js";
+import { button, byId, make, on, putAt } from "./elements.js";
 import { Playback } from "./engine/playback.js";
 import { whyOf } from "./why.js";
 import { clock, NAMES, SIDES, TICKS } from "./words.js";
@@ -72,7 +72,7 @@ export class Replay {
   close() {
     clearInterval(this.clock);
     this.playback = null;
-    byId("scrubber").hidden = true;
+    byId("scrubber").hidden = byId("light").hidden = true;
     this.chart.show(null);
   }
 
@@ -113,7 +113,9 @@ export class Replay {
       this.told[team] = command;
     }
     const { tick, place } = this.why ?? { tick: Infinity }, isLit = playback.tick > tick - LIT_TICKS[0] && playback.tick < tick + LIT_TICKS[1];
-    this.link.tell("frame", { ...playback.moment, lit: isLit ? place : null });
+    this.link.tell("frame", playback.moment);
+    byId("light").hidden = !isLit;
+    if (isLit) putAt("light", place);
     byId("moment").value = playback.tick;
     this.tell();
   }

@@ -51,14 +51,14 @@ export async function share(table, room, seat, opponents) {
 // The result in words, and the seed of its start, of a recording that may be missing.
 function factsOf(room, seat, text) {
   const row = text ? rowOf(room.recording, text, SIDES[seat]) : { seconds: room.sizes.length - 1, commands: 0, seed: null };
-  const [red, blue] = untilTheEnd(room).at(-1), score = seat ? `${blue}–${red}` : `${red}–${blue}`, { commands, seed } = row;
+  const sizes = untilTheEnd(room), [red, blue] = sizes.at(-1), score = seat ? `${blue}–${red}` : `${red}–${blue}`, { commands, seed } = row;
   const against = `against ${playerOf(room[SIDES[1 - seat]])}`, drawings = ["", ", one drawing"][commands] ?? `, ${commands} drawings`;
   const how = `in ${clock(TICKS * row.seconds)}${drawings}`;
-  return { score, against, how, words: `${score} ${against} ${how}`, seed, isWon: room.outcome === SIDES[seat], seat };
+  return { score, against, how, words: `${score} ${against} ${how}`, seed, isWon: room.outcome === SIDES[seat], seat, sizes };
 }
 
 // Paint the board's last moment, the result, and the sizes over time.
-function paint({ score, against, how, isWon, seat }) {
+function paint({ score, against, how, isWon, seat, sizes }) {
   const canvas = byId("sharing-picture"), pen = canvas.getContext("2d"), left = BOARD + 3 * MARGIN, right = WIDTH - MARGIN;
   pen.fillStyle = look.ground;
   pen.fillRect(0, 0, WIDTH, HEIGHT);
@@ -74,7 +74,12 @@ function paint({ score, against, how, isWon, seat }) {
   write(score, 150, 230, look.teams[isWon ? seat : 1 - seat]);
   write(called(against), 52, 310);
   write(how, 40, 370);
-  const chart = byId("result-chart");
-  if (!chart.hidden && chart.width) pen.drawImage(chart, left, 440, right - left, (right - left) * chart.height / chart.width);
+  sizes.forEach(([red, blue], i) => {
+    const step = (right - left) / sizes.length, parts = [[look.teams[1], blue], [look.teams[0], red]];
+    for (const [k, [colour, count]] of parts.entries()) {
+      pen.fillStyle = colour;
+      pen.fillRect(left + i * step, 440 + k * 150 * blue / (red + blue), step + 1, 150 * count / (red + blue));
+    }
+  });
   canvas.setAttribute("aria-label", `${score} ${against} ${how}`);
 }

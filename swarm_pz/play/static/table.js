@@ -4,7 +4,7 @@ import { Arena } from "./arena.js";
 import { Chart } from "./chart.js";
 import { Controls } from "./controls.js";
 import { Cover } from "./cover.js";
-import { byId, hear, on, say } from "./elements.js";
+import { byId, hear, on, putAt, say } from "./elements.js";
 import { LEVELS } from "./levels.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
@@ -242,12 +242,14 @@ export class Table {
     this.controls.forget();
     this.news.forget(this.seat);
     this.lastTick = this.shown = null;
+    byId("waves").className = "";
   }
 
   end() {
     const { outcome } = this.room, isWon = SIDES.includes(outcome) && (this.seat === null || outcome === SIDES[this.seat]);
     this.news.hush();
-    if (SIDES.includes(outcome)) this.arena.celebrate(SIDES.indexOf(outcome));
+    putAt("waves", this.arena.lastCapture(SIDES.indexOf(outcome)));
+    byId("waves").className = outcome;
     this.sound.play(isWon ? "won" : "over");
     this.lesson.over(isWon);
   }

@@ -77,7 +77,7 @@ class Element extends EventTarget {
     Object.assign(this, {
       tag, attributes, children: [], dataset: {}, className: attributes.class ?? "", onclick: null, onchange: null, type: "", title: "",
       hidden: hidden !== undefined, checked: checked !== undefined, disabled: false, value, min, max, href: "", download: "",
-      width: Number(width), height: Number(height), open: false,
+      width: Number(width), height: Number(height), open: false, style: {},
     });
   }
 
