@@ -1,7 +1,7 @@
 // Opponents as cards: a picture of a game with a face, a sentence, and the stars that one has won.
 
 import { button, make } from "./elements.js";
-import { addDrone, disc, drawLine, look, newCanvas } from "./ground.js";
+import { addDrone, drawLine, look, newCanvas } from "./ground.js";
 import { LEVELS } from "./levels.js";
 import { starsOf } from "./progress.js";
 import { called } from "./words.js";
@@ -12,11 +12,10 @@ export function opponentCards(policies, opponents, { stars, next }, play) {
     const won = stars[name], isOpen = won || name === next, { card } = policies.find((policy) => policy.name === name);
     const canvas = make("canvas", { width: 144, height: 144, "aria-hidden": "true" });
     paintCard(canvas, card);
-    paintFace(canvas, LEVELS[name].face);
     const how = won ? starsOf(won) : isOpen ? "next" : `after ${called(opponents.slice(0, i).findLast((other) => !stars[other]))}`;
     const label = won ? `${won.filter(Boolean).length} of ${won.length} stars` : how;
     const text = make("span", {}, make("strong", {}, called(name)), make("span", {}, LEVELS[name].says), make("small", { "aria-label": label }, how));
-    return make("li", {}, button([canvas, text], () => play(name), { className: "card", "data-opponent": name, disabled: !isOpen }));
+    return make("li", {}, button([canvas, faceOf(LEVELS[name].face), text], () => play(name), { className: "card", "data-opponent": name, disabled: !isOpen }));
   });
 }
 
@@ -37,29 +36,13 @@ export function paintCard(canvas, card) {
   paintDrones(canvas, 1, card.drones);
 }
 
-// Paint a face: a large drone with eyes, sloping brows and a bent mouth.
-function paintFace(canvas, [eyes, slope, bend]) {
-  const pen = canvas.getContext("2d"), size = canvas.width * 0.22, x = canvas.width - 1.3 * size, y = canvas.width - 1.3 * size;
-  const line = (/** @type {number[][]} */ ...points) => {
-    pen.beginPath();
-    for (const [right, up] of points) pen.lineTo(x + right * size, y - up * size);
-    pen.stroke();
-  };
-  pen.beginPath();
-  addDrone(pen, 1, x, y, size);
-  pen.fillStyle = look.teams[1];
-  pen.strokeStyle = look.ground;
-  pen.lineWidth = size / 6;
-  pen.stroke();
-  pen.fill();
-  pen.lineWidth = size / 9;
-  pen.fillStyle = look.ground;
-  for (let eye = 0; eye < eyes; eye++) {
-    const at = (eye - (eyes - 1) / 2) * 0.4, side = Math.sign(at) || 1;
-    disc(pen, x + at * size, y - 0.15 * size, size * 0.13);
-    if (eye === 0 || eye === eyes - 1) line([at - 0.16, 0.4 - side * 0.12 * slope], [at + 0.16, 0.4 + side * 0.12 * slope]);
-  }
-  line([-0.3, -0.4 + 0.12 * bend], [0, -0.4 - 0.12 * bend], [0.3, -0.4 + 0.12 * bend]);
+// Return a face: a large drone with eyes, sloping brows and a bent mouth.
+function faceOf([eyes, slope, bend]) {
+  const places = Array.from({ length: eyes }, (_, eye) => 4 * eye - 2 * (eyes - 1)), tilt = (x) => 1.2 * slope * (Math.sign(x) || 1);
+  const brows = [...new Set([places[0], places.at(-1)])].map((x) => `M${x - 1.6} ${tilt(x) - 4}L${x + 1.6} ${-tilt(x) - 4}`);
+  const lines = `${brows.join("")}M-3 ${4 - 1.2 * bend}L0 ${4 + 1.2 * bend}L3 ${4 - 1.2 * bend}`, eyed = places.map((x) => `<circle cx="${x}" cy="-1.5" r="1.3"/>`);
+  const drawn = `<path class="drone" d="M-12.5 0L0-12.5L12.5 0L0 12.5Z"/>${eyed.join("")}<path d="${lines}"/>`;
+  return make("span", { className: "face", "aria-hidden": true, innerHTML: `<svg viewBox="-13 -13 26 26">${drawn}</svg>` });
 }
 
 // Drones of a team, by their places in hundredths of the map.

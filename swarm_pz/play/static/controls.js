@@ -58,6 +58,7 @@ export class Controls {
     this.seat = seat;
     this.isEquipped = false;
     this.pen.forget();
+    byId("marks").replaceChildren();
     if (kind === "strokes") this.pen = this.brush;
     else {
       const { Marks } = await import("./marks.js");

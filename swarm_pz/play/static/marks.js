@@ -1,6 +1,6 @@
 // Commands that are placed and not drawn: attractors, leaders, a formation.
 
-import { look } from "./ground.js";
+import { byId } from "./elements.js";
 import { Pen, short, within } from "./pen.js";
 
 const GRIP = 0.06; // map widths within which a tap holds an attractor and places no other
@@ -159,42 +159,18 @@ export class Marks extends Pen {
   paint() {
     if (!this.dirty) return;
     this.dirty = false;
-    const side = this.canvas.width, pen = this.canvas.getContext("2d");
-    pen.clearRect(0, 0, side, side);
-    if (!this.mayDraw()) return;
-    pen.textAlign = "center";
-    pen.textBaseline = "middle";
-    pen.font = `bold ${0.035 * side}px sans-serif`;
-    this.strokes.forEach((mark, i) => this.paintMark(pen, mark, this.strokes.length > 1 ? String(i + 1) : "", side));
+    byId("marks").innerHTML = this.mayDraw() ? this.strokes.map((mark, i) => this.drawn(mark, this.strokes.length > 1 ? i + 1 : "")).join("") : "";
+    byId("marks").classList.toggle("sent", this.sent);
   }
 
-  paintMark(pen, mark, name, side) {
-    const { x, y, size, turn, shape } = mark, [least, most] = this.sizes, isFormation = this.kind === "formation";
-    const weight = this.how.size ? 0.02 + 0.05 * (size - least) / (most - least || 1) : 0.035;
-    const reach = side * (isFormation ? size : weight), outline = OUTLINES[this.commands.shapes[shape]];
-    pen.save();
-    pen.translate(x * side, (1 - y) * side);
-    pen.beginPath();
-    pen.save();
-    if (isFormation) {
-      pen.rotate(-2 * Math.PI * turn / (this.turns[1] - this.turns[0]));
-      pen.moveTo(reach, 0);
-      pen.lineTo(0, 0); // where it is turned to
-    }
-    if (outline) outline.forEach(([u, v], i) => (i ? pen.lineTo(u * reach, -v * reach) : pen.moveTo(u * reach, -v * reach)));
-    else {
-      pen.moveTo(reach, 0);
-      pen.arc(0, 0, reach, 0, 7);
-    }
-    pen.restore();
-    pen.setLineDash(this.sent ? [] : [8, 5]);
-    for (const [style, width] of [[look.ground, 7], [look.asked, mark === this.mark ? 4 : 2]]) {
-      pen.strokeStyle = pen.fillStyle = style;
-      pen.lineWidth = width;
-      pen.stroke();
-      if (width === 7) pen.strokeText(name, -0.03 * side, -0.03 * side);
-      else pen.fillText(name, -0.03 * side, -0.03 * side);
-    }
-    pen.restore();
+  // Return a mark as a part of a picture, in hundredths of the map.
+  drawn(mark, name) {
+    const { x, y, size, turn, shape } = mark, [least, most] = this.sizes, outline = OUTLINES[this.commands.shapes[shape]];
+    const weight = this.how.size ? 2 + 5 * (size - least) / (most - least || 1) : 3.5, reach = this.how.turn ? 100 * size : weight;
+    const circle = `M${reach} 0A${reach} ${reach} 0 0 0 ${-reach} 0A${reach} ${reach} 0 0 0 ${reach} 0`;
+    const path = outline ? `M${outline.map(([u, v]) => `${u * reach} ${-v * reach}`).join("L")}` : circle;
+    const angle = this.how.turn ? -360 * turn / (this.turns[1] - this.turns[0]) : 0, heading = this.how.turn ? `M${reach} 0L0 0` : "";
+    return `<g transform="translate(${100 * x} ${100 * (1 - y)})"${mark === this.mark ? ' class="held"' : ""}>
+      <path transform="rotate(${angle})" d="${path}${heading}"/><text x="-3" y="-2">${name}</text></g>`;
   }
 }
