@@ -60,33 +60,9 @@ class Stroke:
             raise CommandError("a stroke's points must be pairs x, y between -0.5 and 1.5")
 
 
-@dataclass(frozen=True, kw_only=True)
-class StrokeMapping:
-    """The density of painted ground: 1 where it attracts, 0 where it repels, one half where nothing attracts.
-
-    Attributes
-    ----------
-    beside_attract : float
-        Density of untouched ground beside ground that attracts.
-    smoothing : float
-        Standard deviation, in map widths, of the Gaussian that smooths the image.
-    keeps_repelling : bool
-        Whether ground that repels stays as empty as it is when the image is smoothed.
-    """
-
-    beside_attract: float
-    smoothing: float
-    keeps_repelling: bool
-
-
 # A recorded game names its mapping, so these never change: another mapping gets another name.
-MAPPINGS: dict[Mapping, StrokeMapping] = {
-    # Drones spend 1 % of the time on repelling ground beside a ring; 8 % if that ground is smoothed, too. With faint
-    # ground beside what attracts they also wander through repelling ground far from it (4 % of the time, not none).
-    "firm": StrokeMapping(beside_attract=0.0, smoothing=0.05, keeps_repelling=True),
-    # The paper's, for targets of mass 10: in a target of mass 1, strokes weigh little beside ground at one half.
-    "paper": StrokeMapping(beside_attract=0.5, smoothing=0.2, keeps_repelling=False),
-}
+SMOOTHING: dict[Mapping, float] = {"firm": 0.05, "paper": 0.2}
+"""Standard deviation, in map widths, of the Gaussian that smooths the image."""
 
 
 def mapping_of(game: GameConfig) -> Mapping:
@@ -95,7 +71,10 @@ def mapping_of(game: GameConfig) -> Mapping:
 
 
 def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm") -> NDArray[np.float64]:
-    """Return the density that a drawing asks for.
+    """Return the density that a drawing asks for: 1 where it attracts, 0 where it repels, else one half.
+
+    With "firm", untouched ground beside ground that attracts is 0, and ground that repels stays empty when smoothed.
+    "paper" is for targets of mass 10: in a target of mass 1, strokes weigh little beside ground at one half.
 
     Parameters
     ----------
@@ -104,7 +83,7 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm")
     cells : int
         Cells A a side of the command.
     mapping : str
-        One of `MAPPINGS`.
+        One of `SMOOTHING`.
 
     Returns
     -------
@@ -114,30 +93,24 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm")
     Raises
     ------
     CommandError
-        For an unknown mapping, or too many points or too much ink.
+        For too many points or too much ink.
     """
-    painted, chosen = _painted(strokes), _mapping(mapping)
+    painted, smoothing, is_firm = _painted(strokes), SMOOTHING[mapping], mapping == "firm"
     attracts, repels = (painted == BRUSHES.index(brush) for brush in BRUSHES[:2])
-    untouched = chosen.beside_attract if attracts.any() else 0.5
+    untouched = 0.0 if is_firm and attracts.any() else 0.5
     image = np.where(attracts, 1.0, np.where(repels, 0.0, untouched))
-    if not (chosen.keeps_repelling and repels.any()):
-        return _smooth(image, chosen.smoothing, cells)
+    if not (is_firm and repels.any()):
+        return _smooth(image, smoothing, cells)
     # Repelling ground is empty up to its edge, and less and less so beyond it.
-    empty = np.minimum(2.0 * _smooth(repels * 1.0, chosen.smoothing, _PIXELS), 1.0)  # one half at an edge
-    means, smoothed = _averaging_matrix(cells), _smooth(image, chosen.smoothing, _PIXELS)
+    empty = np.minimum(2.0 * _smooth(repels * 1.0, smoothing, _PIXELS), 1.0)  # one half at an edge
+    means, smoothed = _averaging_matrix(cells), _smooth(image, smoothing, _PIXELS)
     return np.asarray(means @ (smoothed - empty * smoothed) @ means.T)
 
 
 def attraction_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm") -> NDArray[np.float64]:
     """Return images of attracting and of repelling ground (2, A, A); arguments and errors as of `density_of`."""
-    painted, smoothing = _painted(strokes), _mapping(mapping).smoothing
+    painted, smoothing = _painted(strokes), SMOOTHING[mapping]
     return np.stack([_smooth((painted == BRUSHES.index(brush)) * 1.0, smoothing, cells) for brush in BRUSHES[:2]])
-
-
-def _mapping(name: Mapping) -> StrokeMapping:
-    if name not in MAPPINGS:
-        raise CommandError(f"there is no mapping {name!r}; {nearest(name, MAPPINGS)}")
-    return MAPPINGS[name]
 
 
 def _painted(strokes: Sequence[Stroke]) -> NDArray[np.int8]:

@@ -161,13 +161,8 @@ export class Replay {
       now?.scrollIntoView({ block: "nearest" });
       this.now = now;
     }
-    byId("moment").setAttribute("aria-valuetext", `${inWords(value)} of ${inWords(max)}`);
+    byId("moment").setAttribute("aria-valuetext", `${clock(value)} of ${clock(max)}`);
   }
-}
-
-function inWords(tick) {
-  const seconds = Math.floor(tick / TICKS), minutes = Math.floor(seconds / 60);
-  return `${minutes ? `${minutes} minutes ` : ""}${seconds % 60} seconds`;
 }
 
 // Return why a game turned, in a sentence; empty if that is not known.
