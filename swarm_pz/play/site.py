@@ -18,7 +18,7 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.opponents import opponents_among
 
 STATIC = Path(__file__).parent / "static"
-_OF_SERVERS = {"marks.js", "monitor.html", "monitor.js", "practice.js", "study.css", "study.html", "study.js"}
+_OF_SERVERS = {"marks.js", "monitor.js", "practice.js", "study.css", "study.html", "study.js"}
 """Files for other control systems, other people and studies, which need a server."""
 _PICTURE = "static/picture.png"
 """Shown beside links to the page; the page itself never loads it."""

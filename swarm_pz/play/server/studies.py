@@ -106,7 +106,7 @@ class StudyHost:
         return [
             Route("/", lambda _: RedirectResponse("/study")),
             page("/study", "study.html"),
-            page("/study/monitor", "monitor.html"),
+            page("/study/monitor", "study.html"),
             Route("/study/monitor/data", self._monitor),
             page("/study/{code}", "study.html"),
             page("/study/{code}/game", "index.html"),

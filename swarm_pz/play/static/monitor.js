@@ -3,6 +3,9 @@
 import { byId, make } from "./elements.js";
 
 const EVERY_MS = 2000;
+const HEADS = ["Name", "Where", "Last seen", "Step", "Block", "Order", "Games won", "Done"];
+const rows = make("tbody", { id: "rows" }), heads = HEADS.map((head) => make("th", { scope: "col" }, head));
+const table = make("table", {}, make("thead", {}, make("tr", {}, ...heads)), rows);
 
 async function look() {
   try {
@@ -16,10 +19,10 @@ async function look() {
   setTimeout(look, EVERY_MS);
 }
 
-function show({ title, games, rows }) {
+function show({ title, games, rows: told }) {
   byId("heading").textContent = document.title = title;
-  byId("rows").dataset.games = games;
-  byId("rows").replaceChildren(...rows.map(({ name, where, seen_s, step, fault, block, order, won, played, done, of }) => make(
+  rows.dataset.games = games;
+  rows.replaceChildren(...told.map(({ name, where, seen_s, step, fault, block, order, won, played, done, of }) => make(
     "tr", { "data-name": name }, make("th", { scope: "row" }, name),
     ...[where, seen(seen_s)].map((text) => make("td", {}, text)), make("td", { className: fault ? "fault" : "" }, fault || step),
     ...[block, order.join(", "), `${won} of ${played}`, of ? `${done} of ${of}` : ""].map((text) => make("td", {}, text)),
@@ -32,5 +35,8 @@ function seen(seconds) {
   return seconds < 120 ? `${Math.round(seconds)} s ago` : `${Math.round(seconds / 60)} min ago`;
 }
 
+document.body.classList.add("monitor");
+byId("heading").textContent = document.title = "Monitor";
+byId("asked").append(make("div", { className: "scrolls", role: "region", tabIndex: 0, "aria-labelledby": "heading" }, table));
 addEventListener("hashchange", () => location.reload());
 look();

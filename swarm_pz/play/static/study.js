@@ -348,5 +348,6 @@ function askForCode() {
 
 byId("stop").onclick = askToStop;
 byId("consented").href = `/study/${CODE}/consent`;
-if (CODE) ask("state");
+if (CODE === "monitor") import("./monitor.js");
+else if (CODE) ask("state");
 else askForCode();

@@ -475,7 +475,7 @@ def test_who_goes_before_the_game_begins_comes_back_to_it_and_nobody_else_is_let
 def test_the_monitor_opens_with_its_token_alone_and_other_pages_are_not_there(study):
     for headers in ({}, {"authorization": "Bearer x"}, {"authorization": "Bearer ä".encode().decode("latin-1")}):
         assert study.ask("/study/monitor/data", **headers)[0] == 403
-    assert "<title>Monitor</title>" in study.ask("/study/monitor")[1]
+    assert "study.js" in study.ask("/study/monitor")[1]
     assert sorted(study.monitor()) == [f"P0{number}" for number in range(1, 9)]
     assert study.monitor()["P06"]["seen_s"] is None
     assert "<title>Study</title>" in study.ask("/")[1] and study.ask("/recordings")[0] == 404

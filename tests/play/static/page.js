@@ -64,7 +64,7 @@ class Context {
   createImageData(width, height) { return { data: new Uint8ClampedArray(4 * width * height) }; }
 }
 for (const part of ["moveTo", "lineTo", "arc", "rect"]) Context.prototype[part] = function (...to) { this.path.push([part, ...to]); };
-for (const idle of ["save", "restore", "translate", "rotate", "setLineDash", "strokeRect", "closePath", "fillText", "strokeText", "putImageData"]) {
+for (const idle of ["strokeRect", "closePath", "fillText", "putImageData"]) {
   Context.prototype[idle] = () => {};
 }
 
@@ -105,8 +105,6 @@ class Element extends EventTarget {
   get valueAsNumber() { return Number(this.value); }
 
   get clientWidth() { return this.width; }
-
-  get clientHeight() { return this.height; }
 
   append(...parts) {
     this.children.push(...parts);
