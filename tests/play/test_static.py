@@ -71,12 +71,10 @@ def targets():
     ring = np.hypot(*np.meshgrid(np.linspace(-1, 1, 50), np.linspace(-1, 1, 50)))
     for data in (GOLDEN_TARGET, encode_target(0, 4, (255 * np.clip(1 - ring, 0, 1)).astype(np.uint8))):
         target = decode_target(data)
-        cells = len(target.picture)
         yield {
             "bytes": base64.b64encode(data).decode(),
             "team": target.team,
             "number": target.number,
-            "cells": cells,
             "picture": target.picture.ravel().tolist(),
         }
 

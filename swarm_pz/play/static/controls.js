@@ -35,7 +35,7 @@ export class Controls {
     for (const [type, act] of Object.entries(HANDS)) on(type, { arena: (event) => this.pen[act](event) });
     on("input", { width: () => this.setExtent(), turn: () => this.pen.turnTo(byId("turn").valueAsNumber) });
     const sized = () => { if (this.pen !== this.brush) this.lifted(); };
-    on("change", { width: sized, turn: sized, keep: () => { this.pen.keep = byId("keep").checked; }, "on-lift": () => this.show() });
+    on("change", { width: sized, turn: sized, "on-lift": () => this.show() });
     on("click", Object.fromEntries(BRUSHES.map((brush) => [brush, () => this.choose(brush)])));
     on("click", {
       send: () => this.send(), undo: () => this.undo(), clear: () => this.clear(), spread: () => this.spread(),
@@ -65,7 +65,6 @@ export class Controls {
       this.pen = new Marks(byId("arena"), byId("ink"), this.hand);
       this.pen.equip(commands);
     }
-    this.pen.keep = byId("keep").checked;
     this.isEquipped = kind !== "strokes" || DRAWN.includes(takes) || isServed;
     byId("hint").textContent = this.isEquipped ? this.pen.hint : `This page cannot give ${takes}. Programs can.`;
     this.showTools(kind, commands);

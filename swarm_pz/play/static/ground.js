@@ -113,10 +113,9 @@ export class Ground {
 
   // The target changes once a second or less, the ground ten times.
   makeTint() {
-    const { cells, picture } = this.target;
+    const { picture } = this.target;
     this.contour = [];
-    trace(picture, cells, HALF, (...ends) => this.contour.push(ends));
-    if (cells !== CELLS) return;
+    trace(picture, CELLS, HALF, (...ends) => this.contour.push(ends));
     const colour = [1, 3, 5].map((from) => parseInt(look.asked.slice(from, from + 2), 16));
     picture.forEach((value, i) => {
       const row = CELLS - 1 - Math.floor(i / CELLS), place = 4 * (row * CELLS + i % CELLS);
@@ -141,7 +140,7 @@ export class Ground {
     if (scale !== this.scale) this.hatches = [0, 1].map((team) => hatch(pen, team, scale));
     this.scale = scale;
     if (this.hasTint) {
-      if (this.target.cells === CELLS) pen.drawImage(this.tint, 0, 0, side, side);
+      pen.drawImage(this.tint, 0, 0, side, side);
       this.paintContour(pen, side);
     }
     if (this.fields) for (const team of [this.own, 1 - this.own]) this.paintCapturing(pen, team, side); // the opponent's ground on top

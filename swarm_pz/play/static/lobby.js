@@ -65,14 +65,13 @@ export class Lobby {
 
   // Show the next opponent, and the list of opponents.
   suggest({ policies, opponents }) {
-    const reached = progress(opponents), policy = policies.find(({ name }) => name === reached.next) ?? policies[0];
-    this.next = policy?.name;
-    byId("quick").hidden = !policy;
+    const reached = progress(opponents), policy = policies.find(({ name }) => name === reached.next);
+    this.next = reached.next;
     const { day, opponent } = daily(opponents);
-    byId("daily").textContent = `Game of the day: ${called(opponent ?? "")}${daysInARow(day)}`;
-    byId("next").textContent = policy ? `Next: ${called(policy.name)}. ${inARow(reached.streak)}` : "";
+    byId("daily").textContent = `Game of the day: ${called(opponent)}${daysInARow(day)}`;
+    byId("next").textContent = `Next: ${called(reached.next)}. ${inARow(reached.streak)}`;
     byId("opponents").replaceChildren(...opponentCards(policies, opponents, reached, (name) => this.play(name)));
-    paintPoster(byId("poster"), policy?.card);
+    paintPoster(byId("poster"), policy.card);
   }
 
   // The form's players by their colours.

@@ -116,7 +116,7 @@ export class Marks extends Pen {
   // --- fingers --------------------------------------------------------------------------------------
 
   begin(event) {
-    this.adds = event.shiftKey || this.keep;
+    this.adds = event.shiftKey || byId("keep").checked;
     super.begin(event);
   }
 

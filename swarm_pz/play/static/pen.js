@@ -31,7 +31,6 @@ export class Pen {
     this.before = []; // drawings to go back to, with `sent`
     this.sent = false; // this drawing was sent, and the next stroke begins another
     this.fadesSince = null; // time at which the sent drawing came into force
-    this.keep = false;
     this.down = new Map(); // strokes being drawn, by pointer
     this.cursor = { x: 0.5, y: 0.5, shown: false };
     this.patterns = {}; // by their colours
@@ -68,7 +67,7 @@ export class Pen {
 
   /** @returns {any} what is drawn from here on */
   start(point) {
-    this.startDrawing(() => (this.sent && !this.keep ? [] : [...this.strokes]));
+    this.startDrawing(() => (this.sent && !byId("keep").checked ? [] : [...this.strokes]));
     const stroke = { brush: this.brush, width: this.width, points: [point] };
     this.strokes.push(stroke);
     this.dirty = true;

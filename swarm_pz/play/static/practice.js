@@ -32,7 +32,7 @@ export class Practice {
   send({ number, strokes }) {
     const density = densityOf(strokes ?? []), { team } = this;
     this.game.command(team, density);
-    this.link.tell("target", { team, number, ...targetOf(density) });
+    this.link.tell("target", { team, number, picture: targetOf(density) });
     this.link.tell("in_force", { seat: SIDES[team], number, sender: "" });
     return true;
   }

@@ -111,7 +111,7 @@ function compareDrawings({ drawings }) {
   const found = new Found({ drawings: drawings.length, cells: 0 });
   for (const { strokes, density, picture } of drawings) {
     found.take("density", farthest(densityOf(strokes), density));
-    const shown = targetOf(densityOf(strokes)).picture;
+    const shown = targetOf(densityOf(strokes));
     found.take("picture", farthest(shown, picture));
     found.cells += picture.filter((value, i) => value !== shown[i]).length;
   }

@@ -111,7 +111,7 @@ export class Playback {
   // The target of that command; the whole square where there is none, or a command of another kind.
   target(team) {
     const { number = 0, density } = this.latest(team) ?? {}, values = density?.flat() ?? [];
-    return { type: "target", team, number, ...targetOf(values.length === EVERYTHING.length ? values : EVERYTHING) };
+    return { type: "target", team, number, picture: targetOf(values.length === EVERYTHING.length ? values : EVERYTHING) };
   }
 }
 

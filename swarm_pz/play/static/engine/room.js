@@ -133,7 +133,7 @@ export class Room {
   }
 
   showTarget(number, density) {
-    if (!this.view.hide.includes("target")) this.say({ type: TARGET, team: this.team, number, ...targetOf(density) });
+    if (!this.view.hide.includes("target")) this.say({ type: TARGET, team: this.team, number, picture: targetOf(density) });
   }
 
   // --- how its games begin and end --------------------------------------------------------------------

@@ -80,5 +80,5 @@ export function targetOf(density) {
     }
   }
   const most = Math.max(...values);
-  return { cells: GRID, picture: Uint8Array.from(values, (value) => Math.round(255 * value / most)) };
+  return Uint8Array.from(values, (value) => Math.round(255 * value / most));
 }
