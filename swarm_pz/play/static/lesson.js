@@ -116,8 +116,9 @@ export class Lesson {
 
   // Show the task.
   ask() {
+    const keys = "keys" in document.documentElement.dataset ? " Arrows move the brush, Space puts it down and lifts it." : "";
     const send = byId("on-lift").checked ? "" : " Then press Send.";
-    say("lesson-task", `${this.step + 1} of ${STEPS.length}: ${STEPS[this.step].task}${send}`);
+    say("lesson-task", `${this.step + 1} of ${STEPS.length}: ${STEPS[this.step].task}${keys}${send}`);
   }
 
   // Where it is to be done, as a circle in map widths; null nowhere.

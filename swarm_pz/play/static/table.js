@@ -260,7 +260,7 @@ export class Table {
       const { kind, label, connected, gone } = room[side], who = playerOf(room[side], room.settings[side] ? "free seat" : "nobody");
       const isOwn = this.own === SIDES.indexOf(side), away = connected || kind === "free" ? "" : gone ? " (left)" : " (away)";
       if (this.lastTick === null) byId(`${side}-size`).textContent = room.settings[side]; // until a frame says how many
-      byId(`${side}-who`).textContent = isOwn ? `${label} (you)`.trim() : who + away;
+      byId(`${side}-who`).textContent = isOwn ? `${label} (you)`.trim() : this.practice ? "practice" : who + away;
     }
     this.showTime(this.lastTick ?? 0);
   }

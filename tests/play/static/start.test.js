@@ -79,6 +79,10 @@ test("each step has a room of its own, such as the server opens, waits on where 
   lesson.act();
   lesson.watch(scene(0, [0, 0.5, 0.5]), 0);
   assert.deepEqual([...["cx", "cy", "r"].map((name) => Math.round(at("goal-circle").getAttribute(name))), at("lesson-task").textContent.slice(0, 13)], [100, 0, 35, "1 of 3: Draw "]);
+  document.documentElement.dataset.keys = "";
+  lesson.ask();
+  delete document.documentElement.dataset.keys;
+  assert.match(at("lesson-task").textContent, /Space puts it down/, "for keys");
   for (let step = 0; step < 3; step++) at("lesson-skip").click();
   act();
   assert.deepEqual([line.last("create").opponent, line.last("create").lesson, lesson.running], ["halo", undefined, false]);

@@ -286,6 +286,7 @@ test("while a room waits one practises in the page alone, until the game begins"
   draw([0.2, 0.2]);
   for (let i = 0; i < 40; i++) table.practice.step();
   assert.deepEqual([commands(), at("cover").hidden, table.arena.frame.tick, table.arena.ground.target.number], [[], true, 40, 1]);
+  assert.equal(at("blue-who").textContent, "practice");
   waits({ ready: true, label: "Bob" });
   assert.deepEqual([at("practice-text").textContent, at("cover").hidden], ["Bob is ready. The game begins when you are.", true]);
   at("practice-stop").click();
