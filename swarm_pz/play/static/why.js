@@ -57,6 +57,6 @@ function timing(held, winner) {
   const seconds = (ticks) => (ticks / TICKS).toFixed(1);
   if (own === length - 1) return `${NAMES[1 - winner]} held it, too.`;
   if (own >= 0) return `${NAMES[1 - winner]} itself had held it, until ${seconds(length - own)} s before.`;
-  if (since <= SUDDEN) return held[winner].indexOf(true) === length - since ? `It became ${SIDES[winner]}’s only then.` : "";
+  if (since <= SUDDEN) return held[winner].slice(0, length - since).includes(true) ? "" : `It became ${SIDES[winner]}’s only then.`;
   return since >= LONG ? `It had been ${SIDES[winner]}’s for ${seconds(since)} s.` : "";
 }
