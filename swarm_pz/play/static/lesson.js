@@ -116,7 +116,7 @@ export class Lesson {
 
   // Show the task.
   ask() {
-    const keys = "keys" in document.documentElement.dataset ? " Arrows move the brush, Space puts it down and lifts it." : "";
+    const keys = "keys" in document.documentElement.dataset ? " Arrows move, Space draws." : "";
     const send = byId("on-lift").checked ? "" : " Then press Send.";
     say("lesson-task", `${this.step + 1} of ${STEPS.length}: ${STEPS[this.step].task}${keys}${send}`);
   }

@@ -82,7 +82,7 @@ test("each step has a room of its own, such as the server opens, waits on where 
   document.documentElement.dataset.keys = "";
   lesson.ask();
   delete document.documentElement.dataset.keys;
-  assert.match(at("lesson-task").textContent, /Space puts it down/, "for keys");
+  assert.match(at("lesson-task").textContent, /Space draws/, "for keys");
   for (let step = 0; step < 3; step++) at("lesson-skip").click();
   act();
   assert.deepEqual([line.last("create").opponent, line.last("create").lesson, lesson.running], ["halo", undefined, false]);
