@@ -32,12 +32,11 @@ from torch import Tensor, nn
 from benchmarks.csv_table import write_csv
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.evaluation.intervals import middle
+from swarm_pz.evaluation.intervals import over_runs
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.workers import open_pool, share
 from swarm_pz.policies.exporting import export_model
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.standard.aggregate import drawn_runs, interquartile_mean, resampled
 from swarm_pz.training.config import RECIPES
 from swarm_pz.training.networks import GridPolicy, as_policy
 from swarm_pz.training.vec_env import SwarmVecEnv
@@ -204,9 +203,9 @@ def run(name: str, seed: int, commands: int, games: int, out: Path) -> Line:
 
 
 def estimate(scores: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Return the interquartile mean of scores (seeds, opponents), and the ends of its 95 % interval."""
-    low, high = middle(interquartile_mean(resampled(functools.partial(drawn_runs, scores))))
-    return float(interquartile_mean(scores)), float(low), float(high)
+    """Return the mean of scores (seeds, opponents), and the ends of its 95 % interval over seeds."""
+    runs = scores.mean(axis=1)
+    return (float(runs.mean()), *over_runs(runs))
 
 
 def table(lines: Sequence[Line]) -> list[tuple[str, ...]]:

@@ -117,42 +117,54 @@ def nooks(view: View) -> Array:
         np.array([[0.04, 0.04], [0.96, 0.04], [0.96, 0.96], [0.04, 0.96]]),
         _scaled(traits[:, 2], 0.03, 0.2),
     )
-    return _spot(view, corners[first], width) + traits[:, 3, None, None] * _spot(view, corners[second], width)
-
-
-@tactic(sees=CLOCK)
-def spiral(view: View) -> Array:
-    """Wind from the middle to the walls and back, a turn in 6 to 30 s."""
-    traits = view.traits
-    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 6.0, 30.0) + traits[:, 2]
-    radius = 0.25 - 0.2 * np.cos(2.0 * np.pi * _turns(view, traits[:, 3], 20.0, 90.0))
-    return _spot(view, _around(np.full((len(turns), 2), 0.5), radius, turns), _scaled(traits[:, 4], 0.05, 0.2))
-
-
-@tactic(sees=CLOCK)
-def patrol(view: View) -> Array:
-    """Run along the walls, either way round, in 15 to 90 s."""
-    traits = view.traits
-    way = 4.0 * (
-        (np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 15.0, 90.0) + traits[:, 2]) % 1.0
+    return _spot(view, corners[first], width) + (0.4 + 0.6 * traits[:, 3, None, None]) * _spot(
+        view, corners[second], width
     )
-    places = np.stack([np.clip(np.abs(way - 2.5) - 0.5, 0.0, 1.0), np.clip(1.5 - np.abs(way - 1.5), 0.0, 1.0)], axis=1)
-    return _spot(view, 0.06 + 0.88 * places, _scaled(traits[:, 3], 0.04, 0.15))
+
+
+@tactic(sees=CLOCK)
+def spoke(view: View) -> Array:
+    """Turn a bar around a place in the middle, either way round, in 8 to 60 s."""
+    traits = view.traits
+    angles = (
+        2.0 * np.pi * (np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 8.0, 60.0) + traits[:, 2])
+    )
+    x, y = view.x - 0.4 - 0.2 * traits[:, 3, None, None], view.y - 0.4 - 0.2 * traits[:, 4, None, None]
+    away = y * np.cos(angles)[:, None, None] - x * np.sin(angles)[:, None, None]
+    return np.asarray(disc(away / _scaled(traits[:, 5], 0.04, 0.12)[:, None, None], 1.0))
+
+
+@tactic(sees=CLOCK)
+def twins(view: View) -> Array:
+    """Run two spots around a circle, opposite each other, either way round, in 6 to 40 s."""
+    traits = view.traits
+    turns = np.where(traits[:, 0] < 0.5, -1.0, 1.0) * _turns(view, traits[:, 1], 6.0, 40.0) + traits[:, 2]
+    centres, radius = 0.4 + 0.2 * traits[:, 3:5], 0.2 + 0.2 * traits[:, 5]
+    width = _scaled(traits[:, 6], 0.04, 0.12)
+    return _spot(view, _around(centres, radius, turns), width) + _spot(
+        view, _around(centres, radius, turns + 0.5), width
+    )
+
+
+@tactic(sees=CLOCK)
+def fence(view: View) -> Array:
+    """Stay along the walls but for a gap, which runs round in 15 to 90 s."""
+    traits = view.traits
+    to_wall = np.minimum(np.minimum(view.x, 1.0 - view.x), np.minimum(view.y, 1.0 - view.y))
+    band = disc(to_wall / _scaled(traits[:, 0], 0.05, 0.15)[:, None, None], 1.0)
+    gap = _around(np.full((len(traits), 2), 0.5), np.full(len(traits), 0.5), _turns(view, traits[:, 1], 15.0, 90.0))
+    return np.asarray(band * (1.0 - _spot(view, gap, 0.15 + 0.2 * traits[:, 2])))
 
 
 @tactic(sees=OPPONENTS, grid=25)
-def mirror(view: View) -> Array:
-    """Go to the mirror image of the opponents' mean position, across either axis or the middle."""
+def moat(view: View) -> Array:
+    """Surround the mirror image of the opponents' mean position, across either axis or the middle, by a ring."""
     traits = view.traits
     flips = np.stack([traits[:, 0] < 2 / 3, traits[:, 0] >= 1 / 3], axis=1)
     place = view.mean_position("opposing")
-    return _spot(view, np.where(flips, 1.0 - place, place), _scaled(traits[:, 1], 0.05, 0.25))
-
-
-@tactic(sees=("own_positions",), grid=25)
-def rest(view: View) -> Array:
-    """Stay around where its own drones are."""
-    return _spot(view, view.mean_position("own"), _scaled(view.traits[:, 0], 0.03, 0.15))
+    distance = view.distance_from(np.where(flips, 1.0 - place, place))
+    radius = (0.2 + 0.15 * traits[:, 1])[:, None, None]
+    return np.asarray(disc((distance - radius) / _scaled(traits[:, 2], 0.04, 0.1)[:, None, None], 1.0))
 
 
 @tactic(sees=CLOCK)
@@ -161,12 +173,12 @@ def waves(view: View) -> Array:
     traits = view.traits
     number = np.floor(_turns(view, traits[:, 0], 4.0, 20.0))
     image = np.zeros((len(number), *view.x.shape))
-    for mode, (across, up) in enumerate(((0, 1), (1, 0), (1, 1), (0, 2), (2, 0), (2, 1), (1, 2), (2, 2))):
+    for mode, (across, up) in enumerate(((0, 2), (2, 0), (2, 1), (1, 2), (2, 2), (0, 3), (3, 0), (3, 3))):
         # Another weight in [-1, 1) for each image: multiples of an irrational number fill the unit interval evenly.
         weight = 2.0 * ((traits[:, 1 + mode] + number * (0.6180339887 + 0.1 * mode)) % 1.0) - 1.0
         image += weight[:, None, None] * np.cos(np.pi * across * view.x) * np.cos(np.pi * up * view.y)
-    return np.asarray(np.exp(2.0 * image))
+    return np.asarray(np.exp(1.5 * image))
 
 
-TEST: tuple[Tactic, ...] = (strip, nooks, spiral, patrol, mirror, rest, waves)
+TEST: tuple[Tactic, ...] = (strip, nooks, spoke, twins, fence, moat, waves)
 """The kinds that only measure."""

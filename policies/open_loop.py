@@ -36,7 +36,7 @@ def shown(images: Images, view: View) -> NDArray[np.float64]:
 
 
 BESTS: dict[str, Any] = json.loads(FILE.read_text())
-"""By track: ``constant`` and ``sequence``, each with ``images``, ``score``, ``score_ci95`` and ``opponents``."""
+"""By track: ``constant`` and ``sequence``, each with ``images``, ``score`` and ``score_ci95``."""
 CONSTANT, SEQUENCE = (images_of(BESTS["field"][name]["images"]) for name in ("constant", "sequence"))
 """Tuples, so that digests of the two tactics below include them."""
 

@@ -38,7 +38,8 @@ class TrainConfig(Config):
         Names of policies, or folders of learned ones, dealt to the games in turn; the first is the one
         that evaluations during the run are against.
     start_from : str, optional
-        A learned policy, by name or folder, whose weights the tactic starts from; it must have the same network.
+        A policy, by name or folder, that the tactic starts from: with the weights of a learned one, which must have the
+        same network, or with an imitation of another.
     critic_steps : int
         Value warm-up: steps at the start in which only the critic learns, since it does not know the tactic that
         the actor starts from.
@@ -167,6 +168,9 @@ class LeagueConfig(Config):
         Steps between two exploiters.
     exploiter_steps : int
         Steps that each trains; 0 for a league without.
+    pattern_share : float
+        Share of the seats that patterns have among themselves; see `swarm_pz.policies.pattern`. Those that the learner
+        beats make room for new ones.
     async_delay : int
         Steps of the learner from where an exploiter's training begins to where the learner waits for it. Other
         processes or machines train it meanwhile; the result is the same without them.
@@ -179,9 +183,10 @@ class LeagueConfig(Config):
     cycle: Steps = 65_536
     pfsp_exponent: Annotated[float, Range(0.0, 100.0)] = 2.0
     floor: Annotated[float, Range(1e-6, 1.0)] = 0.02
-    script_share: Share = 0.5
+    script_share: Share = 0.4
     snapshot_score: Share = 0.65
     snapshot_every: Steps = 500_000
     exploiter_every: Steps = 1_500_000
     exploiter_steps: StepsOrNone = 500_000
+    pattern_share: Share = 0.3
     async_delay: StepsOrNone = 0

@@ -8,10 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz.policies.pattern import KINDS, name_of, numbers_in, numbers_of, points_of
+
 _PRIOR_GAMES = 10.0
 """Games at an even score that a new opponent starts with."""
 _REMEMBERED_GAMES = 200.0
 """Older games fade: the learner changes."""
+_TRIED_GAMES, _EASY = 30.0, 0.85
+"""Games, with those it starts with, that tell how hard a pattern is, and the learner's share of the points from which
+on it goes."""
+_SPREAD, _VARIED = 0.12, 0.06
+"""Standard deviations, in the unit cube, of new patterns around those that have names, and around those that stay."""
+_NAMED = points_of(np.array([list(kind.values()) for kind in KINDS.values()]))
 
 
 @dataclass
@@ -22,7 +30,7 @@ class Member:
     source: str
     """Name of the policy, or its folder within the league's."""
     kind: str
-    """"script", "initial", "snapshot" or "exploiter"."""
+    """"script", "initial", "snapshot", "exploiter" or "pattern"."""
     games: float = _PRIOR_GAMES
     score: float = _PRIOR_GAMES / 2
     """The learner's points in these games; a draw is half a win."""
@@ -65,11 +73,29 @@ class Pool:
         """Return the newest snapshot; a league begins with one."""
         return next(member for member in reversed(self.members) if member.kind == "snapshot")
 
-    def weights(self, exponent: float, floor: float, scripts: float) -> NDArray[np.float64]:
-        """Return each member's probability of being dealt; `scripts` is what all scripts share."""
+    def weights(self, exponent: float, floor: float, **shares: float) -> NDArray[np.float64]:
+        """Return each member's probability of being dealt; `shares` is what all of a kind have, others the rest."""
         hard = np.array([(1.0 - member.beaten) ** exponent for member in self.members]) + floor
-        is_script = np.array([member.kind == "script" for member in self.members])
-        if is_script.any() and not is_script.all():
-            hard[is_script] *= scripts / hard[is_script].sum()
-            hard[~is_script] *= (1.0 - scripts) / hard[~is_script].sum()
+        kinds = np.array([member.kind if member.kind in shares else "" for member in self.members])
+        shares = {kind: share for kind, share in shares.items() if kind in kinds}
+        for kind, share in {**shares, "": max(1.0 - sum(shares.values()), 0.0)}.items():
+            hard[kinds == kind] *= share / hard[kinds == kind].sum() if (kinds == kind).any() else 0.0
         return np.asarray(hard / hard.sum())
+
+    def renew_patterns(self, count: int, generator: np.random.Generator) -> None:
+        """Let the patterns that the learner finds hard stay, and others make room for new ones.
+
+        Half of the new ones are variations of those that stay, the others of the patterns that have names; after
+        Parker-Holder et al., "Evolving curricula with regret-based environment design", ICML 2022.
+        """
+        patterns = [member for member in self.members if member.kind == "pattern"]
+        tried = sorted((one for one in patterns if one.games >= _TRIED_GAMES), key=lambda one: one.beaten)
+        stay = [one for one in tried[: count // 2] if one.beaten < _EASY]
+        parents = points_of(np.array([numbers_in(one.name) for one in stay])) if stay else _NAMED
+        kept = stay + [one for one in patterns if one.games < _TRIED_GAMES][: count - len(stay)]
+        self.members = [one for one in self.members if one.kind != "pattern"] + kept
+        for number in range(count - len(kept)):
+            points, spread = (parents, _VARIED) if number % 2 else (_NAMED, _SPREAD)
+            point = points[generator.integers(len(points))] + spread * generator.normal(size=points.shape[1])
+            name = name_of(numbers_of(point))
+            self.members.append(Member(name, name, "pattern"))

@@ -22,15 +22,20 @@ from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.evaluation.workers import never
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import LearnedPolicy, lineage
+from swarm_pz.policies.network import Actor
 from swarm_pz.policy import Player, load
 from swarm_pz.training import checkpoint
 from swarm_pz.training.callbacks import Account, Checkpoint, PeriodicEvaluation, Progress, RunState, Schedules
 from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Story
 from swarm_pz.training.config import MAY_CHANGE, TrainConfig
+from swarm_pz.training.imitation import fit, recorded
 from swarm_pz.training.networks import DronesPolicy, GridPolicy, as_policy, policy_class
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 HISTORY, SETTINGS = "history.json", "config.json"
+
+_IMITATED_GAMES = 200
+"""Games of a policy without weights that a run starts from."""
 
 
 class _Learner(PPO):
@@ -92,7 +97,7 @@ class Training:
         )
         self.model.policy.log_std.requires_grad_(False)
         if config.start_from is not None:
-            self._start_from(config.start_from)
+            self._start_from(config.start_from, is_begun=is_begun)
         self._streams = checkpoint.random_streams()
         files.check_folder(folder)
         if is_begun:
@@ -115,14 +120,19 @@ class Training:
         """Return the standard deviation that the learner explores with at this point of the run."""
         return self.state.exploration(self.model.num_timesteps)
 
-    def _start_from(self, name: str) -> None:
-        given = policies.load(name, self.config.game)
+    def _start_from(self, name: str, *, is_begun: bool) -> None:
+        given, actor = policies.load(name, self.config.game), self.model.policy.actor
         if not isinstance(given, LearnedPolicy):
-            raise CheckpointError(f"start_from must name a learned policy, got {name!r}")
+            if not isinstance(actor, Actor):
+                raise CheckpointError(f"start_from must name a learned policy, got {name!r}")
+            if not is_begun:
+                imitated = recorded(name, self.config.game, _IMITATED_GAMES, self.config.seed)
+                fit(actor, *imitated, self.config.seed)
+            return
         parent, *older = lineage(given.card)
         self._ancestors = [parent | {"name": given.name}, *older]
         try:
-            self.model.policy.actor.load_state_dict(given.weights())  # type: ignore[union-attr]
+            actor.load_state_dict(given.weights())  # type: ignore[union-attr]
         except RuntimeError as error:
             raise CheckpointError(f"{name!r} has another network than this run trains: {_first_line(error)}") from error
 

@@ -2,8 +2,9 @@
 
 An opponent that is beaten in a share p of the games is drawn with weight (1 - p)^k (prioritised fictitious self-play,
 Vinyals et al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575, 2019). Scripts
-have a fixed share: tactics are measured against them. Exploiters start from the learner's weights and learn to beat
-that tactic alone; those that do join the pool.
+have a fixed share: tactics are measured against them. So have patterns, which evolve: those that the learner beats make
+room for variations of the others. Now and then an exploiter starts from the learner's weights and learns to beat it
+alone. If it wins, it joins the pool.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.workers import BackgroundTasks, SerialExecutor, never
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.policies.pattern import KINDS, PatternPlayer, numbers_in
 from swarm_pz.policy import Player
 from swarm_pz.training.callbacks import Checkpoint, RunCallback, RunState
 from swarm_pz.training.checkpoint import CHECKPOINT, is_begun
@@ -33,6 +35,8 @@ from swarm_pz.training.exploit import respond
 from swarm_pz.training.pool import Member, Pool
 from swarm_pz.training.ppo import SETTINGS, Training
 
+_PATTERNS = 24
+"""Patterns in a pool."""
 _EXPLOITED_GAMES = 100
 """Games that show whether an exploiter beats its target."""
 
@@ -178,7 +182,8 @@ class League:
         mean = float(np.mean([member.beaten for member in by_score]))
         self._say(
             f"{step / self.config.learner.total_steps:4.0%} {step:>10,} steps {rate:6,.0f}/s  pool {len(by_score)}  "
-            f"mean {mean:.2f}  hardest " + ", ".join(f"{member.name} {member.beaten:.2f}" for member in by_score[:4])
+            f"mean {mean:.2f}  hardest "
+            + ", ".join(f"{member.name[:20]} {member.beaten:.2f}" for member in by_score[:4])
         )
         logger = self.main.logger
         logger.record("league/pool", len(by_score))
@@ -186,16 +191,23 @@ class League:
         logger.record("league/lowest_score", by_score[0].beaten)
 
     def _deal(self) -> None:
-        weights = self.pool.weights(self.config.pfsp_exponent, self.config.floor, self.config.script_share)
         generator = np.random.default_rng([self.config.learner.seed, self.main.model.num_timesteps])
+        shares = {"script": self.config.script_share, "pattern": self.config.pattern_share}
+        if self.config.pattern_share:
+            self.pool.renew_patterns(_PATTERNS, generator)
+        weights = self.pool.weights(self.config.pfsp_exponent, self.config.floor, **shares)
         # Systematic sampling: as random as needed, with less variance than independent draws.
         places = (generator.random() + np.arange(self.config.seats)) / self.config.seats
         chosen = [self.pool.members[i].name for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]
         # A partner that did not explore would beat the learner that does, whatever it had learned.
         noise = self.main.exploration()
-        partners = {name: self._partner(name, noise) for name in dict.fromkeys(chosen)}
         order = [chosen[i] for i in generator.permutation(len(chosen))]
-        self.main.deal([partners[name] for name in order], order)
+        is_pattern = {member.name: member.kind == "pattern" for member in self.pool.members}
+        # One player for all patterns, since games are dealt to its numbers in the order of the seats: that is faster.
+        numbers = [numbers_in(name) if is_pattern[name] else [*KINDS["spot"].values()] for name in order]
+        partners = {name: self._partner(name, noise) for name in dict.fromkeys(chosen) if not is_pattern[name]}
+        patterns = PatternPlayer(np.array(numbers), self._game)
+        self.main.deal([partners.get(name, patterns) for name in order], order)
 
     def _partner(self, name: str, noise: float) -> Player:
         """Return a member of the pool; learned ones with noise."""
@@ -246,8 +258,7 @@ class League:
         """Wait for the exploiter; if it beats its target, it joins the pool."""
         name = self._exploiter
         match, bundle = self._background.fetch(name, should_stop)
-        if bundle is not None:
-            bundle.unpack(self.folder / "exploiters")
+        bundle.unpack(self.folder / "exploiters")
         self._say(f"{name} against {Path(self.pool.target).name}: {match.standing()}")
         if match.score() > 0.5:
             member = Member(name, f"exploiters/{name}", "exploiter")

@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 
 from benchmarks.board import ENTRIES
-from benchmarks.board.entries import add
+from benchmarks.board.entries import add, play
 from benchmarks.board.page import build
-from swarm_pz.cli import main as swarm_pz
 from swarm_pz.errors import SwarmError
+from swarm_pz.evaluation.workers import open_pool
 from swarm_pz.standard import Protocol
 from swarm_pz.standard.protocol import refresh
 
@@ -19,25 +19,30 @@ def main() -> None:
     """Run a command; errors of this project end it with one line and status 2."""
     parser = argparse.ArgumentParser(prog="scripts/board", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
-    adding = commands.add_parser("add", help="run the benchmark on a method's policies, and make an entry of them")
+    adding = commands.add_parser("add", help="make an entry of a method's policies, and run the benchmark on it")
     adding.add_argument("name", help="of the entry's folder, and of the method: a to z, 0 to 9 and '-'")
     adding.add_argument("policies", nargs="+", help="names, or folders with weights: one of each training seed")
     adding.add_argument("--by", required=True, help="who made it, 60 letters or fewer")
     adding.add_argument("--notes", default="", help="what to know of it, 300 letters or fewer")
     adding.add_argument("--link", default="", help="to code or paper, beginning with https://")
-    adding.add_argument("--processes", default="2", help="that share the benchmark's games")
+    playing = commands.add_parser("play", help="run the benchmark on entries, which attack each other")
+    playing.add_argument("names", nargs="*", help="of entries; all if none")
+    for one in (adding, playing):
+        one.add_argument("--processes", type=int, default=2, help="that share the games")
+        one.add_argument("--work", type=Path, default=Path("runs/board"), help="folder of games that were played")
     commands.add_parser("refresh", help="write the digests of installed opponents into an unpublished protocol")
     building = commands.add_parser("build", help="write the pages, which scripts/docs puts on the site")
     building.add_argument("--out", type=Path, default=Path("site/board"))
     given = parser.parse_args()
     try:
+        protocol = Protocol.read()
         if given.command == "add":
-            out = Path("runs/board", given.name)
-            swarm_pz(
-                ["benchmark", *given.policies, "--name", given.name, "--out", str(out), "--processes", given.processes]
-            )
             card = {"by": given.by, "notes": given.notes, "link": given.link}
-            print(f"entry: {add(out, given.policies, ENTRIES / given.name, card, Protocol.read()).folder}")
+            print(f"entry: {add(given.policies, ENTRIES / given.name, card, protocol).folder}")
+        if given.command in ("add", "play"):
+            names = [given.name] if given.command == "add" else given.names
+            with open_pool(given.processes) as pool:
+                play(ENTRIES, protocol, given.work, names, pool=pool, say=print, command=" ".join(sys.argv[1:]))
         elif given.command == "refresh":
             refresh()
         else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,13 @@ from swarm_pz.errors import ConfigError, ResultsError
 from swarm_pz.files import read_toml
 from swarm_pz.policy import load, registered
 from swarm_pz.policy.identity import identity_of
-from swarm_pz.standard import Protocol
-from swarm_pz.standard.report import REPORT, is_try, read_report
+from swarm_pz.standard import Entry as MeasuredEntry
+from swarm_pz.standard import Protocol, run
+from swarm_pz.standard.report import REPORT, read_report
 
 CARD, POLICIES = "entry.toml", "policies"
-LETTERS = {"by": 60, "notes": 300, "link": 200}
-"""Fields of a card, and the letters that each may have; `by` must be given."""
+LETTERS = {"by": 60, "notes": 300, "link": 200, "policies": 200}
+"""Fields of a card, and the letters that each may have; `by` must be given, and `policies` names installed ones."""
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 _FILE = re.compile(rf"{CARD}|{REPORT}|{POLICIES}/\d{{1,2}}/policy\.(?:json|safetensors|onnx)")
 _LINK = re.compile(r"https://[A-Za-z0-9.-]+(?::\d+)?(?:/[A-Za-z0-9._~/?#@!$&()*+,;=%-]*)?")
@@ -26,11 +28,12 @@ _LINK = re.compile(r"https://[A-Za-z0-9.-]+(?::\d+)?(?:/[A-Za-z0-9._~/?#@!$&()*+
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry: its report, and its card, which says whose it is."""
+    """An entry: its policies by name or folder, a card that says whose it is, and the report if there is one."""
 
     folder: Path
-    report: dict[str, Any]
+    policies: tuple[str, ...]
     card: dict[str, str]
+    report: dict[str, Any] | None
 
     @property
     def name(self) -> str:
@@ -38,13 +41,16 @@ class Entry:
         return self.folder.name
 
     def check(self, protocol: Protocol) -> None:
-        """Check that its policies can be loaded and are those of its report."""
-        for number, told in enumerate(self.report["policies"]):
-            folder = self.folder / POLICIES / str(number)
-            place = str(folder) if folder.is_dir() else told["name"]
-            found = identity_of(place, load(place, protocol.game))
-            if found != told["digest"]:
-                raise ResultsError(f"{place} is not the report's policy: expected {told['digest']!r}, got {found!r}")
+        """Check that there is a report of the protocol, and that its policies are those of the entry."""
+        if self.report is None:
+            raise ResultsError(f"{self.folder} has no report: `scripts/board play` makes it")
+        told = {"version": protocol.version, "digest": protocol.digest}
+        if self.report["protocol"] != told:
+            raise ResultsError(f"{self.folder} is of protocol {self.report['protocol']!r}, the board is of {told!r}")
+        found = [identity_of(policy, load(policy, protocol.game)) for policy in self.policies]
+        expected = [one["digest"] for one in self.report["policies"]]
+        if found != expected:
+            raise ResultsError(f"{self.folder} has a report of other policies: expected {expected}, got {found}")
 
 
 def folders(place: Path) -> list[Path]:
@@ -56,45 +62,59 @@ def folders(place: Path) -> list[Path]:
     return found
 
 
-def read(folder: Path, protocol: Protocol) -> Entry:
-    """Read an entry; a ResultsError is raised if it holds other files, or is of another protocol."""
+def read(folder: Path) -> Entry:
+    """Read an entry; a ResultsError is raised if it holds other files."""
     for path in folder.rglob("*"):
         if path.is_file() and not _FILE.fullmatch(path.relative_to(folder).as_posix()):
             raise ResultsError(f"{path} belongs to no entry: remove it; weights are policy.safetensors or policy.onnx")
-    report = read_report(folder)
-    told = {"version": protocol.version, "digest": protocol.digest}
-    if report["protocol"] != told:
-        raise ResultsError(f"{folder} is of protocol {report['protocol']!r}, the board is of {told!r}")
-    return Entry(folder, report, read_card(folder / CARD))
+    card = read_card(folder / CARD)
+    installed = tuple(filter(None, card.pop("policies").split(" ")))
+    policies = installed or tuple(sorted(map(str, (folder / POLICIES).glob("*"))))
+    if not policies:
+        raise ResultsError(f"{folder} has neither policies nor names of installed ones")
+    return Entry(folder, policies, card, read_report(folder) if (folder / REPORT).exists() else None)
 
 
-def add(report: Path, policies: list[str], folder: Path, card: dict[str, str], protocol: Protocol) -> Entry:
-    """Make an entry of policies, by their names or folders, and of the folder of their report."""
+def add(policies: list[str], folder: Path, card: dict[str, str], protocol: Protocol) -> Entry:
+    """Make an entry, without a report, of policies by their names or folders."""
     if not _NAME.fullmatch(folder.name):
         raise ResultsError(f"an entry's name must be 1 to 40 of a to z, 0 to 9 and '-', got {folder.name!r}")
     if folder.exists():
         raise ResultsError(f"there is an entry {folder.name!r} already: choose another name, or remove {folder}")
-    if is_try(read_report(report)):
-        raise ResultsError(f"{report} is of a try with few and short games, which is no entry: leave out --quick")
     folder.mkdir(parents=True)
     try:
-        for number, policy in enumerate(policies):
-            write = getattr(load(policy, protocol.game), "write", None)
-            if write is not None:
+        if set(policies) <= set(registered()):
+            card = card | {"policies": " ".join(policies)}
+        else:
+            for number, policy in enumerate(policies):
+                write = getattr(load(policy, protocol.game), "write", None)
+                if write is None:
+                    raise ResultsError(f"{policy} must be a folder with weights, as all of a method or none of it")
                 write(folder / POLICIES / str(number))
-            elif policy not in registered():
-                raise ResultsError(
-                    f"{policy} must be a folder with weights or an installed policy; programs play seasons"
-                )
         text = "".join(f"{field} = {json.dumps(value, ensure_ascii=False)}\n" for field, value in card.items() if value)
         (folder / CARD).write_text(text, encoding="utf-8")
-        shutil.copyfile(report / REPORT, folder / REPORT)
-        entry = read(folder, protocol)
-        entry.check(protocol)
+        return read(folder)
     except BaseException:
         shutil.rmtree(folder)
         raise
-    return entry
+
+
+def play(place: Path, protocol: Protocol, work: Path, names: Sequence[str] = (), **how: Any) -> None:
+    """Run the benchmark on entries, by default all, and write their reports; all others attack each of them.
+
+    Games that lie in the folder `work` are not played again. `how` is as of `swarm_pz.standard.run`.
+    """
+    entries = {folder.name: read(folder) for folder in folders(place)}
+    for name in names or entries:
+        others = {
+            f"{other.name}/{number}": policy
+            for other in entries.values()
+            if other.name != name
+            for number, policy in enumerate(other.policies)
+        }
+        entry = entries[name]
+        run(MeasuredEntry(policies=entry.policies, name=name), work / name, protocol=protocol, attackers=others, **how)
+        shutil.copyfile(work / name / REPORT, entry.folder / REPORT)
 
 
 def read_card(path: Path) -> dict[str, str]:

@@ -5,10 +5,9 @@ python -m benchmarks.board.open_loop [--tracks uniform field generated systems] 
 These players see the clock alone. The search is CMA-ES over log-densities at 5 by 5 places, between which an image is
 interpolated, with the square's symmetry (6 numbers an image) and without (25). A sequence has three images, and for how
 long each is shown, or is a lap: a spot that runs round the middle, with an image for each second. Candidates play every
-opponent of the track from both sides, on seeds of the search's own; those that a search ends with and those that scored
-most play again on others, and the best of these the games of the protocol. Results go into policies/open_loop.json,
-track by track; what was found for others is tried, too. With --again nothing is searched: what is in the file plays the
-games of the protocol.
+opponent of the track from both sides, on seeds of the search's own; those that a search ends with, those that scored
+most, and those that are in policies/open_loop.json play again on others. The best play the games of the protocol, and
+go into that file, track by track. With --again nothing is searched: what is in the file plays these games.
 """
 
 from __future__ import annotations
@@ -26,14 +25,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import ObservationConfig
-from swarm_pz.evaluation.intervals import middle
+from swarm_pz.evaluation.intervals import bootstrap
 from swarm_pz.evaluation.rollout import Rollout
 from swarm_pz.evaluation.workers import open_pool
 from swarm_pz.files import draft_of
 from swarm_pz.policies.open_loop import FILE, Images, images_of, shown
 from swarm_pz.policies.scripted import CLOCK, View
 from swarm_pz.spaces.densities import cell_centres, corner_discs, disc, ring
-from swarm_pz.standard.aggregate import drawn_pairs, resampled
 from swarm_pz.standard.games import config_of, with_trial
 from swarm_pz.standard.protocol import Protocol, Track
 
@@ -107,18 +105,18 @@ class Several:
 
 
 def play(players: Sequence[Images], track: Track, place: int, numbers: Sequence[int], seed: int) -> Array:
-    """Return the win (0 or 1) and share of drones of each player in each game of a match: (players, games, 2)."""
+    """Return the share of drones that each player has at the end of each game of a match: (players, games)."""
     trial = track.trials[place]
     config = with_trial(config_of(track, Protocol.read()), trial).game
     several = Several(players, len(numbers))
     with closing(Rollout(several, trial.load(config), [*numbers] * len(players), seed=seed, config=config)) as games:
         games.play()
-        found = [(float(game.outcome == "win"), game.share) for game in games.games()]
-    return np.array(found).reshape(len(players), len(numbers), 2)
+        found = [game.share for game in games.games()]
+    return np.array(found).reshape(len(players), len(numbers))
 
 
 def against_all(players: Sequence[Images], track: Track, games: int, seed: int, pool: Executor) -> Array:
-    """Return the same against all opponents of a track: (opponents, players, games, 2)."""
+    """Return the same against all opponents of a track: (opponents, players, games)."""
     places = range(len(track.trials))
     tasks = [pool.submit(play, players, track, place, range(games), seed) for place in places]
     return np.stack([task.result() for task in tasks])
@@ -133,11 +131,6 @@ def laps() -> list[Images]:
         places = zip(0.5 + radius * np.cos(turns), 0.5 + radius * np.sin(turns), strict=True)
         found.append(images_of([(1, np.maximum(disc(np.hypot(x - a, y - b), width), 1e-4)) for a, b in places]))
     return found
-
-
-def worth(found: Array) -> Array:
-    """Return the score that a search maximises: the share of games won, and a little of the share of the drones."""
-    return np.asarray(found.mean(axis=(0, 2)) @ [1.0, 0.1])
 
 
 def search(track: Track, pool: Executor) -> dict[str, Images]:
@@ -159,7 +152,7 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
             seed += 1
             asked = strategy.ask()
             players = [decoded(np.asarray(point), len(begin), symmetric) for point in asked]
-            values = worth(against_all(players, track, 2 * pairs, seed, pool))
+            values = against_all(players, track, 2 * pairs, seed, pool).mean(axis=(0, 2))
             strategy.tell(asked, [-float(value) for value in values])
             met += zip(values.tolist(), players, strict=True)
         end = decoded(np.asarray(strategy.result.xfavorite), len(begin), symmetric)
@@ -169,17 +162,18 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
         return [begin, end, max(met)[1]]
 
     def chosen(players: list[Images]) -> Images:
-        """Return the best on games that no search has seen."""
+        """Return the best on games that no search has seen: the best four play four times as many."""
         nonlocal seed
-        seed += 1
-        values = worth(against_all(players, track, 2 * more, seed, pool))
-        print(f"{track.name}: again {values.round(3).tolist()}", flush=True)
-        return players[int(values.argmax())]
+        for games in (2 * more, 8 * more):
+            seed += 1
+            values = against_all(players, track, games, seed, pool).mean(axis=(0, 2))
+            print(f"{track.name}: again {values.round(3).tolist()}", flush=True)
+            players = [players[place] for place in np.argsort(-values, kind="stable")[:4]]
+        return players[0]
 
     def known(kind: str) -> list[Images]:
-        """Return the results for other tracks."""
-        others = [kinds for name, kinds in json.loads(FILE.read_text()).items() if name != track.name]
-        return [images_of(kinds[kind]["images"]) for kinds in others]
+        """Return the results in the file, for this track and for others."""
+        return [images_of(kinds[kind]["images"]) for kinds in json.loads(FILE.read_text()).values()]
 
     found = [one for begin in (uniform, halo, corners) for one in climb((begin,), True, 1.5)]
     best["constant"] = chosen([*found, *known("constant")])
@@ -198,15 +192,14 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
 
 def measure(best: dict[str, Images], track: Track, pool: Executor) -> dict[str, Any]:
     """Return the scores of the players in the games of the protocol, as the file has them."""
-    found = against_all(list(best.values()), track, track.games, track.seed, pool)[..., 0]
+    found = against_all(list(best.values()), track, track.games, track.seed, pool)
     told = {}
     for place, (kind, images) in enumerate(best.items()):
         pairs = found[:, place].reshape(len(track.trials), -1, 2).mean(axis=2)
-        low, high = middle(resampled(lambda generator, count: drawn_pairs(pairs, generator, count).mean(axis=(1, 2))))  # noqa: B023
+        _, low, high = bootstrap(pairs.mean(axis=0))
         told[kind] = {
             "score": round(float(pairs.mean()), 4),
             "score_ci95": [round(float(low), 4), round(float(high), 4)],
-            "opponents": {trial.name: float(won) for trial, won in zip(track.trials, pairs.mean(axis=1), strict=True)},
             "images": images,
         }
     return told

@@ -27,7 +27,9 @@ _REPORTS = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src '
 def build(place: Path, protocol: Protocol | None = None) -> dict[str, str]:
     """Return the pages by their paths: ``index.html``, and a report of each entry."""
     protocol = protocol if protocol is not None else Protocol.read()
-    entries = [read(folder, protocol) for folder in folders(place)]
+    entries = [read(folder) for folder in folders(place)]
+    for entry in entries:
+        entry.check(protocol)
     entries.sort(key=lambda entry: (-entry.report["figures"]["score"], entry.name))
     tracks = list(entries[0].report["figures"]["tracks"]) if entries else []
     style, code = (HERE / "style.css").read_text(), (HERE / "board.js").read_text()

@@ -10,9 +10,8 @@ from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.options import WORKERS, WorkerOptions, Workers
 from swarm_pz.cli.player_options import Opponent, Player, Players, able, able_to_fly, known
-from swarm_pz.cli.report import command, need, print_rules, progress, say, write_json
+from swarm_pz.cli.report import command, need, print_rules, progress
 from swarm_pz.config import GameConfig
-from swarm_pz.config.base import check
 from swarm_pz.errors import ResultsError
 from swarm_pz.files import check_file, check_folder, draft_of
 from swarm_pz.policy import kind_of
@@ -29,15 +28,10 @@ def evaluate(
     policy: Player,
     /,
     opponent: Opponent = "uniform",
-    games: int | None = None,
+    games: int = 200,
     seed: int = 0,
     json: Path | None = None,
     threads: int = 2,
-    processes: int | None = None,
-    exploit: bool = False,
-    exploit_steps: int = 3_000_000,
-    exploiters: int = 3,
-    out: Path = Path("runs/exploiter"),
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Play a policy against an opponent and say how it did.
@@ -47,31 +41,17 @@ def evaluate(
     Args:
         policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
         opponent: Named in the same ways.
-        games: Number of games, even; 200 if not given, and 1,000 with exploit.
-        seed: Seed of the match, or of the first exploiter.
+        games: Number of games, even.
+        seed: Seed of the match.
         json: Write the figures to this file, too.
         threads: Threads that share the games.
-        processes: Processes that share the exploiters and the search; 2 if not given.
-        exploit: Search for what beats the policy instead, learning and not, and say what that wins of fresh games.
-        exploit_steps: Steps that each exploiter trains.
-        exploiters: Exploiters, each of a seed of its own; the best is chosen on other games than those that count.
-        out: Folder of that search, which goes on where it was stopped.
         game: The rules.
     """
     from swarm_pz.evaluation.match import play_match
     from swarm_pz.policy import load_players
 
-    if exploit:
-        check(opponent == "uniform", "opponent", opponent, "left out, since exploit makes its own")
-    else:
-        check(processes is None, "processes", processes, "left out without exploit")
     if json is not None:
         check_file(json)
-    games = games if games is not None else 1000 if exploit else 200
-    if exploit:
-        budget = {"steps": exploit_steps, "exploiters": exploiters, "games": games, "seed": seed}
-        _evaluate_exploit(policy, budget, json, threads, game, processes or 2, out)
-        return
     with progress() as show:
         players = load_players(policy, opponent, game)
         match = play_match(*players, games=games, seed=seed, config=game, threads=threads, progress=show)
@@ -84,41 +64,6 @@ def evaluate(
     if json is not None:
         match.write(json, command())
         print(f"figures: {json}")
-
-
-def _evaluate_exploit(
-    policy: str,
-    budget: dict[str, int],
-    json: Path | None,
-    threads: int,
-    game: GameConfig,
-    processes: int,
-    out: Path,
-) -> None:
-    need("train", "filelock", "stable_baselines3", "torch")
-    from swarm_pz.evaluation.workers import open_pool
-    from swarm_pz.standard import exploitability
-
-    config = exploitability.SearchConfig(**budget)
-    with goes_on_with(command()), progress() as show:
-        with open_pool(processes) as pool, stops_at_safe_points() as should_stop:
-            attackers = exploitability.attack(
-                policy,
-                out,
-                config,
-                game,
-                pool=pool,
-                should_stop=should_stop,
-                say=say,
-                show=show,
-                command=command(),
-            )
-        found = exploitability.measure(policy, attackers, config, game, threads=threads, show=show)
-    print_rules(game)
-    tables.print_exploitability(found, policy, config.steps)
-    figures = exploitability.figures(policy, attackers, found, config, game)
-    for place in (out / exploitability.FIGURES, *([json] if json is not None else [])):
-        write_json(figures, place, game)
 
 
 def tournament(

@@ -13,7 +13,6 @@ from swarm_pz.evaluation.match import MatchResult
 if TYPE_CHECKING:
     from swarm_pz.bench import Speed
     from swarm_pz.play.studies.planning import PowerRow
-    from swarm_pz.standard.exploitability import Exploitability
 
 _WIDE = 400
 """Columns of a table in a pipe or a file, where names are whole."""
@@ -28,20 +27,6 @@ def print_matches(matches: list[MatchResult]) -> None:
 def print_opponents(matches: list[MatchResult], title: str) -> None:
     """Print matches of the same policy against several opponents."""
     _print_table([(_marked(match, match.opponent), match) for match in matches], "opponent", title)
-
-
-def print_exploitability(found: Exploitability, target: str, steps: int) -> None:
-    """Print what was won against a policy by those that were trained and searched to beat it."""
-    if len(found.choice) > 1:
-        print("\nwho is the best of the exploiters: these games count no further")
-        print_matches(found.choice)
-    best = found.exploiter
-    print(f"\n{best.policy}, an exploiter of {target}, trained for {steps:,} steps: fresh games")
-    print_matches(found.attackers)
-    print_opponents(found.competence, f"can {best.policy} play?")
-    low, high = best.win_rate_interval()
-    rate, count = best.count("win") / len(best.unique), len(best.unique)
-    print(f"exploitability: {100 * rate:.1f} % of {count:,} games, 95 % interval {100 * low:.1f} to {100 * high:.1f} %")
 
 
 def _marked(match: MatchResult, name: str) -> str:

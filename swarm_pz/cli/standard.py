@@ -10,7 +10,7 @@ from swarm_pz.cli.options import WORKERS, WorkerOptions
 from swarm_pz.cli.player_options import Players
 from swarm_pz.cli.printing import printable
 from swarm_pz.cli.report import command, need, print_rules, progress, say
-from swarm_pz.config.base import check
+from swarm_pz.config.base import check, check_count
 
 
 def benchmark(
@@ -18,9 +18,9 @@ def benchmark(
     /,
     out: Path = Path("runs/benchmark"),
     name: str = "",
-    baseline: Path | None = None,
     workers: WorkerOptions = WORKERS,
     quick: bool = False,
+    attack_steps: int | None = None,
 ) -> None:
     """Measure a method by the standard, and write a report: see docs/benchmark.md.
 
@@ -30,8 +30,8 @@ def benchmark(
         policies: Names of policies, or folders that training wrote: one of each training seed of the method.
         out: Folder of the report: index.html, report.json and games.jsonl.
         name: Name of the method in tables; the first policy's name if not given.
-        baseline: Folder of another method's report, to compare with.
         quick: Play few and short games: they show that everything works, and say nothing about the policy.
+        attack_steps: Play the attacks alone, with exploiters that learn from so many commands.
     """
     need("train", "cma", "filelock", "safetensors", "stable_baselines3", "torch")
     from swarm_pz.standard import Entry, Protocol, run
@@ -40,6 +40,9 @@ def benchmark(
     protocol = Protocol.read()
     if quick:
         protocol = protocol.quick()
+    if attack_steps is not None:
+        check_count(attack_steps, "attack_steps", 1, 10**12)
+        protocol = protocol.attacks_alone(attack_steps)
     entry = Entry(policies=policies, name=name or Path(policies[0]).name)
     with (
         goes_on_with(command()),
@@ -51,7 +54,6 @@ def benchmark(
             entry,
             out,
             protocol=protocol,
-            baseline=baseline,
             pool=pool,
             progress=show,
             should_stop=should_stop,
@@ -75,18 +77,13 @@ def _print(report: dict[str, object], out: Path) -> None:
     from swarm_pz.standard.figures import forfeits_of
 
     for track, told in figures["tracks"].items():
-        said = f"worst {told['worst']['score']:.3f} ({told['worst']['opponent']}), worst quarter {told['cvar']:.3f}"
+        late = "" if told["late"] is None else f", a command late {told['late']:.3f}"
+        said = f"worst {told['worst']['score']:.3f} ({printable(told['worst']['opponent'])}){late}"
         gain = f", {told['open_loop']['gain']:+.3f} over the clock alone" if told["open_loop"] else ""
         print(f"{track:<10} {told['score']:.3f}{_interval(told['score_ci95'])}; {said}{gain}")
-    for one in figures["left_out"]:
-        print(f"left out: {one['opponent']} of track {one['track']} is policy {one['policy']} itself")
     over = f"95 % interval over {figures['interval_over']}: "
     print(f"{'score':<10} {figures['score']:.3f}{_interval(figures['score_ci95'], over)}")
     forfeited, count, reason = forfeits_of(figures)
     if forfeited:
         print(printable(f"forfeits: {forfeited} of {count} games, the first since {reason}"))
-    if "improvement" in figures:
-        better = figures["improvement"]
-        low, high = better["ci95"]
-        print(f"better than {better['over']} with probability {better['probability']:.3f} ({low:.3f} to {high:.3f})")
     print(f"report: {out / 'index.html'}, {out / 'report.json'}, {out / 'games.jsonl'}")

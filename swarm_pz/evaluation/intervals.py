@@ -32,6 +32,16 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
     return float(interval.low), float(interval.high)
 
 
+def over_runs(values: ArrayLike) -> tuple[float, float]:
+    """Return Student's interval of the mean of whole runs (n,) of at least two, which are shares: cut to [0, 1]."""
+    stats = require_extra("scipy.stats", "cli")
+    runs = _samples(values)
+    if len(runs) < 2:
+        raise ResultsError("an interval over runs needs at least two")
+    half = float(stats.t.ppf(_TAILS[1], len(runs) - 1) * runs.std(ddof=1) / np.sqrt(len(runs)))
+    return max(float(runs.mean()) - half, 0.0), min(float(runs.mean()) + half, 1.0)
+
+
 def bootstrap(values: ArrayLike, statistic: Callable[[Any], Any] | None = None) -> tuple[Array, Array, Array]:
     """Return a statistic of samples (n, ...), by default the mean, and its percentile bootstrap interval.
 

@@ -145,7 +145,7 @@ class Rollout:
         check_seed(seed)
         self.config = config if config is not None else GameConfig()
         self._numbers = [int(number) for number in numbers]
-        self._sides = np.stack([np.array(self._numbers) % 2, 1 - np.array(self._numbers) % 2])
+        self.sides = np.stack([np.array(self._numbers) % 2, 1 - np.array(self._numbers) % 2])
         """(2, E) teams of the policy and of its opponent."""
         self._names = name_of(policy), name_of(opponent)
         self._players = load_players(policy, opponent, self.config)
@@ -155,7 +155,7 @@ class Rollout:
         self.simulator = self.batch.simulator
         starts, *streams = zip(*(_streams(seed, number) for number in self._numbers), strict=True)
         with self._flying():
-            self.batch.reset(starts, swapped=self._sides[0] == BLUE)
+            self.batch.reset(starts, swapped=self.sides[0] == BLUE)
         for place, player in enumerate(self._players):
             with policy_errors(place, self._names[place]), self._clock(len(self.rows), True):
                 player.reset(streams[place], self.rows)
@@ -181,7 +181,7 @@ class Rollout:
         look = None if after_control_period is None else functools.partial(after_control_period, self)
         while self.batch.running.any() and self.simulator.time_s.max() < end:
             self.rows = np.flatnonzero(self.batch.running)
-            commands = self._ask()
+            commands = self.ask()
             with self._flying():
                 self.batch.step(CheckedCommands(commands), look)
             self._sizes.append(self.simulator.sizes[:, RED])
@@ -194,15 +194,15 @@ class Rollout:
         try:
             yield
         except FlightError as error:
-            place = 0 if self._sides[0, error.rows[0]] == error.team else 1
+            place = 0 if self.sides[0, error.rows[0]] == error.team else 1
             raise GroundedError(place, str(error)) from error
 
-    def _ask(self) -> NDArray[np.float64]:
+    def ask(self) -> NDArray[np.float64]:
         """Return the commands (E, 2, *command_shape) of both players in the running games."""
         rows = self.rows
         commands = np.zeros((len(self._numbers), 2, *self.batch.command_shape))
         for place, player in enumerate(self._players):
-            teams = self._sides[place, rows]
+            teams = self.sides[place, rows]
             began = time.perf_counter()
             clock = self._clock(len(rows), len(self._sizes) == 1)
             with policy_errors(place, self._names[place]):
@@ -224,7 +224,7 @@ class Rollout:
         return [self._game(row, history[row]) for row in range(len(self._numbers))]
 
     def _game(self, row: int, sizes: NDArray[np.int64]) -> Game:
-        simulator, side = self.simulator, int(self._sides[0, row])
+        simulator, side = self.simulator, int(self.sides[0, row])
         outcome = self.batch.outcome(row, side)
         if outcome is None:
             raise CommandError(f"expected games that have ended, got {self.standing(row)}: play them to the end")
@@ -246,7 +246,7 @@ class Rollout:
     def names(self, row: int = 0) -> tuple[str, str]:
         """Return the names of red and blue in a game."""
         policy, opponent = self._names
-        return (policy, opponent) if self._sides[0, row] == RED else (opponent, policy)
+        return (policy, opponent) if self.sides[0, row] == RED else (opponent, policy)
 
     def result(self, row: int = 0) -> str:
         """Return the result of a game in words."""

@@ -1,60 +1,59 @@
-"""Attacks on a policy: exploiters and a search, each with a fixed budget."""
+"""Attacks on a policy: exploiters and a search, each with a fixed budget, whatever the policy is stored as."""
 
 from __future__ import annotations
 
+import json
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.bundles import PolicyBundle, unpacked_policy
-from swarm_pz.evaluation.workers import BackgroundTasks, never, silent
+from swarm_pz.evaluation.workers import BackgroundTasks, never
+from swarm_pz.files import draft_of
 from swarm_pz.policy import folder_of, load
 from swarm_pz.policy.identity import identity_of
-from swarm_pz.standard.games import SEARCHED, PlayerFactory, TrackGames, entry_name
-from swarm_pz.standard.protocol import Protocol, Track
-from swarm_pz.standard.siege import search
+from swarm_pz.standard.protocol import Protocol
+from swarm_pz.training.search import Target
 
+Array = NDArray[np.float64]
 Show = Callable[..., None]
 
 
 def learn(
-    policy: str,
-    seed: int,
-    protocol: Protocol,
-    folder: Path | None,
-    should_stop: Callable[[], bool],
-    say: Callable[[str], None],
-    digest: str | None = None,
-    bundle: PolicyBundle | None = None,
+    target: Target, seed: int, protocol: Protocol, folder: Path | None, should_stop: Callable[[], bool]
 ) -> PolicyBundle:
     """Train an exploiter of a policy, or resume it, and return its folder: a task of a pool.
 
     The card holds neither paths nor times, so it is the same wherever it was trained. Without a folder nothing is kept
-    for a resume. `digest` and `bundle` are for `unpacked_policy`.
+    for a resume.
     """
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "train")
-    from swarm_pz.policies.learned import ANCESTORS, LearnedPolicy
-    from swarm_pz.training.exploit import exploiter_config, fixed_learner
-    from swarm_pz.training.ppo import Training
+    from swarm_pz.policies.learned import ANCESTORS, CARD, LearnedPolicy
+    from swarm_pz.training.exploit import IMITATION, NOTHING, exploit, fixed_learner, imitate
 
-    steps = protocol.robust.steps
+    robust = protocol.robust
     with (
         tempfile.TemporaryDirectory(prefix="swarm-pz-") as place,
-        unpacked_policy(policy, protocol.game, digest, bundle) as name,
+        unpacked_policy(target.policy, protocol.game, target.digest, target.bundle) as name,
     ):
-        run_folder = folder or Path(place, "run")
-        learner = fixed_learner(name, protocol.game, steps)
-        run = Training(exploiter_config(name, learner, steps=steps, seed=seed), run_folder, say=say)
-        learned = run.policy() if run.is_finished else run.run(should_stop)
+        runs = folder or Path(place, "runs")
+        learner = fixed_learner(robust.best, protocol.game, robust.steps)
+        copied = runs / "copied"
+        if not (copied / CARD).is_file():
+            imitate(name, learner, copied, games=robust.recorded_games, seed=seed)
+        starts = {IMITATION: str(copied), NOTHING: None, robust.best: robust.best}
+        learned = exploit(name, runs, learner, starts, steps=robust.steps, seed=seed, should_stop=should_stop)
         told = {name: learned.card["training"][name] for name in ("game", "total_steps", "seed")}
-        card = learned.card | {"seconds": 0.0, "command": "", "training": told}
+        start = next(start for start, given in starts.items() if given == learned.card["training"]["start_from"])
+        card = learned.card | {"seconds": 0.0, "command": "", "training": told, "about": f"began from {start}"}
         for name in ("digest", ANCESTORS):
             card.pop(name, None)
         out = Path(place, "exploiter")
@@ -76,16 +75,12 @@ class Learning:
         self._name = f"exploiter {out.name}"
         self._is_there = (self._out / CARD).is_file()
 
-    def begin(self, should_stop: Callable[[], bool], say: Callable[[str], None]) -> None:
+    def begin(self, should_stop: Callable[[], bool]) -> None:
         """Begin to learn, unless that is done."""
-        if self._is_there:
-            return
-        digest = getattr(load(self._policy, self._protocol.game), "digest", None)
-        folder = folder_of(self._policy) if self._background.is_elsewhere else None
-        bundle = None if folder is None else PolicyBundle.of(folder)
-        told = (should_stop, say) if self._background.is_here else (never, silent)
-        given = (self._policy, self._seed, self._protocol, self._folder, *told, digest, bundle)
-        self._background.send(self._name, learn, *given)
+        if not self._is_there:
+            target = _target(self._policy, self._protocol, is_elsewhere=self._background.is_elsewhere)
+            asked = should_stop if self._background.is_here else never
+            self._background.send(self._name, learn, target, self._seed, self._protocol, self._folder, asked)
 
     def end(self, should_stop: Callable[[], bool]) -> str:
         """Wait for the exploiter, and return its digest."""
@@ -95,42 +90,43 @@ class Learning:
         return identity_of(str(self._out), load(str(self._out), self._protocol.game))
 
 
+def _target(policy: str, protocol: Protocol, *, is_elsewhere: bool) -> Target:
+    """Return a policy with its digest, if it has one, and its files, if other machines may need them."""
+    folder = folder_of(policy) if is_elsewhere else None
+    digest = getattr(load(policy, protocol.game), "digest", None)
+    return Target(policy, protocol.game, digest, None if folder is None else PolicyBundle.of(folder))
+
+
 def find(
+    policy: str,
     number: int,
     protocol: Protocol,
-    factory: PlayerFactory,
-    folder: Path,
+    work: Path,
     *,
     pool: Executor,
     show: Show,
     should_stop: Callable[[], bool],
-) -> str:
-    """Return the name of the tactic of the family against which a policy wins least."""
-    robust = protocol.robust
-    track = Track(name="search", seed=robust.seed + 1, games=robust.search_games, trials=())
-    one = entry_name(number)
-    rounds = 0
+) -> list[str]:
+    """Return the names of the patterns that a search finds to beat a policy most, the best first.
 
-    def score(names: Sequence[str]) -> list[float]:
-        nonlocal rounds
-        games = TrackGames(track, protocol, factory, folder, attackers=[(number, name) for name in names])
-        per_round = len(names) * track.games
-        done = rounds * per_round
-        games.play(
-            progress=lambda now, _: show(done + now, robust.generations * per_round), should_stop=should_stop, pool=pool
-        )
-        rounds += 1
-        found = []
-        for name in names:
-            played = games.between(name, one)
-            # The shares differ even where all games end alike.
-            found.append(float(np.mean([(game.outcome != "win") + 1.0 - game.share for game in played])) / 2)
+    A finished search is kept in a file of the folder `work`; one that was stopped begins again.
+    """
+    from swarm_pz.training.search import search_against
+
+    path, robust = work / f"search-{number}.json", protocol.robust
+    if path.exists():
+        found: list[str] = json.loads(path.read_text())
         return found
-
-    return search(
-        score,
-        prefix=SEARCHED,
+    found = search_against(
+        _target(policy, protocol, is_elsewhere=bool(getattr(pool, "elsewhere", False))),
+        games=robust.search_games,
         generations=robust.generations,
         candidates=robust.candidates,
-        seed=robust.seed + number,
+        seed=robust.seed + 2 + number,
+        pool=pool,
+        show=show,
+        should_stop=should_stop,
     )
+    with draft_of(path) as draft:
+        draft.write_text(json.dumps(found) + "\n")
+    return found

@@ -1,6 +1,7 @@
 """The figures of a report: scores with intervals, of each track and in one number.
 
-A win is one point, a draw or a loss none. A training seed's score in a track is the mean over opponents.
+A game's score is the share of all drones that the entry owns at its end: 1 for a win, 0 for a loss. A policy's score in
+a track is the mean over opponents; in `robust` it is what its worst attacker leaves it.
 """
 
 from __future__ import annotations
@@ -12,131 +13,106 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.errors import ResultsError
-from swarm_pz.evaluation.intervals import mean_with_interval, middle, rounded, wilson
+from swarm_pz.evaluation.intervals import RESAMPLES, mean_with_interval, middle, over_runs, rounded, wilson
 from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.survival import kaplan_meier, survival_curve
-from swarm_pz.standard.aggregate import (
-    drawn_pairs,
-    drawn_runs,
-    interquartile_mean,
-    mean_of_known,
-    probability_of_improvement,
-    resampled,
-)
-from swarm_pz.standard.games import LEARNED, SEARCHED, Line, all_tracks
+from swarm_pz.standard.games import CHOICE, ITSELF, ROBUST, Line, all_tracks, worst_attackers
 from swarm_pz.standard.protocol import Protocol
 
 Array = NDArray[np.float64]
-ROBUST = "robust"
 DIGITS = 6
 
 
 class Results:
-    """The games of an entry, by training seeds and tasks; a task is one opponent of one track, or an attack.
+    """The games of an entry by track, policy and opponent; missing ones, or too many, raise a ResultsError.
 
-    Of each policy and task, `pairs` has the share won of each pair of games. `scores` (policies, tasks) are their
-    means, NaN where a policy would meet itself. Missing games, and those of no task, raise a ResultsError.
+    `scores` (policies, tracks) has the tracks of the protocol that are played, and `ROBUST` last.
     """
 
-    def __init__(self, lines: Sequence[Line], protocol: Protocol, digests: Sequence[str]) -> None:
-        self.protocol, self.policies = protocol, len(digests)
-        self.tasks = [(track.name, trial.name) for track in protocol.tracks for trial in track.trials]
-        self._exploiters = protocol.robust.exploiters_each(len(digests)) if digests else 0
-        self.tasks += [(ROBUST, f"{LEARNED} {number}") for number in range(self._exploiters)]
-        self.tasks += [(ROBUST, SEARCHED)]
-        self.tracks = list(dict.fromkeys(track for track, _ in self.tasks))
-        met = [{(track.name, name) for track in protocol.tracks for name in track.opponents(one)} for one in digests]
-        self.left_out = [
-            (policy, task)
-            for policy, tasks in enumerate(met)
-            for task in self.tasks
-            if task[0] != ROBUST and task not in tasks
-        ]
-        self._games: dict[tuple[int, tuple[str, str]], list[Line]] = {}
+    def __init__(self, lines: Sequence[Line], protocol: Protocol, policies: int) -> None:
+        self.protocol, self.policies = protocol, policies
+        self._games: dict[tuple[str, int], dict[str, list[Line]]] = {}
         for line in sorted(lines, key=lambda line: line.number):
-            self._games.setdefault((line.policy, self._task_of(line)), []).append(line)
-        self._check()
-        self.pairs = [
-            [
-                np.array([game.outcome == "win" for game in self.of(policy, task)]).reshape(-1, 2).mean(axis=1)
-                for task in self.tasks
-            ]
-            for policy in range(self.policies)
-        ]
-        self.scores = np.array([[task.mean() if len(task) else np.nan for task in row] for row in self.pairs])
+            self._games.setdefault((line.track, line.policy), {}).setdefault(line.opponent, []).append(line)
+        self.tracks = [track.name for track in protocol.tracks if track.games] + [ROBUST]
+        self._worst = worst_attackers([line for line in lines if line.track == CHOICE])
+        self._check(len(lines))
+        self.scores = np.array([[self.score(track, policy) for track in self.tracks] for policy in range(policies)])
 
-    def _task_of(self, line: Line) -> tuple[str, str]:
-        if line.track != ROBUST:
-            return line.track, line.opponent
-        kind, number, *_ = [*line.opponent.split(), ""]
-        if kind != LEARNED or not number.isdecimal():
-            return line.track, kind
-        return line.track, f"{kind} {int(number) - line.policy * self._exploiters}"
+    def _check(self, count: int) -> None:
+        expected = 0
+        for track in all_tracks(self.protocol):
+            for policy in range(self.policies):
+                met = self.of(track.name, policy)
+                opponents = {trial.name for trial in track.trials} if track.name not in (CHOICE, ROBUST) else set(met)
+                if track.name == ROBUST and list(met) != [self._worst.get(policy)]:
+                    raise ResultsError(f"games against the worst attacker of policy {policy} are missing")
+                whole = all([game.number for game in met.get(one, [])] == list(range(track.games)) for one in opponents)
+                if track.games and not (whole and met):
+                    raise ResultsError(f"games of track {track.name!r} are missing, or too many")
+                expected += track.games * len(opponents)
+        if count != expected or not self.policies:
+            raise ResultsError(f"games are missing, or too many: expected {expected}, got {count}")
 
-    def _check(self) -> None:
-        count = {track.name: list(range(track.games)) for track in all_tracks(self.protocol)}
-        keys = [(policy, task) for policy in range(self.policies) for task in self.tasks]
-        expected = {key: count[key[1][0]] for key in keys if key not in self.left_out}
-        found = {key: [line.number for line in games] for key, games in self._games.items()}
-        wrong = [key for key in expected | found if expected.get(key) != found.get(key)]
-        if wrong or not self.policies:
-            some = ", ".join(map(str, wrong[:3])) or "all"
-            raise ResultsError(f"games of protocol {self.protocol.version} are missing, or too many: {some}")
+    def of(self, track: str, policy: int) -> dict[str, list[Line]]:
+        """Return the games of a policy in a track, by opponent."""
+        return self._games.get((track, policy), {})
 
-    def of(self, policy: int, task: tuple[str, str]) -> list[Line]:
-        """Return the games of a policy in a task, in order."""
-        return self._games.get((policy, task), [])
+    def score(self, track: str, policy: int) -> float:
+        """Return the score of a policy in a track."""
+        return float(np.mean([share_of(games) for games in self.of(track, policy).values()]))
 
-    def draw(self, generator: np.random.Generator, count: int) -> Array:
-        """Return scores (count, policies, tasks) drawn anew: training seeds if there are several, else pairs."""
+    def drawn(self, track: str, generator: np.random.Generator, count: int) -> Array:
+        """Return scores (count,) of the only policy, from pairs of games drawn anew against each opponent."""
+        found = []
+        for games in self.of(track, 0).values():
+            pairs = np.array([game.share for game in games]).reshape(-1, 2).mean(axis=1)
+            found.append(pairs[generator.integers(len(pairs), size=(count, len(pairs)))].mean(axis=1))
+        return np.asarray(np.mean(found, axis=0))
+
+    def intervals(self) -> tuple[Array, Array]:
+        """Return the ends (tracks + 1,) of the intervals of all tracks, and of their mean last.
+
+        They are over whole training runs if there are several, else over pairs of games.
+        """
         if self.policies > 1:
-            return drawn_runs(self.scores, generator, count)
-        return drawn_pairs(self.pairs[0], generator, count)
-
-    def by_track(self, scores: Array) -> Array:
-        """Return scores (..., policies, tracks): the mean over opponents, of attacks the worst."""
-        parts = [scores[..., [track == name for track, _ in self.tasks]] for name in self.tracks]
-        found = [
-            part.min(axis=-1) if name == ROBUST else mean_of_known(part, -1)
-            for name, part in zip(self.tracks, parts, strict=True)
-        ]
-        return np.stack(found, axis=-1)
-
-    def draw_tracks(self, generator: np.random.Generator, count: int) -> Array:
-        """Return scores (count, policies, tracks) drawn anew."""
-        if self.policies > 1:
-            return drawn_runs(self.by_track(self.scores), generator, count)
-        return self.by_track(self.draw(generator, count))
+            both = np.column_stack([self.scores, self.scores.mean(axis=1)])
+            low, high = np.transpose([over_runs(runs) for runs in both.T])
+            return low, high
+        generator = np.random.default_rng(0)
+        drawn = np.stack([self.drawn(track, generator, RESAMPLES) for track in self.tracks], axis=1)
+        return middle(np.column_stack([drawn, drawn.mean(axis=1)]))
 
 
-def with_mean(scores: Array) -> Array:
-    """Return the interquartile mean over policies of each track, and the mean of tracks last: (..., tracks + 1)."""
-    tracks = interquartile_mean(np.swapaxes(scores, -1, -2)[..., None])
-    return np.concatenate([tracks, tracks.mean(axis=-1, keepdims=True)], axis=-1)
+def share_of(games: Sequence[Line]) -> float:
+    """Return the mean share of the drones at the end of games."""
+    return float(np.mean([game.share for game in games]))
 
 
 def figures(results: Results) -> dict[str, Any]:
     """Return the figures of a report as plain values."""
-    values = with_mean(results.by_track(results.scores))
-    low, high = middle(with_mean(resampled(results.draw_tracks)))
+    values = results.scores.mean(axis=0)
+    low, high = results.intervals()
+    tracks = {}
+    for place, name in enumerate(results.tracks):
+        attacked = name == ROBUST
+        opponents = _opponents(results, CHOICE if attacked else name)
+        worst = min(opponents, key=lambda one: float(one["score"]))
+        tracks[name] = {
+            "score": _short(values[place]),
+            "score_ci95": _short([low[place], high[place]]),
+            "worst": {"opponent": worst["opponent"], "score": worst["score"]},
+            "late": None if attacked else _late(results, name),
+            "open_loop": _open_loop(results, name),
+            "opponents": opponents,
+        }
     return {
-        "score": _short(values[-1]),
+        "score": _short(values.mean()),
         "score_ci95": _short([low[-1], high[-1]]),
-        "interval_over": "training seeds" if results.policies > 1 else "games",
-        "tracks": {
-            track: {
-                "score": _short(values[place]),
-                "score_ci95": _short([low[place], high[place]]),
-                **_worst(results, track),
-                "open_loop": _open_loop(results, place, float(values[place])),
-                "opponents": [_task(results, task) for task in results.tasks if task[0] == track],
-            }
-            for place, track in enumerate(results.tracks)
-        },
-        "left_out": [
-            {"policy": policy, "track": track, "opponent": name} for policy, (track, name) in results.left_out
-        ],
-        "uniform": _how_soon(results),
+        "interval_over": "training runs" if results.policies > 1 else "games",
+        "tracks": tracks,
+        "attacks": [_attack(results, policy) for policy in range(results.policies)],
+        "uniform": _how_soon(results) if "uniform" in results.tracks else None,
     }
 
 
@@ -144,63 +120,65 @@ def _short(values: Any) -> Any:
     return rounded(values, DIGITS)
 
 
-def _worst(results: Results, track: str) -> dict[str, Any]:
-    """Return the worst opponent, and the mean over the worst quarter (the conditional value at risk)."""
-    means = mean_of_known(results.scores, 0)
-    scores = {
-        task[1]: float(mean)
-        for task, mean in zip(results.tasks, means, strict=True)
-        if task[0] == track and mean >= 0.0
-    }
-    name = min(scores, key=scores.__getitem__)
-    quarter = sorted(scores.values())[: -(-len(scores) // 4)]
-    return {"worst": {"opponent": name, "score": _short(scores[name])}, "cvar": _short(np.mean(quarter))}
+def _late(results: Results, track: str) -> float:
+    """Return the score of an entry whose commands come one command later."""
+    name = next(one.late.name for one in results.protocol.tracks if one.name == track)
+    return float(_short(np.mean([results.score(name, policy) for policy in range(results.policies)])))
 
 
-def _open_loop(results: Results, place: int, score: float) -> dict[str, Any] | None:
-    """Return the scores of the clock alone, and the gain over the better one against the same opponents."""
-    track = results.tracks[place]
-    told = results.protocol.open_loop.get(track)
-    if told is None:
-        return None
-    found = {kind: {name: one[name] for name in ("score", "score_ci95")} for kind, one in told.items()}
-    theirs = [
-        np.array([one["opponents"].get(name, np.nan) if of == track else np.nan for of, name in results.tasks])
-        for one in told.values()
-    ]
-    same = np.where(np.isnan(results.scores), np.nan, np.array(theirs)[:, None])
-    best = max(with_mean(results.by_track(same))[:, place])
-    return found | {"gain": _short(score - best)}
+def _opponents(results: Results, track: str) -> list[dict[str, Any]]:
+    """Return the results against each opponent of a track."""
+    names = dict.fromkeys(name for policy in range(results.policies) for name in results.of(track, policy))
+    found = []
+    for name in names:
+        by_policy = [results.of(track, policy).get(name, []) for policy in range(results.policies)]
+        found.append({"opponent": name, **_counts([game for games in by_policy for game in games])})
+        found[-1]["scores"] = [_short(share_of(games)) if games else None for games in by_policy]
+    return found
 
 
-def _task(results: Results, task: tuple[str, str]) -> dict[str, Any]:
-    place = results.tasks.index(task)
-    games = [game for policy in range(results.policies) for game in results.of(policy, task)]
+def _counts(games: Sequence[Line]) -> dict[str, Any]:
     reasons = [game.forfeit for game in games if game.forfeit]
     counts = {outcome: sum(game.outcome == outcome for game in games) for outcome in POINTS}
     return {
-        "opponent": task[1],
         "games": len(games),
         **{f"{outcome}s" if outcome != "loss" else "losses": count for outcome, count in counts.items()},
-        "scores": [None if np.isnan(score) else _short(score) for score in results.scores[:, place]],
-        "mean_share": _short(np.mean([game.share for game in games])) if games else None,
+        "score": _short(share_of(games)),
         "forfeits": len(reasons),
         **({"first_forfeit": reasons[0]} if reasons else {}),
     }
 
 
+def _attack(results: Results, policy: int) -> dict[str, Any]:
+    """Return the worst attacker of a policy with the games that count, and the policy's games against itself."""
+    (name, games), *_ = results.of(ROBUST, policy).items()
+    itself = results.of(CHOICE, policy)[f"{ITSELF} {policy}"]
+    return {"worst": {"opponent": name, **_counts(games)}, "itself": _counts(itself)}
+
+
+def _open_loop(results: Results, track: str) -> dict[str, Any] | None:
+    """Return the scores of the clock alone, and the gain over the better one."""
+    told = results.protocol.open_loop.get(track)
+    if told is None:
+        return None
+    found = {kind: {name: one[name] for name in ("score", "score_ci95")} for kind, one in told.items()}
+    score = results.scores[:, results.tracks.index(track)].mean()
+    return found | {"gain": _short(score - max(one["score"] for one in told.values()))}
+
+
 def forfeits_of(figures: dict[str, Any]) -> tuple[int, int, str]:
     """Return the numbers of forfeits and of all games, and the reason of the first forfeit."""
-    tasks = [task for track in figures["tracks"].values() for task in track["opponents"]]
-    reasons = [str(task["first_forfeit"]) for task in tasks if "first_forfeit" in task]
-    return sum(task["forfeits"] for task in tasks), sum(task["games"] for task in tasks), next(iter(reasons), "")
+    counts = [one for track in figures["tracks"].values() for one in track["opponents"]]
+    counts += [one["worst"] for one in figures["attacks"]]
+    reasons = [str(one["first_forfeit"]) for one in counts if "first_forfeit" in one]
+    return sum(one["forfeits"] for one in counts), sum(one["games"] for one in counts), next(iter(reasons), "")
 
 
 def _how_soon(results: Results) -> dict[str, Any]:
     """Return the share of games won against uniform coverage, and the time to a win; a draw censors its length."""
-    task = results.tasks[0]
     limit = results.protocol.game.time_limit
-    games = [game for policy in range(results.policies) for game in results.of(policy, task)]
+    played = [results.of("uniform", policy) for policy in range(results.policies)]
+    games = [game for by_name in played for against in by_name.values() for game in against]
     won = [game.outcome == "win" for game in games]
     seconds = [game.seconds if wins else limit for game, wins in zip(games, won, strict=True)]
     median, _ = kaplan_meier(seconds, won)
@@ -216,15 +194,3 @@ def _how_soon(results: Results) -> dict[str, Any]:
         "restricted_mean_seconds_ci95": _short(ends),
         "curve": {"seconds": _short(times), "not_won": _short(undecided)},
     }
-
-
-def improvement(results: Results, baseline: Results) -> dict[str, Any]:
-    """Return the probability that a run of the entry is better than one of the baseline, over tasks of both."""
-
-    def draw(generator: np.random.Generator, count: int) -> Array:
-        both = zip(results.draw(generator, count), baseline.draw(generator, count), strict=True)
-        return np.array([probability_of_improvement(*drawn) for drawn in both])
-
-    low, high = middle(resampled(draw))
-    value = probability_of_improvement(results.scores, baseline.scores)
-    return {"probability": _short(value), "ci95": _short([low, high])}

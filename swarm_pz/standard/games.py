@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import KindError, ResultsError
 from swarm_pz.evaluation.ledger import PlayedGame
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
-from swarm_pz.policies.scripted import Tactic
+from swarm_pz.policies.pattern import NAME
 from swarm_pz.policy import Player, Program, folder_of, load
-from swarm_pz.policy.identity import identity_of
+from swarm_pz.simulator.spawn import Seed
+from swarm_pz.spaces.observation import Observations
 from swarm_pz.standard.protocol import Protocol, Track, Trial
-from swarm_pz.standard.siege import siege
 
-ENTRY, LEARNED, SEARCHED = "entry", "learned", "siege"
-"""Names of a track's players: ``entry 0``; and of its attackers, ``learned 0`` and ``siege 0.1 ...``."""
+ENTRY, LATE, LEARNED, ITSELF = "entry", "late", "learned", "itself"
+"""Names of an entry's policies, ``entry 0`` and, a command late, ``late 0``; and of attackers, ``learned 0`` and
+``itself 0``."""
+CHOICE, ROBUST = "choice", "robust"
+"""Tracks of attacks: games that choose the worst attacker of each policy, and its games that count."""
 
 
 class Line(NamedTuple):
@@ -36,30 +40,57 @@ class Line(NamedTuple):
     forfeit: str
 
 
-def entry_name(number: int) -> str:
-    """Return the name in a track of a training seed's policy."""
-    return f"{ENTRY} {number}"
+class LatePlayer:
+    """A policy whose commands come one command later; the first is uniform coverage."""
+
+    def __init__(self, player: Any, game: GameConfig) -> None:
+        self._player, self._cells = player, game.command_cells
+        self._held: dict[int, NDArray[Any]] = {}
+        if hasattr(player, "plan"):
+            self.plan = lambda simulator, teams, rows: self._late(player.plan(simulator, teams, rows), rows)
+        else:
+            self.observation = player.observation
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games."""
+        self._player.reset(seeds, rows)
+        self._held |= {row: np.ones((self._cells, self._cells)) for row in rows.tolist()}
+
+    def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[Any]:
+        """Answer with the commands before."""
+        return self._late(self._player.act(observations, rows), rows)
+
+    def _late(self, commands: NDArray[Any], rows: NDArray[np.int64]) -> NDArray[Any]:
+        held = np.stack([self._held[row] for row in rows.tolist()])
+        self._held |= dict(zip(rows.tolist(), np.array(commands), strict=True))
+        return held
 
 
 @dataclass(frozen=True)
 class PlayerFactory:
-    """Makes players by their names in a track: policies, one a training seed, opponents, exploiters of each policy."""
+    """Makes players by their names in a track.
+
+    They are policies, one a training seed, opponents, exploiters of each policy, and others by names of their own.
+    """
 
     policies: tuple[str, ...]
     trials: tuple[Trial, ...] = ()
     exploiters: tuple[str, ...] = ()
+    others: tuple[tuple[str, str], ...] = ()
 
     def __call__(self, name: str, game: GameConfig) -> Player:
         """Return a player, made for a game; raise a ResultsError if nobody has that name."""
         for trial in self.trials:
             if trial.name == name:
                 return trial.load(trial.game(game))
-        if name.partition(" ")[0] == SEARCHED:
-            return siege_of(name)(game)
+        kind, _, _ = name.partition(" ")
+        if kind.startswith(f"{NAME}:"):
+            return load(name, game)
         policy = self._policy(name)
         if policy is None:
             raise ResultsError(f"nobody is called {name!r} in this track")
-        return load(policy, game)
+        player = load(policy, game)
+        return LatePlayer(player, game) if kind == LATE else player
 
     def folder_of(self, name: str) -> Path | None:
         """Return the folder that a player comes from, if any."""
@@ -67,25 +98,16 @@ class PlayerFactory:
         return None if policy is None else folder_of(policy)
 
     def _policy(self, name: str) -> str | None:
-        """Return the name or folder of one of the entry's policies or exploiters."""
+        """Return the name or folder of one of the entry's policies or exploiters, or of another."""
+        if name in (others := dict(self.others)):
+            return others[name]
         kind, _, rest = name.partition(" ")
-        folders = {ENTRY: self.policies, LEARNED: self.exploiters}.get(kind, ())
+        folders = {LEARNED: self.exploiters}.get(kind, self.policies if kind in (ENTRY, LATE, ITSELF) else ())
         return folders[int(rest)] if rest.isdigit() and int(rest) < len(folders) else None
 
 
-def siege_of(name: str) -> Tactic:
-    """Return the tactic that a name with numbers stands for; raise a ResultsError if they are out of bounds."""
-    try:
-        return siege(tuple(float(word) for word in name.split()[1:]))
-    except ValueError as error:
-        raise ResultsError(f"{name!r} names no tactic of the search: {error}") from error
-
-
 class TrackGames(Tournament):
-    """The games of a track: each policy of an entry against each opponent, and its own attackers (number, name).
-
-    `digests` are those of the policies, by which nobody meets itself.
-    """
+    """The games of a track: each policy of an entry, by its number, against some players, by default all opponents."""
 
     def __init__(
         self,
@@ -94,13 +116,13 @@ class TrackGames(Tournament):
         factory: PlayerFactory,
         folder: Path,
         *,
-        digests: Sequence[str] = (),
-        attackers: Sequence[tuple[int, str]] = (),
+        meetings: Sequence[tuple[int, str]] = (),
         command: str = "",
     ) -> None:
         self.track, self._trials = track, {trial.name: trial for trial in track.trials}
-        meetings = [(number, name) for number, digest in enumerate(digests) for name in track.opponents(digest)]
-        self._pairings = [(entry_name(number), name) for number, name in [*meetings, *attackers]]
+        kind = LATE if track.is_late else ENTRY
+        everybody = [(number, trial.name) for number in range(len(factory.policies)) for trial in track.trials]
+        self._pairings = [(f"{kind} {number}", name) for number, name in meetings or everybody]
         players = list(dict.fromkeys(name for pairing in self._pairings for name in pairing))
         super().__init__(players, config_of(track, protocol), folder, factory, command)
 
@@ -122,7 +144,7 @@ class TrackGames(Tournament):
 
     def thinking_ms(self) -> list[float]:
         """Return the mean milliseconds a command of the entry in each game that was not forfeited."""
-        return [game.thinking_ms[0] for game in self.games.values() if not game.forfeit and game.one.startswith(ENTRY)]
+        return [game.thinking_ms[0] for game in self.games.values() if not game.forfeit]
 
 
 def config_of(track: Track, protocol: Protocol) -> TournamentConfig:
@@ -150,21 +172,38 @@ def line_of(track: str, game: PlayedGame) -> Line:
     )
 
 
+def worst_attackers(lines: Sequence[Line]) -> dict[int, str]:
+    """Return the attacker that leaves each policy least in the games that choose it."""
+    left: dict[int, dict[str, list[float]]] = {}
+    for line in lines:
+        left.setdefault(line.policy, {}).setdefault(line.opponent, []).append(line.share)
+    return {policy: min(by, key=lambda name: float(np.mean(by[name]))) for policy, by in left.items()}
+
+
 def all_tracks(protocol: Protocol) -> list[Track]:
-    """Return the tracks of a protocol, and the one in which attacks are tried."""
-    return [*protocol.tracks, attacked(protocol)]
+    """Return all tracks of a protocol: each, the same a command late, and those of the attacks."""
+    return [one for track in protocol.tracks for one in (track, track.late)] + [
+        choice_of(protocol),
+        robust_of(protocol),
+    ]
 
 
-def attacked(protocol: Protocol) -> Track:
-    """Return the track of the attackers' games."""
-    return Track(name="robust", seed=protocol.robust.seed, games=protocol.robust.games, trials=())
+def choice_of(protocol: Protocol) -> Track:
+    """Return the track that chooses the worst attacker of each policy; public attackers are the field's opponents."""
+    robust = protocol.robust
+    public = [trial for track in protocol.tracks if track.name == "field" for trial in track.trials]
+    return Track(name=CHOICE, seed=robust.seed + 1, games=robust.choice_games, late_games=0, trials=tuple(public))
+
+
+def robust_of(protocol: Protocol) -> Track:
+    """Return the track of the worst attackers' games that count."""
+    return replace(choice_of(protocol), name=ROBUST, seed=protocol.robust.seed, games=protocol.robust.games)
 
 
 def check_flies(policy: str, protocol: Protocol) -> Player:
     """Return a policy, made for the protocol's game.
 
-    A KindError is raised if it does not answer densities, a ResultsError if it is all that a track has, a ForfeitError
-    if it is a program that does not answer.
+    A KindError is raised if it does not answer densities, a ForfeitError if it is a program that does not answer.
     """
     try:
         player = load(policy, protocol.game)
@@ -173,8 +212,6 @@ def check_flies(policy: str, protocol: Protocol) -> Player:
             f"{error}; protocol {protocol.version} is for policies that answer densities, flown by ergodic; "
             "`python -m benchmarks.systems_ladder` in a clone compares others"
         ) from error
-    for track in protocol.tracks:
-        track.opponents(identity_of(policy, player))
     if isinstance(player, Program):
         player.reset([0], np.zeros(1, np.int64))  # raises if it did not answer the greeting
     return player

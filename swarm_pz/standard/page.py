@@ -17,7 +17,8 @@ Point = tuple[float, float]
 def render(report: dict[str, Any], head: str = "") -> str:
     """Return the page of a report; `head` is HTML that is put into its head."""
     said, cost = report["figures"], report["cost"]
-    longest = max(said["uniform"]["curve"]["seconds"][-1], 1.0)
+    uniform = said["uniform"]
+    longest = 1.0 if uniform is None else max(uniform["curve"]["seconds"][-1], 1.0)
     page: str = _template().render(
         report=report,
         head=head,
@@ -28,12 +29,16 @@ def render(report: dict[str, Any], head: str = "") -> str:
                 _number(track["score"]),
                 _ends(track["score_ci95"]),
                 f"{_number(track['worst']['score'])} ({track['worst']['opponent']})",
-                _number(track["cvar"]),
+                "" if track["late"] is None else _number(track["late"]),
             )
             for name, track in said["tracks"].items()
         ],
         longest=longest,
-        not_won=_steps(said["uniform"]["curve"], longest),
+        not_won=[] if uniform is None else _steps(uniform["curve"], longest),
+        attacks=[
+            (policy["name"], *_opponent(one["worst"]), *_opponent(one["itself"] | {"opponent": ""})[-1:])
+            for policy, one in zip(report["policies"], said["attacks"], strict=True)
+        ],
         open_loop=[
             (name, *(_open_loop(told[kind]) for kind in ("constant", "sequence")), f"{told['gain']:+.3f}")
             for name, track in said["tracks"].items()
@@ -94,9 +99,6 @@ def _notes(report: dict[str, Any]) -> list[str]:
     notes = []
     if is_try(report):
         notes.append("A try with few and short games: it says nothing about the entry, and cannot be sent in.")
-    for one in report["figures"]["left_out"]:
-        name = report["policies"][one["policy"]]["name"]
-        notes.append(f"{name} does not meet itself: {one['opponent']} of track {one['track']} is left out.")
     forfeited, games, reason = forfeits_of(report["figures"])
     if forfeited:
         notes.append(f"{forfeited} of {games} games are forfeits, the first since {reason}")
@@ -105,8 +107,8 @@ def _notes(report: dict[str, Any]) -> list[str]:
 
 def _opponent(one: dict[str, Any]) -> tuple[str, ...]:
     counts = (str(one[name]) for name in ("wins", "draws", "losses"))
-    scores = ", ".join("itself" if score is None else _number(score, 2) for score in one["scores"])
-    return one["opponent"], *counts, scores, "" if one["mean_share"] is None else _number(one["mean_share"], 2)
+    scores = one.get("scores", [one["score"]])
+    return one["opponent"], *counts, ", ".join("" if score is None else _number(score, 2) for score in scores)
 
 
 def _steps(curve: dict[str, list[float]], longest: float) -> list[Point]:

@@ -64,42 +64,46 @@ class Trial:
 class Track:
     """Games that answer one question: an even number of `games` against each opponent.
 
-    `rules` are fields of the game's sections that differ.
+    As many as `late_games` are played again by an entry whose commands come one command later. `rules` are fields of
+    the game's sections that differ.
     """
 
     name: str
     seed: int
     games: int
+    late_games: int
     trials: tuple[Trial, ...]
     rules: dict[str, Any] = field(default_factory=dict)
+    is_late: bool = False
+
+    @property
+    def late(self) -> Track:
+        """The same track for an entry whose commands come one command later."""
+        return replace(self, name=f"{self.name}, late", games=self.late_games, is_late=True)
 
     def game(self, game: GameConfig) -> GameConfig:
         """Return the rules of its games."""
         return game.replace(**{name: getattr(game, name).replace(**value) for name, value in self.rules.items()})
-
-    def opponents(self, digest: str) -> list[str]:
-        """Return the opponents of a policy, without itself; raise a ResultsError if none is left."""
-        names = [trial.name for trial in self.trials if trial.digest != digest]
-        if self.trials and not names:
-            raise ResultsError(
-                f"the only opponent of track {self.name!r} is {self.trials[0].name}, which cannot be an entry itself"
-            )
-        return names
 
 
 @dataclass(frozen=True, kw_only=True)
 class Robust:
     """The budget of attacks on an entry.
 
-    Each attack plays `games`, on seeds that no search has seen. The policies of a method share its `exploiters`, which
-    learn from `steps` commands each, with seeds from 0 on for each policy. The search that does not learn has
-    `generations` of `candidates`, which play `search_games` each.
+    The policies of a method share its `exploiters`, which learn from `steps` commands each, with seeds from 0 on for
+    each policy; they may begin with the weights of the policy `best`, or with an imitation of the entry's policy from
+    `recorded_games`. The search that does not learn has `generations`
+    of `candidates`, which play `search_games` each. Every attacker plays `choice_games`, and the worst of each policy
+    `games` more, which count.
     """
 
     seed: int
     games: int
+    choice_games: int
     exploiters: int
     steps: int
+    best: str
+    recorded_games: int
     generations: int
     candidates: int
     search_games: int
@@ -129,6 +133,7 @@ class Protocol:
                 name=name,
                 seed=track["seed"],
                 games=track["games"],
+                late_games=track["late_games"],
                 trials=tuple(Trial(**trial) for trial in track["trials"]),
                 rules=track.get("rules", {}),
             )
@@ -157,10 +162,27 @@ class Protocol:
     def quick(self) -> Protocol:
         """Return a trial of it with few and short games: it shows that everything works, and scores nothing."""
         game = self.game.replace(time_limit=20.0)
-        robust = replace(self.robust, games=2, steps=2_000, generations=1, candidates=4, search_games=2)
-        tracks = tuple(replace(track, games=2) for track in self.tracks)
+        robust = replace(
+            self.robust,
+            games=2,
+            choice_games=2,
+            steps=2_000,
+            recorded_games=4,
+            generations=1,
+            candidates=4,
+            search_games=2,
+        )
+        tracks = tuple(replace(track, games=2, late_games=2) for track in self.tracks)
         plain = self.plain | {"version": f"{self.version}-quick"}
         return replace(self, version=plain["version"], game=game, tracks=tracks, robust=robust, plain=plain)
+
+    def attacks_alone(self, steps: int) -> Protocol:
+        """Return the attacks of it alone, with exploiters of so many commands."""
+        tracks = tuple(replace(track, games=0, late_games=0) for track in self.tracks)
+        plain = self.plain | {"version": f"{self.version}, attacks of {steps:,} commands alone"}
+        return replace(
+            self, version=plain["version"], tracks=tracks, robust=replace(self.robust, steps=steps), plain=plain
+        )
 
     def check(self) -> None:
         """Check that the installed rules and opponents are those of the protocol: else a ResultsError names them."""

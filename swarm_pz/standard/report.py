@@ -12,10 +12,10 @@ from swarm_pz.files import draft_of, read_bytes
 from swarm_pz.standard.games import Line
 
 REPORT, GAMES, PAGE = "report.json", "games.jsonl", "index.html"
-FORMAT = 2
+FORMAT = 3
 COST = "cost"
-_MOST = {REPORT: 2**24, GAMES: 2**28}
-"""Bytes of each file that are read."""
+_MOST_BYTES = 2**24
+"""Of a report that is read."""
 
 
 def is_try(report: dict[str, Any]) -> bool:
@@ -39,29 +39,14 @@ def write(folder: Path, report: dict[str, Any], lines: Sequence[Line], page: str
 def read_report(folder: Path) -> dict[str, Any]:
     """Return the report in a folder; raise a ResultsError if it is missing, too large, corrupt or foreign."""
     path = folder / REPORT
+    if not path.is_file():
+        raise ResultsError(f"there is no report in {folder}: {REPORT} is missing")
     try:
-        report = json.loads(_bytes(path))
+        report = json.loads(read_bytes(path, _MOST_BYTES))
+    except ConfigError as error:
+        raise ResultsError(f"{path} {error}") from error
     except (ValueError, RecursionError) as error:
         raise ResultsError(f"{path} is corrupt: {error}") from error
     if not isinstance(report, dict) or report.get("format") != FORMAT:
         raise ResultsError(f"{path} is no report of format {FORMAT}: make it again with `swarm-pz benchmark`")
     return report
-
-
-def read(folder: Path) -> tuple[dict[str, Any], list[Line]]:
-    """Return a report and its games; raise a ResultsError as `read_report`."""
-    report = read_report(folder)
-    try:
-        lines = [Line(**json.loads(row)) for row in _bytes(folder / GAMES).splitlines()]
-    except (TypeError, ValueError, RecursionError) as error:
-        raise ResultsError(f"{folder / GAMES} is corrupt: {error!r}") from error
-    return report, lines
-
-
-def _bytes(path: Path) -> bytes:
-    if not path.is_file():
-        raise ResultsError(f"there is no report in {path.parent}: {path.name} is missing")
-    try:
-        return read_bytes(path, _MOST[path.name])
-    except ConfigError as error:
-        raise ResultsError(f"{path} {error}") from error

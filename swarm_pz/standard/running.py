@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,20 @@ from swarm_pz.kernels.cache import processor
 from swarm_pz.policy import Player, sort_of
 from swarm_pz.policy.identity import identity_of
 from swarm_pz.standard import attacks
-from swarm_pz.standard.figures import Results, figures, improvement
-from swarm_pz.standard.games import LEARNED, PlayerFactory, TrackGames, attacked, check_flies
+from swarm_pz.standard.figures import Results, figures
+from swarm_pz.standard.games import (
+    ITSELF,
+    LEARNED,
+    PlayerFactory,
+    TrackGames,
+    check_flies,
+    choice_of,
+    robust_of,
+    worst_attackers,
+)
 from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol, Track
-from swarm_pz.standard.report import COST, FORMAT, read, write
+from swarm_pz.standard.report import COST, FORMAT, write
 
 WORK, EXPLOITERS = "work", "exploiters"
 _ENTRY = "entry.json"
@@ -54,7 +64,7 @@ def run(
     out: Path,
     *,
     protocol: Protocol | None = None,
-    baseline: Path | None = None,
+    attackers: Mapping[str, str] = MappingProxyType({}),
     pool: Executor | None = None,
     progress: attacks.Show = lambda *_: None,
     should_stop: Callable[[], bool] = never,
@@ -63,16 +73,15 @@ def run(
 ) -> dict[str, Any]:
     """Play the missing games of the standard, write the report, and return what ``report.json`` holds.
 
-    Unfinished work lies in ``out/work``. `baseline` is the folder of another entry's report. The report does not depend
-    on the `pool`, costs aside.
+    Unfinished work lies in ``out/work``. `attackers` are policies, by names of their own, that attack the entry beside
+    those of the protocol. The report does not depend on the `pool`, costs aside.
 
     Raises
     ------
     Stopped
         If `should_stop` returns True; what was begun is kept.
     ResultsError
-        If an opponent is not the one that the protocol names, the folder holds another entry's work, the baseline is of
-        another protocol, or a policy is the only opponent of a track.
+        If an opponent is not the one that the protocol names, or the folder holds another entry's work.
     PolicyError
         If a policy is unknown or does not answer densities, or (a ForfeitError) is a program that fails.
     WorkerError
@@ -80,7 +89,6 @@ def run(
     """
     protocol = protocol if protocol is not None else Protocol.read()
     began = time.monotonic()
-    other = _read_baseline(baseline, protocol) if baseline is not None else None
     protocol.check()
     players = [check_flies(policy, protocol) for policy in entry.policies]
     check_folder(out)
@@ -107,38 +115,44 @@ def run(
             # Exploiters begin first: each takes one worker for long, while the others play.
             learning = []
             for number, place in enumerate(exploiters):
-                policy, seed = divmod(number, each)
-                say(f"track robust: learning to beat {told[policy]['name']}, {protocol.robust.steps:,} commands")
-                learning.append(attacks.Learning(background, protocol, work, Path(place), policies[policy], seed))
-                learning[-1].begin(should_stop, say)
+                of, seed = divmod(number, each)
+                say(f"track robust: learning to beat {told[of]['name']}, {protocol.robust.steps:,} commands")
+                learning.append(attacks.Learning(background, protocol, work, Path(place), policies[of], seed))
+                learning[-1].begin(should_stop)
             for track in protocol.tracks:
                 background.check()  # raises errors of exploiters before hours of games
-                say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
-                play(track, PlayerFactory(policies, track.trials), digests=digests)
+                if track.games:
+                    say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
+                    for one in (track, track.late):
+                        play(one, PlayerFactory(policies, track.trials))
             searched = []
-            for number, one in enumerate(told):
-                say(f"track robust: searching for what beats {one['name']}")
-                folder = work / f"search-{number}"
-                searched.append(attacks.find(number, protocol, PlayerFactory(policies), folder, show=progress, **how))
-            learned = [one.end(should_stop) for one in learning]
-            found = [
-                {"policy": number, "learned": learned[each * number : each * (number + 1)], "searched": best}
-                for number, best in enumerate(searched)
+            for number, policy in enumerate(policies):
+                say(f"track robust: searching for what beats {told[number]['name']}")
+                searched.append(attacks.find(policy, number, protocol, work, show=progress, **how))
+            digested = [one.end(should_stop) for one in learning]
+            say("track robust: games of all attackers")
+            choice = choice_of(protocol)
+            factory = PlayerFactory(policies, choice.trials, exploiters, tuple(attackers.items()))
+            names = [[f"{ITSELF} {number}", *searched[number]] for number in range(len(policies))]
+            for number in range(len(exploiters)):
+                names[number // each].append(f"{LEARNED} {number}")
+            public = [*(trial.name for trial in choice.trials), *attackers]
+            play(
+                choice, factory, meetings=[(number, name) for number, own in enumerate(names) for name in own + public]
+            )
+            play(robust_of(protocol), factory, meetings=list(worst_attackers(played[-1].lines()).items()))
+            attacked = [
+                {"learned": digested[each * number : each * (number + 1)], "searched": searched[number]}
+                for number in range(len(policies))
             ]
-            attackers = [(number // each, f"{LEARNED} {number}") for number in range(len(exploiters))]
-            attackers += enumerate(searched)
-            play(attacked(protocol), PlayerFactory(policies, (), exploiters), attackers=attackers)
         lines = [line for games in played for line in games.lines()]
-        results = Results(lines, protocol, digests)
-        said = figures(results)
-        if other is not None:
-            said["improvement"] = {"over": other[0], **improvement(results, other[1])}
+        said = figures(Results(lines, protocol, len(policies)))
         report = {
             "format": FORMAT,
             "protocol": {"version": protocol.version, "digest": protocol.digest},
             "name": entry.name,
             "policies": told,
-            "attacks": found,
+            "attacks": attacked,
             "seeds": {track.name: track.seed for track in protocol.tracks} | {"robust": protocol.robust.seed},
             "config_hash": protocol.game.hash,
             "rules_hash": protocol.game.rules_hash,
@@ -192,13 +206,3 @@ def cost_of(player: Player) -> dict[str, Any]:
         if 0 < len(known) < len(trainings):
             at_least.append(name)
     return {**sums, "at_least": at_least, "processor": told.get("processor"), "parameters": parameters}
-
-
-def _read_baseline(folder: Path, protocol: Protocol) -> tuple[str, Results]:
-    report, lines = read(folder)
-    if report["protocol"]["digest"] != protocol.digest:
-        raise ResultsError(
-            f"the baseline in {folder} is of protocol {report['protocol']['version']}, this entry is of "
-            f"{protocol.version}: only reports of the same protocol compare"
-        )
-    return report["name"], Results(lines, protocol, [one["digest"] for one in report["policies"]])

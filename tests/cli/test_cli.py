@@ -113,7 +113,6 @@ def test_a_pickle_is_not_opened_before_it_is_trusted(monkeypatch, refused):
         ("tournament ring", "two or more players"),
         (f"tournament ring uniform --out {__file__}", "is a file, not a folder"),
         ("trian --help", "there is no command 'trian'; did you mean 'train'? Known: "),
-        ("evaluate ring --exploit --opponent halo", "opponent must be left out"),
     ],
 )
 def test_errors_are_one_line_and_status_2_before_anything_is_played_or_written(words, message, refused, tmp_path):

@@ -21,11 +21,10 @@ from swarm_pz.play.studies.design import Practice
 from swarm_pz.play.studies.forms import Item
 from swarm_pz.policies.onnx_policy import OnnxCard
 from swarm_pz.policies.planner import PlannerConfig
-from swarm_pz.standard.exploitability import SearchConfig
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 
 SECTIONS = [kind for kind in map(type, vars(GameConfig()).values()) if issubclass(kind, Config)]
-OTHERS = [GameConfig, TrainConfig, LeagueConfig, TournamentConfig, SearchConfig, PlannerConfig, TableConfig, Factors]
+OTHERS = [GameConfig, TrainConfig, LeagueConfig, TournamentConfig, PlannerConfig, TableConfig, Factors]
 WHOLE = [kind() for kind in (*SECTIONS, *OTHERS, *map(system_class, sorted(registered())))]
 EXAMPLES = [*WHOLE, OnnxCard(name="mine"), Practice(), Item(id="age", text="How old?")]
 FIELDS = [(example, entry.name) for example in EXAMPLES for entry in dataclasses.fields(example)

@@ -32,6 +32,21 @@ def test_a_games_opponent_is_its_own_and_depends_on_no_other_game(kind):
     assert len(np.unique(answers.reshape(len(answers), GAMES, -1), axis=1)[0]) > GAMES // 2
 
 
+def test_images_to_test_with_are_far_from_those_to_train_with():
+    """Fewer than 5 % lie within total variation 0.1 of one of 6,000 training images: the moves that they are part of,
+    too."""
+    rows = np.arange(100)
+
+    def images(kind, seconds):
+        shown = played(kind, rows, seconds)[:: max(seconds // 12, 1)].reshape(-1, 100)
+        return shown / shown.sum(axis=1, keepdims=True)
+
+    trained = np.concatenate([images(kind, 36) for kind in TRAINING])
+    for kind in TEST:
+        nearest = [0.5 * np.abs(trained - image).sum(axis=1).min() for image in images(kind, 24)[::12]]
+        assert np.mean(np.array(nearest) < 0.1) < 0.05, kind.__name__
+
+
 def test_kinds_to_test_with_are_no_kinds_to_train_with_and_have_no_names():
     assert not set(TEST) & set(TRAINING)
     assert not {kind.__name__ for kind in TEST} & set(registered())

@@ -2,23 +2,17 @@ from dataclasses import replace
 
 import pytest
 
-from swarm_pz.standard import Entry, Protocol, aggregate, run
-
-RESAMPLES = aggregate.RESAMPLES
+from swarm_pz.standard import Entry, Protocol, figures, run
+from swarm_pz.training import imitation
 
 
 @pytest.fixture(scope="package", autouse=True)
-def few_resamples():
-    """Take fewer resamples than results do."""
+def little_work():
+    """Take fewer resamples than results do, and imitate in fewer steps."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(aggregate, "RESAMPLES", 200)
+        patch.setattr(imitation, "_STEPS", 10)
+        patch.setattr(figures, "RESAMPLES", 200)
         yield
-
-
-@pytest.fixture
-def all_resamples(monkeypatch):
-    """Take as many resamples as results do."""
-    monkeypatch.setattr(aggregate, "RESAMPLES", RESAMPLES)
 
 
 @pytest.fixture(scope="package")
@@ -27,12 +21,13 @@ def tiny():
     whole = Protocol.read()
     names = ("uniform", "ring", "strip", "direct")
     tracks = tuple(
-        replace(track, games=4, trials=tuple(trial for trial in track.trials if trial.name in names))
+        replace(track, games=4, late_games=2, trials=tuple(trial for trial in track.trials if trial.name in names))
         for track in whole.tracks
     )
-    robust = replace(whole.robust, games=4, exploiters=4, steps=256, generations=2, candidates=4, search_games=2)
+    robust = replace(whole.robust, games=6, choice_games=4, exploiters=2, steps=320, recorded_games=2)
+    robust = replace(robust, generations=1, candidates=4, search_games=2)
     alone = {
-        kind: {"score": won, "score_ci95": [won - 0.1, won + 0.1], "opponents": {"uniform": won, "ring": 1.0}}
+        kind: {"score": won, "score_ci95": [won - 0.1, won + 0.1]}
         for kind, won in (("constant", 0.5), ("sequence", 0.25))
     }
     game = whole.game.replace(time_limit=3.0)

@@ -3,13 +3,14 @@
 import json
 import re
 import shutil
-import sys
+from pathlib import Path
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 
-from benchmarks.board import ENTRIES, __main__, entries, page
+from benchmarks.board import ENTRIES, entries, page
 from swarm_pz.errors import ResultsError
+from swarm_pz.policies import zoo
 from swarm_pz.standard import Protocol
 from swarm_pz.standard.report import REPORT, encode
 
@@ -18,9 +19,10 @@ CARD = {"by": "A lab", "notes": "Two of ours.", "link": "https://example.org/pap
 
 @pytest.fixture(scope="module")
 def place(reported, tiny, tmp_path_factory):
-    """A folder with one entry."""
+    """A folder with one entry, and its report."""
     place = tmp_path_factory.mktemp("entries")
-    entries.add(reported, ["champion", "ring"], place / "two", CARD, tiny)
+    entries.add(["champion", "ring"], place / "two", CARD, tiny)
+    shutil.copy(reported / REPORT, place / "two")
     return place
 
 
@@ -38,33 +40,38 @@ def edit(folder, change):
 
 @pytest.mark.parametrize("folder", entries.folders(ENTRIES), ids=lambda folder: folder.name)
 def test_an_entry_is_of_the_protocol_and_its_policies_are_the_reports(folder):
-    protocol = Protocol.read()
-    entries.read(folder, protocol).check(protocol)
+    entries.read(folder).check(Protocol.read())
 
 
-def test_an_added_entry_holds_weights_report_and_card_alone(place, reported, tiny, tmp_path):
-    there = {path.relative_to(place / "two").as_posix() for path in (place / "two").rglob("*") if path.is_file()}
-    assert there == {"entry.toml", REPORT, "policies/0/policy.json", "policies/0/policy.safetensors"}
-    assert (place / "two" / REPORT).read_bytes() == (reported / REPORT).read_bytes()
+def test_an_added_entry_holds_weights_or_names_of_installed_policies_and_a_card(place, tiny, tmp_path):
+    assert [path.name for path in (place / "two").iterdir() if path.name != REPORT] == ["entry.toml"]
+    assert entries.read(place / "two").policies == ("champion", "ring")
+    champion = Path(zoo.__file__).parent / "champion"
+    entry = entries.add([str(champion)], tmp_path / "weights", CARD, tiny)
+    assert entry.policies == (str(tmp_path / "weights" / "policies" / "0"),) and entry.report is None
     for name in ("two", "A", "-a", "a" * 41):
         with pytest.raises(ResultsError, match="already" if name == "two" else "name must be"):
-            entries.add(reported, ["champion", "ring"], place / name, CARD, tiny)
-    with pytest.raises(ResultsError, match="is not the report's policy"):
-        entries.add(reported, ["hunter", "ring"], tmp_path / "other", CARD, tiny)
+            entries.add(["champion", "ring"], place / name, CARD, tiny)
+    with pytest.raises(ResultsError, match="must be a folder with weights"):
+        entries.add([str(champion), "ring"], tmp_path / "other", CARD, tiny)
     assert not (tmp_path / "other").exists()
+    with pytest.raises(ResultsError, match="has no report"):
+        entry.check(tiny)
 
 
-def test_adding_runs_the_benchmark_and_makes_the_entry_of_its_report(reported, tiny, tmp_path, monkeypatch):
-    ran = []
-    monkeypatch.setattr(__main__, "ENTRIES", tmp_path)
-    monkeypatch.setattr(Protocol, "read", lambda: tiny)
-    monkeypatch.setattr(
-        __main__, "swarm_pz", lambda words: ran.append(words) or shutil.copytree(reported, "runs/board/mine")
-    )
-    monkeypatch.setattr(sys, "argv", ["board", "add", "mine", "champion", "ring", "--by", "We"])
-    __main__.main()
-    assert ran == [["benchmark", "champion", "ring", "--name", "mine", "--out", "runs/board/mine", "--processes", "2"]]
-    assert entries.read(tmp_path / "mine", tiny).card == {"by": "We", "notes": "", "link": ""}
+def test_entries_attack_each_other_and_games_are_played_once(tiny, tmp_path):
+    for name in ("champion", "ring"):
+        entries.add([name], tmp_path / "all" / name, CARD, tiny)
+    entries.play(tmp_path / "all", tiny, tmp_path / "work")
+    before = (tmp_path / "work/ring/work/uniform/games.jsonl").read_bytes()
+    for name, other in (("champion", "ring/0"), ("ring", "champion/0")):
+        report = entries.read(tmp_path / "all" / name).report
+        assert other in [one["opponent"] for one in report["figures"]["tracks"]["robust"]["opponents"]]
+    entries.add(["halo"], tmp_path / "all" / "halo", CARD, tiny)
+    entries.play(tmp_path / "all", tiny, tmp_path / "work", ["ring"])
+    report = entries.read(tmp_path / "all" / "ring").report
+    assert {"champion/0", "halo/0"} <= {one["opponent"] for one in report["figures"]["tracks"]["robust"]["opponents"]}
+    assert (tmp_path / "work/ring/work/uniform/games.jsonl").read_bytes() == before, "with the times of their commands"
 
 
 @pytest.mark.parametrize("name", ["A", "notes.txt"])
@@ -88,7 +95,11 @@ SPOILT = {
         lambda folder: edit(folder, lambda told: told["protocol"].update(version="1")),
         "is of protocol",
     ),
-    "a pickle": (lambda folder: (folder / "policies" / "0" / "policy.pkl").touch(), "policy.pkl belongs to no entry"),
+    "another policy's report": (
+        lambda folder: edit(folder, lambda told: told["policies"][0].update(digest="0")),
+        "of other policies",
+    ),
+    "a pickle": (lambda folder: (folder / "policy.pkl").touch(), "policy.pkl belongs to no entry"),
     "a card with more": (replace("by", "rank = 1\nby"), "'rank'"),
     "a nameless card": (replace("A lab", " "), "by in"),
     "two lines": (replace("Two of ours.", "a\\nb"), "on one line"),
@@ -102,7 +113,7 @@ def test_a_spoilt_entry_is_refused(copied, tiny, what):
     spoil, message = SPOILT[what]
     spoil(copied)
     with pytest.raises(ResultsError, match=message):
-        entries.read(copied, tiny)
+        entries.read(copied).check(tiny)
 
 
 # --- pages ----------------------------------------------------------------------------------------

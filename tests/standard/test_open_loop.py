@@ -29,9 +29,8 @@ def test_images_are_shown_in_turn_and_again_and_on_any_cells(monkeypatch):
     assert (asked("best_constant", 3, GameConfig()) == asked("best_constant", 1, GameConfig())).all()
 
 
-def test_the_sequence_that_was_found_against_uniform_wins_every_game(monkeypatch):
+def test_the_sequence_that_was_found_against_uniform_wins(monkeypatch):
     best = open_loop.BESTS["uniform"]["sequence"]
-    assert best["score"] == 1.0
     monkeypatch.setattr(open_loop, "SEQUENCE", open_loop.images_of(best["images"]))
     assert play_match("best_sequence", "uniform", games=10, seed=11).count("win") >= 9, "on any processor"
 
@@ -52,10 +51,10 @@ def test_numbers_of_the_search_are_images_with_the_squares_symmetry_and_without(
 
 def test_what_is_measured_are_the_games_that_an_entry_plays(tiny, tmp_path, monkeypatch):
     track = replace(tiny.tracks[1], trials=tiny.tracks[1].trials[1:])
-    games = TrackGames(track, tiny, PlayerFactory(("best_constant",), track.trials), tmp_path, digests=[""])
+    games = TrackGames(track, tiny, PlayerFactory(("best_constant",), track.trials), tmp_path)
     games.play()
     monkeypatch.setattr(Protocol, "read", lambda: tiny)
     other = ((1, ((1.0, 0.0), (0.0, 0.0))),)
     found = board.play((other, open_loop.CONSTANT), track, 0, range(track.games), track.seed)
     lines = games.lines()
-    assert found[1].tolist() == [[line.outcome == "win", line.share] for line in lines]
+    assert found[1].tolist() == [line.share for line in lines]

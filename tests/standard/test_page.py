@@ -28,7 +28,6 @@ def test_no_text_of_a_report_is_markup(report):
             return [spoilt(part) for part in value]
         return f"<i>{value}" if isinstance(value, str) and value not in KINDS else value
 
-    report["figures"]["improvement"] = {"over": "other", "probability": 0.5, "ci95": [0.25, 0.75]}
     report["figures"]["tracks"] = {f"<i>{name}": track for name, track in report["figures"]["tracks"].items()}
     report["figures"]["tracks"]["<i>uniform"]["opponents"][0] |= {"forfeits": 7, "first_forfeit": "broke"}
     report["cost"]["processes"] = "several"

@@ -1,4 +1,4 @@
-"""Another rule or opponent than the protocol names is refused, and nobody meets itself."""
+"""Another rule or opponent than the protocol names is refused."""
 
 import hashlib
 import shutil
@@ -39,32 +39,27 @@ def test_other_opponents_or_rules_than_the_named_ones_are_refused(protocol):
     other = replace(track, trials=(replace(track.trials[0], digest="0" * 32),))
     with pytest.raises(ResultsError, match=r"uniform \(expected 0000"):
         replace(protocol, tracks=(other,)).check()
-    with pytest.raises(ResultsError, match="rules of protocol 2"):
+    with pytest.raises(ResultsError, match="rules of protocol 3"):
         replace(protocol, plain=protocol.plain | {"rules_hash": "0" * 16}).check()
 
 
-def test_tracks_have_seeds_and_opponents_of_their_own_and_figures_of_the_clock_alone(protocol):
+def test_tracks_have_seeds_and_opponents_of_their_own(protocol):
     tracks = all_tracks(protocol)
-    assert [track.name for track in tracks] == ["uniform", "field", "generated", "systems", "robust"]
-    assert len({track.seed for track in tracks}) == len(tracks)
-    for track in protocol.tracks:
+    names = [name for one in ("uniform", "field", "generated", "systems") for name in (one, f"{one}, late")]
+    assert [track.name for track in tracks] == [*names, "choice", "robust"]
+    assert len({track.seed for track in tracks}) == len(protocol.tracks) + 2, "late games are the same"
+    for track in tracks:
         assert track.games % 2 == 0 and len({trial.name for trial in track.trials}) == len(track.trials)
-        if (alone := protocol.open_loop.get(track.name)) or track.name == "field":
-            assert all(set(one["opponents"]) == {trial.name for trial in track.trials} for one in alone.values())
     trials = {trial.name: trial for track in protocol.tracks for trial in track.trials}
     assert trials["direct"].game(GameConfig()).team_controllers == ("ergodic", "direct")
-
-
-def test_nobody_meets_itself_and_the_only_opponent_of_a_track_is_no_entry(protocol):
-    uniform, field, *_ = protocol.tracks
-    champion = next(trial for trial in field.trials if trial.name == "champion")
-    assert set(field.opponents("another")) - set(field.opponents(champion.digest)) == {"champion"}
-    with pytest.raises(ResultsError, match="only opponent of track 'uniform'"):
-        uniform.opponents(uniform.trials[0].digest)
+    assert protocol.robust.best in trials
 
 
 def test_a_try_is_another_protocol(protocol):
     quick = protocol.quick()
     assert quick.version == f"{protocol.version}-quick" and quick.digest != protocol.digest
     assert {track.games for track in all_tracks(quick)} == {2}
+    alone = protocol.attacks_alone(3_000_000)
+    assert alone.digest != protocol.digest and alone.robust.steps == 3_000_000
+    assert {track.games for track in all_tracks(alone)} == {0, 40, 200}
     assert quick.game.time_limit == 20.0 and quick.robust.steps < protocol.robust.steps

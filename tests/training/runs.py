@@ -34,6 +34,7 @@ LEAGUE = LeagueConfig(
     snapshot_every=64,
     exploiter_every=64,
     exploiter_steps=32,
+    pattern_share=0.0,
 )
 
 

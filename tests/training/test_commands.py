@@ -1,11 +1,10 @@
-"""``train``, ``league`` and ``evaluate --exploit`` with folders that hold a run, and with Ctrl-C."""
+"""``train`` and ``league`` with folders that hold a run, and with Ctrl-C."""
 
 from __future__ import annotations
 
 import os
 import shlex
 import signal
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,8 +12,6 @@ import pytest
 from swarm_pz.cli import main
 from swarm_pz.training.callbacks import Account
 from swarm_pz.training.checkpoint import CHECKPOINT, read_story
-from swarm_pz.training.ppo import Training
-from tests.training.runs import TINY, quiet
 
 SMALL = {"num-envs": 4, "rollout": 8, "width": 8, "threads": 1, "evaluation-games": 2}
 SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
@@ -29,10 +26,6 @@ TRAIN = ["train", "--games", "2", *options(total_steps=64), *SHORT]
 LEAGUE = [
     "league", "--games", "2", "--scripts", "ring", "--cycle", "32", "--exploiter-steps", "0",
     *options("learner.", total_steps=96), "--learner.game.time-limit", "5", "--learner.game.drones-per-team", "2",
-]  # fmt: skip
-EXPLOIT = [
-    "evaluate", "runs/target", "--exploit", "--exploit-steps", "300", "--exploiters", "1", "--games", "2",
-    "--processes", "1", "--threads", "1", *SHORT,
 ]  # fmt: skip
 
 
@@ -99,9 +92,3 @@ def test_a_stopped_league_goes_on_and_a_finished_one_says_so_and_trains_nothing(
     status, said = run(LEAGUE, capsys)
     assert status == 0 and "it has had 96 of 96 steps" in said and "training for" not in said
     assert contents("runs", "policy.safetensors") == weights != {}
-
-
-def test_a_stopped_search_for_exploiters_goes_on(stop_and_go_on, monkeypatch):
-    monkeypatch.setitem(sys.modules, "cma", None)  # no search that does not learn
-    Training(TINY.replace(total_steps=32), Path("runs/target"), say=quiet).run()
-    stop_and_go_on(EXPLOIT, signal.SIGINT, "runs/exploiter/seed-0", 256, 300)

@@ -161,13 +161,24 @@ def test_a_run_may_go_on_longer_with_other_threads_but_not_with_other_settings(t
     ("changes", "error", "message"),
     [
         ({"opponents": ("rign",)}, PolicyError, "did you mean 'ring'"),
-        ({"start_from": "ring"}, CheckpointError, "must name a learned policy"),
+        ({"start_from": "prowl"}, KindError, "takes those of kind 'density'"),
         ({"start_from": "hunter"}, CheckpointError, "'hunter' has another network"),
     ],
 )
 def test_players_that_cannot_be_had_are_refused(tmp_path, changes, error, message):
     with pytest.raises(error, match=message):
         Training(TINY.replace(**changes), tmp_path, say=quiet)
+
+
+def test_a_run_from_a_script_imitates_it_and_a_resumed_one_does_not_do_so_again(tmp_path, monkeypatch):
+    fitted = []
+    monkeypatch.setattr(ppo, "_IMITATED_GAMES", 2)
+    monkeypatch.setattr(ppo, "fit", lambda actor, seen, wanted, _: fitted.append((actor, len(seen), len(wanted))))
+    config = TINY.replace(start_from="ring")
+    run = Training(config, tmp_path, say=quiet)
+    Training(config, tmp_path, say=quiet)
+    ((actor, seen, wanted),) = fitted
+    assert actor is run.model.policy.actor and seen == wanted > 0
 
 
 def test_a_card_lists_all_that_its_weights_were_trained_by(tmp_path):

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from swarm_pz import policies
 from swarm_pz.errors import CheckpointError
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.training import selfplay
@@ -117,10 +118,31 @@ def test_a_snapshot_is_taken_early_where_the_newest_is_beaten(tmp_path, monkeypa
     assert (league.pool.newest() is not newest) is is_early
 
 
+NOTHING = SimpleNamespace(unpack=lambda _: None)
+"""The files of an exploiter that nobody trained."""
+
+
+def test_each_game_against_a_pattern_is_played_by_the_pattern_that_it_counts_for(tmp_path, monkeypatch):
+    dealt = []
+    league = League(ONE_DEAL.replace(pattern_share=0.5, seats=16), tmp_path, say=quiet)
+    monkeypatch.setattr(league.main, "deal", lambda *given: dealt.append(given))
+    league._deal()
+    ((players, names),) = dealt
+    patterns = [(seat, name) for seat, name in enumerate(names) if name.startswith("pattern:")]
+    assert len(patterns) == 8 and len({id(players[seat]) for seat, _ in patterns}) == 1
+    seen = np.zeros((32, 2, 25, 25), np.uint8)
+    for seat, name in patterns:
+        shared, alone = players[seat], policies.load(name, LEARNER.game)
+        rows = np.array([seat, seat + 16])
+        for one in (shared, alone):
+            one.reset([1, 2], rows)
+        np.testing.assert_allclose(shared.act(seen[rows], rows), alone.act(seen[rows], rows), atol=1e-3)
+
+
 @pytest.mark.parametrize(("score", "joins"), [(0.5, False), (0.51, True)])
 def test_an_exploiter_joins_the_pool_only_if_it_beats_its_target(tmp_path, monkeypatch, score, joins):
     match = SimpleNamespace(score=lambda: score, standing=lambda: "so and so")
-    monkeypatch.setattr(selfplay, "respond", lambda *_: (match, None))
+    monkeypatch.setattr(selfplay, "respond", lambda *_: (match, NOTHING))
     league = League(ONE_DEAL.replace(exploiter_steps=32, exploiter_every=32), tmp_path, say=quiet)
     league.run()
     assert league.pool.exploiters == 1
@@ -141,7 +163,7 @@ def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_a_killed_one_
     monkeypatch.setattr(selfplay, "respond", killed)
     with pytest.raises(KeyboardInterrupt):
         League(config, tmp_path, say=quiet).run()
-    monkeypatch.setattr(selfplay, "respond", lambda *given: calls.append(given) or (match, None))
+    monkeypatch.setattr(selfplay, "respond", lambda *given: calls.append(given) or (match, NOTHING))
     league = League(config, tmp_path, say=quiet)
     league.run()
     assert [given[:6] for given in calls] == [
