@@ -171,6 +171,10 @@ class LeagueConfig(Config):
     pattern_share : float
         Share of the seats that patterns have among themselves; see `swarm_pz.policies.pattern`. Those that the learner
         beats make room for new ones.
+    oracle_rounds : int
+        Rounds of a double oracle among patterns before the learner begins. Its population joins the pool, and the
+        learner begins with an imitation of the best responses to it, to scripts and to `initial_opponents`; 0 for
+        neither. See `swarm_pz.training.oracle`.
     async_delay : int
         Steps of the learner from where an exploiter's training begins to where the learner waits for it. Other
         processes or machines train it meanwhile; the result is the same without them.
@@ -189,4 +193,5 @@ class LeagueConfig(Config):
     exploiter_every: Steps = 1_500_000
     exploiter_steps: StepsOrNone = 500_000
     pattern_share: Share = 0.3
+    oracle_rounds: Annotated[int, Range(0, 1000)] = 0
     async_delay: StepsOrNone = 0
