@@ -1,4 +1,4 @@
-"""Imitation: an actor that learns the commands of another policy, whatever that is."""
+"""Imitation: an actor learns the commands of another policy, or of the best responses to a population."""
 
 from __future__ import annotations
 

@@ -34,8 +34,11 @@ _KEPT = 2
 """Candidates that join the population."""
 _NEAR, _WIDE, _CROSSED = 0.06, 0.08, 0.04
 """Standard deviations, in the unit cube, of candidates around the equilibrium, any pattern, and a mixture of two."""
-_KINDS_OF_CANDIDATES = (0.3, 0.25, 0.2, 0.25)
-"""Their shares: around the equilibrium, around any pattern, mixtures of two, and drawn evenly."""
+_AROUND_EQUILIBRIUM, _AROUND_ANY, _MIXED = 0, 1, 2
+"""Kinds of candidates; the rest are drawn evenly."""
+_SHARES_OF_KINDS = (0.3, 0.25, 0.2, 0.25)
+_CHANGED = 0.6
+"""Probability that a number of a candidate differs from those it comes from."""
 
 
 def play(ours: Array, theirs: Array | Player, game: GameConfig, *, seed: int, threads: int = 1) -> NDArray[np.float64]:
@@ -87,7 +90,7 @@ class Population:
 
     @property
     def equilibrium(self) -> Array:
-        """The mixture (n,) against which nobody of the population does better than a half."""
+        """Mixture (n,) against which no pattern of the population gets more than half of the drones."""
         return nash_average(self.shares)[0]
 
     def joined(self, more: Array, game: GameConfig, seed: int, threads: int) -> Population:
@@ -123,17 +126,17 @@ class Population:
         """Return the numbers (n, 13) of patterns to try."""
         points, (count, _) = points_of(self.numbers), _HALVINGS[0]
         found = generator.random((count, len(BOUNDS)))
-        kinds = generator.choice(len(_KINDS_OF_CANDIDATES), size=count, p=_KINDS_OF_CANDIDATES)
+        kinds = generator.choice(len(_SHARES_OF_KINDS), size=count, p=_SHARES_OF_KINDS)
         for place, kind in enumerate(kinds):
             one, other = points[generator.integers(len(points), size=2)]
-            if kind == 0:
+            if kind == _AROUND_EQUILIBRIUM:
                 base, spread = points[generator.choice(len(points), p=mixture)], _NEAR
-            elif kind == 1:
+            elif kind == _AROUND_ANY:
                 base, spread = one, _WIDE
             else:
                 base, spread = np.where(generator.random(len(BOUNDS)) < 0.5, one, other), _CROSSED
-            if kind < 3:
-                changed = generator.random(len(BOUNDS)) < 0.6
+            if kind in (_AROUND_EQUILIBRIUM, _AROUND_ANY, _MIXED):
+                changed = generator.random(len(BOUNDS)) < _CHANGED
                 found[place] = base + spread * changed * generator.normal(size=len(BOUNDS))
         return numbers_of(found)
 

@@ -4,7 +4,7 @@ An opponent that is beaten in a share p of the games is drawn with weight (1 - p
 Vinyals et al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575, 2019). Scripts
 have a fixed share: tactics are measured against them. So have patterns, which evolve: those that the learner beats make
 room for variations of the others. Now and then an exploiter starts from the learner's weights and learns to beat it
-alone. If it wins, it joins the pool.
+alone. If it wins, it joins the pool. A double oracle among patterns may come first.
 """
 
 from __future__ import annotations
