@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import argparse
 import csv
-import math
+import json
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,38 +25,23 @@ from swarm_pz.play.site import STATIC
 from swarm_pz.play.strokes import Stroke, density_of
 from swarm_pz.simulator.spawn import Seed
 
-Point = tuple[float, float]
-Points = list[Point]
-Idea = Callable[[int, Point, Point], Points | None]
-"""From the second, the opponents' mean place and where that was at first, to a line that is drawn."""
-MIDDLE = (0.5, 0.5)
+MIDDLE = np.array([0.5, 0.5])
 SIGMA = 0.025
 """Of the hand, in map widths."""
-WIDE = {"lap": 0.3}
-"""Brushes that are wider than 0.1."""
+IDEAS: dict[str, dict[str, Any]]
+LEVELS: dict[str, str]
+"""From opponents to ideas."""
+_TEXT = (STATIC / "levels.js").read_text()
+IDEAS = json.loads(_TEXT[_TEXT.index("IDEAS = ") + 8 : _TEXT.rindex(";")])
+LEVELS = dict(re.findall(r"^  (\w+): \{ face.*idea: \"(\w+)\"", _TEXT, re.MULTILINE))
 
 
-def arc(radius: float, begin: float = 0.0, end: float = 2.0 * math.pi, centre: Point = MIDDLE) -> Points:
-    """Return points of an arc."""
-    angles = np.linspace(begin, end, 40)
-    return [(centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle)) for angle in angles]
-
-
-def lap(second: int, _: Point, first: Point) -> Points:
-    """Run around the middle in six seconds, from across where the opponents were."""
-    angle = math.atan2(0.5 - first[1], 0.5 - first[0]) + 2.0 * math.pi * second / 6
-    return arc(0.24, angle - 0.4, angle + 0.4)
-
-
-IDEAS: dict[str, Idea] = {
-    "surround": lambda second, _, __: None if second else arc(0.33),
-    "breathe": lambda second, _, __: None if second % 4 else arc(0.15 if second % 8 else 0.3),
-    "sides": lambda second, _, __: None if second % 4 else [(x := 0.75 if second % 8 else 0.25, 0.2), (x, 0.8)],
-    "follow": lambda second, place, _: None if second % 2 else arc(0.3, centre=place),
-    "opposite": lambda second, place, _: None if second % 2 else [(1.0 - place[0], 1.0 - place[1])],
-    "lap": lap,
-}
-"""As `static/ideas.js` has them."""
+def drawing(idea: dict[str, Any], number: int, they: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the points (60, 2) of an idea's drawing by its number, from the mean place of the opponents."""
+    middle, half = idea.get("begins", 0) + idea.get("turn", 0) * number, idea.get("length", 360) / 2
+    centre = {"they": they, "across": 1 - they}.get(idea.get("centre"), MIDDLE)
+    angles = np.radians(np.linspace(middle - half, middle + half, 60))
+    return centre + idea["radii"][number % len(idea["radii"])] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
 class Person:
@@ -65,12 +51,12 @@ class Person:
     observation = ObservationConfig(grid=25, channels=("opposing_positions",))
 
     def __init__(self, idea: str, sigma: float) -> None:
-        self._draw, self._width, self._sigma = IDEAS[idea], WIDE.get(idea, 0.1), sigma
+        self._idea, self._sigma = IDEAS[idea], sigma
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games."""
         self._generators = {row: np.random.default_rng(seed) for row, seed in zip(rows.tolist(), seeds, strict=True)}
-        self._seen: dict[int, Points] = {row: [] for row in rows.tolist()}
+        self._seen: dict[int, list[NDArray[np.float64]]] = {row: [] for row in rows.tolist()}
         self._command = dict.fromkeys(rows.tolist(), np.ones((10, 10)))
 
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -78,13 +64,15 @@ class Person:
         centres = (np.arange(25) + 0.5) / 25
         for image, row in zip(observations[:, 0].astype(np.float64), rows.tolist(), strict=True):
             total, seen = image.sum(), self._seen[row]
-            mean = (image.sum(axis=0) @ centres / total, image.sum(axis=1) @ centres / total) if total else MIDDLE
-            seen.append(mean)
-            drawn = self._draw(len(seen) - 2, seen[-2], seen[0]) if len(seen) > 1 else None
-            if drawn is not None:
-                aside = self._generators[row].normal(0.0, self._sigma, 2)
-                points = tuple((float(x), float(y)) for x, y in np.clip(np.array(drawn) + aside, -0.5, 1.5))
-                self._command[row] = density_of([Stroke(brush="attract", width=self._width, points=points)], 10)
+            seen.append(
+                np.array([image.sum(axis=0) @ centres, image.sum(axis=1) @ centres]) / total if total else MIDDLE
+            )
+            number, rest = divmod(len(seen) - 2, self._idea["every_s"])
+            if number >= 0 and rest == 0:
+                drawn = drawing(self._idea, number, seen[-2]) + self._generators[row].normal(0.0, self._sigma, 2)
+                points = tuple((float(x), float(y)) for x, y in np.clip(drawn, -0.5, 1.5))
+                stroke = Stroke(brush="attract", width=self._idea.get("width", 0.1), points=points)
+                self._command[row] = density_of([stroke], 10)
         return np.stack([self._command[row] for row in rows.tolist()])
 
 
@@ -104,13 +92,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--games", type=int, default=50)
     games = parser.parse_args().games
-    levels = dict(re.findall(r"^  (\w+): \{ face.*idea: \"(\w+)\"", (STATIC / "levels.js").read_text(), re.MULTILINE))
     write = csv.writer(sys.stdout, lineterminator="\n").writerow
     write(["opponent", "one ring: won", "drawn", "lost", "idea", "won", "drawn", "lost", "median s"])
     for opponent in (*SCRIPTED, *LEARNED):
         ring, _ = rounds("surround", 0.0, opponent, games)
-        counts, seconds = rounds(levels[opponent], SIGMA, opponent, games)
-        write([opponent, *ring, levels[opponent], *counts, round(seconds)])
+        counts, seconds = rounds(LEVELS[opponent], SIGMA, opponent, games)
+        write([opponent, *ring, LEVELS[opponent], *counts, round(seconds)])
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ import pytest
 from coloraide import Color
 
 import swarm_pz.play
+from benchmarks.page_levels import IDEAS, drawing
 from swarm_pz.cli.play import site_files
 from swarm_pz.config import GRID_CELLS, CaptureConfig, GameConfig
 from swarm_pz.kernels.observation import CAPTURES_FROM
@@ -136,6 +137,7 @@ def fixtures(tmp_path_factory):
             "default": recorded(folder, "default", TableConfig(game=default), 2e-5, has_fields=True),
             "other rules": recorded(folder, "other", TableConfig(game=other), 2e-2, has_fields=False),
         },
+        "ideas": {name: drawing(idea, 1, np.array([0.3, 0.6])).tolist() for name, idea in IDEAS.items()},
         "told": json.loads(site_files()["static/engine/table.json"]),
     }
 

@@ -78,7 +78,7 @@ export function paintPicture(canvas, { shows, drones, blue }) {
 export function arc(radius, from = 0, to = 2 * Math.PI, [x, y] = [0.5, 0.5]) {
   return Array.from({ length: 60 }, (_, k) => {
     const angle = from + (to - from) * k / 59;
-    return [x + radius * Math.cos(angle), y - radius * Math.sin(angle)];
+    return [x + radius * Math.cos(angle), y + radius * Math.sin(angle)];
   });
 }
 

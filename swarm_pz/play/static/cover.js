@@ -2,8 +2,8 @@
 
 import { Chart, timeIsUp, turningPoint, untilTheEnd } from "./chart.js";
 import { byId, hear, on, say } from "./elements.js";
-import { LEVELS } from "./levels.js";
-import { FAST_S, FEW, inARow, progress, ROUND, starsOf } from "./progress.js";
+import { IDEAS, LEVELS } from "./levels.js";
+import { FAST_S, fewAgainst, inARow, progress, ROUND, starsOf } from "./progress.js";
 import { freeSides, meetsSomebody, Waiting } from "./waiting.js";
 import { called, clock, isStudy, NAMES, SIDES, SIGNS, TICKS } from "./words.js";
 
@@ -81,9 +81,9 @@ export class Cover {
 
   // The stars that one has against this opponent, and how to win more.
   get stars() {
-    const won = progress([]).stars[this.room[this.other].name];
+    const { name } = this.room[this.other], won = progress([]).stars[name];
     if (!won) return "";
-    const more = [won[1] ? "" : `win within ${FAST_S} s`, won[2] ? "" : `with at most ${FEW} strokes`].filter(Boolean);
+    const more = [won[1] ? "" : `win within ${FAST_S} s`, won[2] ? "" : `with at most ${fewAgainst(name)} drawings`].filter(Boolean);
     return `${starsOf(won)}${more.length ? ` For more: ${more.join(", ")}.` : ""}`;
   }
 
@@ -91,7 +91,7 @@ export class Cover {
   async teach(idea) {
     byId("idea").hidden = !idea;
     if (!idea && !this.picture) return;
-    const { IdeaPicture, IDEAS } = await import("./ideas.js");
+    const { IdeaPicture } = await import("./ideas.js");
     this.picture ??= new IdeaPicture(byId("idea-picture"));
     byId("idea-text").textContent = idea ? IDEAS[idea].says : "";
     this.picture.show(IDEAS[idea] ?? null);

@@ -1,4 +1,4 @@
-// Ideas that beat opponents, and the moving picture of one: a game that the engine plays in the page.
+// The moving picture of an idea: a game that the engine plays in the page.
 
 import { arc, paintDrones } from "./cards.js";
 import { Game } from "./engine/game.js";
@@ -10,39 +10,7 @@ import { TICKS } from "./words.js";
 
 const PERIOD_S = 12; // after which the picture begins anew
 const STILL_S = 6; // the moment that is shown where nothing may move
-const WIDTH = 0.1; // of the brush
-const SEED = 12; // of the game in the picture, in which the idea soon pays
-const upright = (x) => [[x, 0.2], [x, 0.8]];
-
-// Each has a sentence, a script to show it against, and a drawing, or null, for each second: from the mean place of the
-// opponents, and from where that was at first.
-export const IDEAS = {
-  surround: { says: "Draw one big circle, at once, and leave it.", against: "centre", draw: (second) => (second ? null : arc(0.33)) },
-  breathe: {
-    says: "Draw a wide ring, four seconds later a small one, and so on: their ring is never where yours is.",
-    against: "halo", draw: (second) => (second % 4 ? null : arc(second % 8 ? 0.15 : 0.3)),
-  },
-  sides: {
-    says: "Draw a line on the left, four seconds later one on the right, and so on: all of you meet a part of them.",
-    against: "runner", draw: (second) => (second % 4 ? null : upright(second % 8 ? 0.75 : 0.25)),
-  },
-  follow: {
-    says: "They wander: every two seconds, draw the ring around them again.",
-    against: "pendulum", seed: 1, draw: (second, place) => (second % 2 ? null : arc(0.3, 0, 2 * Math.PI, place)),
-  },
-  opposite: {
-    says: "Every two seconds, draw a dot where they are not: across the middle from them.",
-    against: "stroller", draw: (second, place) => (second % 2 ? null : [place.map((value) => 1 - value)]),
-  },
-  lap: {
-    says: "Run around the middle: a short wide stroke every second, six for a round, and begin across from them. Your trails close to a ring.",
-    against: "breather", seed: 1, width: 0.3,
-    draw(second, _, [x, y]) {
-      const middle = Math.atan2(y - 0.5, 0.5 - x) + 2 * Math.PI * second / 6;
-      return arc(0.24, middle - 0.4, middle + 0.4);
-    },
-  },
-};
+const SEED = 12; // of the game in the picture, in which each idea soon pays
 
 export class IdeaPicture {
   constructor(canvas) {
@@ -63,11 +31,11 @@ export class IdeaPicture {
     this.paint();
   }
 
-  get width() { return this.idea.width ?? WIDTH; }
+  get width() { return this.idea.width ?? 0.1; }
 
   async begin() {
     this.player = await loadPlayer(this.idea.against);
-    this.game = new Game({}, this.idea.seed ?? SEED);
+    this.game = new Game({}, SEED);
     this.drawn = null;
   }
 
@@ -82,11 +50,11 @@ export class IdeaPicture {
   }
 
   command(second) {
-    const { game } = this, place = meanOf(game, 1);
-    if (second === 1) this.first = place;
-    const drawn = second ? this.idea.draw(second - 1, place, this.first) : null;
-    if (drawn) game.command(0, densityOf([{ brush: "attract", width: this.width, points: drawn }]));
-    this.drawn = drawn ?? this.drawn;
+    const { game, idea } = this, number = (second - 1) / idea.every_s; // of a drawing; the first comes after a second
+    if (number >= 0 && Number.isInteger(number)) {
+      this.drawn = drawingOf(idea, number, meanOf(game, 1));
+      game.command(0, densityOf([{ brush: "attract", width: this.width, points: this.drawn }]));
+    }
     game.command(1, this.player.act(game, 1));
   }
 
@@ -99,6 +67,12 @@ export class IdeaPicture {
     pen.globalAlpha = 1;
     for (const team of [0, 1]) paintDrones(canvas, team, placesOf(game, team).map((place) => place.map((value) => 100 * value)));
   }
+}
+
+// Return a drawing of an idea by its number, as points; `they` is the mean place of the opponents.
+export function drawingOf({ radii, centre, length = 360, begins = 0, turn = 0 }, number, they) {
+  const middle = begins + turn * number, place = { they, across: they.map((value) => 1 - value) }[centre];
+  return arc(radii[number % radii.length], ...[-0.5, 0.5].map((end) => (middle + end * length) * Math.PI / 180), place);
 }
 
 function placesOf({ positions, teams }, team) {

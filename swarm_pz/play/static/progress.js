@@ -1,10 +1,15 @@
 // Progress through the opponents, which unlock one by one; the browser stores it.
 
+import { IDEAS, LEVELS } from "./levels.js";
 import { keep, recall } from "./store.js";
 
 export const ROUND = { time_limit: 120, majority: true }; // how a person's games are decided
-export const FAST_S = 60, FEW = 10; // seconds and strokes for a star each
+export const FAST_S = 60; // for a star
+const FEW = 10; // drawings for a star
 const MOST = 3;
+
+// Return how many drawings are few against an opponent: ten, or as many as the idea that beats it needs in a minute.
+export function fewAgainst(opponent) { return Math.max(FEW, FAST_S / (IDEAS[LEVELS[opponent]?.idea]?.every_s ?? FAST_S)); }
 
 // Return the stars of opponents that were beaten, the games won in a row, and the next opponent: the last one again, once all are beaten.
 export function progress(opponents) {
@@ -12,10 +17,10 @@ export function progress(opponents) {
   return { stars, streak, next: opponents.find((name) => !stars[name]) ?? opponents.at(-1) };
 }
 
-// Keep the result of a game against an opponent: a star for winning, one for winning fast, one for few strokes.
-export function count(opponent, isWon, seconds, strokes) {
+// Keep the result of a game against an opponent: a star for winning, one for winning fast, one for few drawings.
+export function count(opponent, isWon, seconds, drawings) {
   const { stars, streak } = progress([]);
-  if (isWon) stars[opponent] = [true, seconds <= FAST_S, strokes <= FEW].map((star, i) => star || Boolean(stars[opponent]?.[i]));
+  if (isWon) stars[opponent] = [true, seconds <= FAST_S, drawings <= fewAgainst(opponent)].map((star, i) => star || Boolean(stars[opponent]?.[i]));
   keep("progress", { stars, streak: isWon ? streak + 1 : 0 });
 }
 

@@ -3,9 +3,11 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
-import { at, Line, reload } from "./page.js";
+import { at, fixtures, Line, reload } from "./page.js";
 import { opponentCards } from "../../../swarm_pz/play/static/cards.js";
-import { count, counts, progress } from "../../../swarm_pz/play/static/progress.js";
+import { drawingOf } from "../../../swarm_pz/play/static/ideas.js";
+import { IDEAS } from "../../../swarm_pz/play/static/levels.js";
+import { count, counts, fewAgainst, progress } from "../../../swarm_pz/play/static/progress.js";
 import { Lesson } from "../../../swarm_pz/play/static/lesson.js";
 
 beforeEach(reload);
@@ -29,6 +31,13 @@ test("opponents unlock one by one, stars add up over games, and a game counts wh
   const policy = { kind: "policy" }, game = { settings: { red: 10, blue: 10, speed: 1 } }, uneven = { settings: { red: 20, blue: 10, speed: 1 } };
   assert.deepEqual([counts(game, policy, false), counts(uneven, policy, false), counts(game, { kind: "person" }, false), counts(game, policy, true)],
     [true, false, false, false]);
+});
+
+test("the picture of an idea draws what was measured, and the star for few drawings leaves as many as the idea needs in a minute", () => {
+  const names = Object.keys(IDEAS), drawn = names.flatMap((name) => drawingOf(IDEAS[name], 1, [0.3, 0.6]).flat());
+  const measured = names.flatMap((name) => fixtures.ideas[name].flat());
+  assert.ok(drawn.length > 0 && drawn.every((value, i) => Math.abs(value - measured[i]) < 1e-9));
+  assert.deepEqual(["corners", "lasso", "tide", "hunter", "some_policy"].map(fewAgainst), [10, 15, 30, 60, 10]);
 });
 
 // --- the lesson -------------------------------------------------------------------------------------
