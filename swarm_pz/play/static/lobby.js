@@ -4,7 +4,7 @@ import { opponentCards, paintPoster } from "./cards.js";
 import { byId, make, on } from "./elements.js";
 import { onLook } from "./ground.js";
 import { SERVER } from "./link.js";
-import { daily, daysInARow, inARow, progress, ROUND, sideIn } from "./progress.js";
+import { daily, daysInARow, inARow, isDayWon, progress, ROUND, sideIn } from "./progress.js";
 import { keep, recall } from "./store.js";
 import { called, clock, playerOf, SIDES, systemOption, TICKS } from "./words.js";
 
@@ -68,7 +68,7 @@ export class Lobby {
     const reached = progress(opponents), policy = policies.find(({ name }) => name === reached.next);
     this.next = reached.next;
     const { day, opponent } = daily(opponents);
-    byId("daily").textContent = `Game of the day: ${called(opponent)}${daysInARow(day)}`;
+    byId("daily").textContent = `Game of the day: ${called(opponent)}${isDayWon(day) ? ", won" : ""}${daysInARow(day)}`;
     byId("next").textContent = `Next: ${called(reached.next)}. ${inARow(reached.streak)}`;
     byId("opponents").replaceChildren(...opponentCards(policies, opponents, reached, (name) => this.play(name)));
     paintPoster(byId("poster"), policy.card);

@@ -52,8 +52,10 @@ export function dayStreak(day) {
 
 export function daysInARow(day) { return dayStreak(day) > 1 ? `, ${dayStreak(day)} days in a row` : ""; }
 
+export function isDayWon(day) { return recall("daily")?.day === day; }
+
 // Keep that a day's game was won.
-export function winDay(day) { if (recall("daily")?.day !== day) keep("daily", { day, streak: dayStreak(day) + 1 }); }
+export function winDay(day) { if (!isDayWon(day)) keep("daily", { day, streak: dayStreak(day) + 1 }); }
 
 const MOST_OWN = 200; // recorded games
 

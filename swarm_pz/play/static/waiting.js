@@ -11,7 +11,9 @@ const LOOPBACK = /^(localhost|127\.|\[::1\])/;
 export class Waiting {
   constructor(link) {
     hear(link, { welcome: ({ addresses }) => this.setAddresses(addresses) });
-    on("change", { address: () => this.showInvitation() });
+    on("change", {
+      address: () => this.showInvitation(), name: () => link.send({ type: "ready", ready: this.isReady, label: byId("name").value }),
+    });
     on("focus", { "invitation-link": () => byId("invitation-link").select() });
     on("input", { name: () => keep("name", byId("label").value = byId("name").value) });
     const paint = () => byId("taught").querySelectorAll("canvas").forEach((canvas, i) => paintPicture(canvas, PICTURES[i]));
@@ -34,6 +36,7 @@ export class Waiting {
     const isWaiting = room.phase === "waiting", free = freeSides(room);
     byId("waiting").hidden = !isWaiting || !meetsSomebody(room, seat);
     byId("naming").hidden = seat === null;
+    this.isReady = Boolean(room[SIDES[seat]]?.ready);
     byId("taught").hidden = !isWaiting || seat === null;
     if (document.activeElement !== byId("name")) byId("name").value = byId("label").value;
     byId("room-code").textContent = this.code = room.code;

@@ -291,13 +291,15 @@ test("while a room waits one practises in the page alone, until the game begins"
   assert.deepEqual([at("practice-text").textContent, at("cover").hidden], ["Bob is ready. The game begins when you are.", true]);
   at("practice-stop").click();
   assert.deepEqual([at("cover").hidden, table.arena.frame], [false, null]);
+  at("name").value = "Ann";
+  at("name").fire("input");
+  at("name").fire("change");
+  assert.deepEqual(line.last("ready"), { type: "ready", ready: false, label: "Ann" }, "the other player sees the name at once");
   at("practise").click();
   await settled();
   line.hear("room", { ...fixtures.room, phase: "starting", blue: person });
   draw([0.2, 0.2]);
   assert.deepEqual([table.practice, commands().length], [null, 1]);
-  at("name").value = "Ann";
-  at("name").fire("input");
   at("ready").click();
   assert.equal(line.last("ready").label, "Ann");
 });
