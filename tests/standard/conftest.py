@@ -1,16 +1,17 @@
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
 from swarm_pz.standard import Entry, Protocol, figures, run
-from swarm_pz.training import imitation
+from swarm_pz.training import exploit
 
 
 @pytest.fixture(scope="package", autouse=True)
 def little_work():
     """Take fewer resamples than results do, and imitate in fewer steps."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(imitation, "_STEPS", 10)
+        patch.setattr(exploit, "fit", partial(exploit.fit, steps=10))
         patch.setattr(figures, "RESAMPLES", 200)
         yield
 
