@@ -36,7 +36,7 @@ def test_a_game_is_played_watched_saved_and_verified_and_needs_no_network(site, 
     address, folder = site
     page = visit(address + AT_ONCE, width=1000, height=700)
     expect(text_of(page, "quick")).to_be_enabled()
-    for name in ("invite-somebody", "guests", "responding"):
+    for name in ("invite-somebody", "join"):
         expect(text_of(page, name)).to_be_hidden()  # these need a server
     page.goto(f"{address}{AT_ONCE}#play=uniform@7")
     page.click("#ready")

@@ -121,8 +121,8 @@ def test_a_whole_game_by_keys(open_page, table):
 
 def test_two_people_meet_by_a_link_play_and_part_while_others_look_on(open_page, visit, table):
     page = open_page(width=1000, height=700)
-    page.fill("#label", "Ann")
     room = open_room(page, "")
+    page.fill("#label", "Ann")
     link = text_of(page, "invitation-link").input_value()
     assert link == f"http://{table.address}/#room={room}"
     eventually(page, lambda: page.locator("#invitation-code").evaluate("image => image.naturalWidth > 0"))
@@ -161,9 +161,9 @@ def test_two_people_meet_by_a_link_play_and_part_while_others_look_on(open_page,
 
 def test_two_people_play_again_with_sides_changed_and_one_may_load_the_page_anew(open_page, visit, table):
     ann = open_page(width=1000, height=700)
-    ann.fill("#label", "Ann")
     bob = visit(f"{table.address}/#room={open_room(ann, '', '2')}", width=390, height=844)
-    bob.fill("#name", "Bob")
+    ann.fill("#label", "Ann")
+    bob.fill("#label", "Bob")
     for page in (ann, bob):
         page.click("#ready")
     for page, own in ((ann, "#red-who"), (bob, "#blue-who")):
@@ -326,9 +326,6 @@ def views(page):
     Hand(page).draw((0.2, 0.3), (0.4, 0.3))
     page.click("#save")
     yield "playing"
-    page.click("#manage")
-    yield "tools"
-    page.click("#close-tools")
     page.click("#leave")
     open_room(page, "uniform", "2")
     page.click("#ready")

@@ -25,7 +25,7 @@ export class Controls {
     /** @type {any} */
     this.pen = this.brush = new Pen(byId("arena"), byId("ink"), this.hand);
     this.isEquipped = false;
-    this.library = new Library({ current: () => this.pen, send: (drawing) => this.recall(drawing), tell: answer });
+    this.library = new Library({ current: () => this.pen, send: (drawing, number) => this.recall(drawing, number), tell: answer });
     this.forget();
     this.listen();
     this.setExtent();
@@ -39,7 +39,6 @@ export class Controls {
     on("click", Object.fromEntries(BRUSHES.map((brush) => [brush, () => this.choose(brush)])));
     on("click", {
       send: () => this.send(), undo: () => this.undo(), clear: () => this.clear(), spread: () => this.spread(),
-      manage: () => byId("tools").showModal(),
     });
     hear(this.link, { target: (target) => this.check(target), in_force: (command) => this.setInForce(command) });
   }
@@ -154,10 +153,10 @@ export class Controls {
     return isSent;
   }
 
-  recall({ name, strokes }) {
+  recall({ strokes }, number) {
     if (!this.mayPlay()) return;
     this.pen.recall(strokes);
-    if (this.send()) this.answer(`Sent: ${name}`);
+    if (this.send()) this.answer(`Sent: ${number}`);
   }
 
   // Empty the drawing; the swarm keeps its command.

@@ -3,7 +3,8 @@
 var jsPsychSwarmPz = (function (jspsych) {
   "use strict";
 
-  const { ParameterType } = jspsych, HOME = new URL("..", document.currentScript.src).href;
+  const { ParameterType } = jspsych, typed = (type, ...names) => Object.fromEntries(names.map((name) => [name, { type: ParameterType[type] }]));
+  const HOME = new URL("..", document.currentScript.src).href;
   const info = {
     name: "swarm-pz",
     version: "0.1.0",
@@ -23,17 +24,8 @@ var jsPsychSwarmPz = (function (jspsych) {
       load_timeout: { type: ParameterType.INT, default: 20000 },
     },
     data: {
-      outcome: { type: ParameterType.STRING },
-      seconds: { type: ParameterType.FLOAT },
-      captured: { type: ParameterType.INT },
-      lost: { type: ParameterType.INT },
-      commands: { type: ParameterType.INT },
-      recording: { type: ParameterType.STRING },
-      lines: { type: ParameterType.STRING },
-      opponent: { type: ParameterType.STRING },
-      seed: { type: ParameterType.INT },
-      side: { type: ParameterType.STRING },
-      error: { type: ParameterType.STRING },
+      ...typed("STRING", "outcome", "recording", "lines", "opponent", "side", "error"), ...typed("FLOAT", "seconds"),
+      ...typed("INT", "captured", "lost", "commands", "seed"),
     },
   };
   const NOTHING = Object.fromEntries(Object.keys(info.data).map((name) => [name, null]));

@@ -16,7 +16,7 @@ export class Library {
     this.send = send;
     this.tell = tell;
     this.all = recall(STORE) ?? [];
-    on("click", { save: () => this.save(), shelf: () => this.open(byId("library").hidden) });
+    on("click", { save: () => this.save(), delete: () => this.delete(), shelf: () => this.open(byId("library").hidden) });
     onLook(() => this.show());
   }
 
@@ -30,43 +30,47 @@ export class Library {
   }
 
   recall(i) {
-    if (this.own[i]) this.send(this.own[i]);
-    else this.tell(`Nothing is saved as ${i + 1}`);
+    const drawing = this.own[i];
+    if (!drawing) return this.tell(`Nothing is saved as ${i + 1}`);
+    this.send(drawing, i + 1);
+    this.choose(drawing);
   }
 
   save() {
-    const { kind, kept: strokes } = this.current(), number = this.own.length + 1;
+    const { kind, kept: strokes } = this.current(), number = this.own.length + 1, drawing = { kind, strokes };
     if (!strokes.length) return this.tell("Draw something first");
     if (number > MOST) return this.tell(`${MOST} are saved: delete one first`);
     this.open(true);
-    const isKept = this.take([...this.all, { name: `Drawing ${number}`, kind, strokes }]);
+    const isKept = this.take([...this.all, drawing]);
+    this.choose(drawing);
     this.tell(`Saved as ${number}${isKept ? "" : ", until this page closes: the browser keeps no more"}`);
+  }
+
+  // Choose the drawing that *Delete* deletes: the one that was sent or saved last.
+  choose(drawing) {
+    this.chosen = drawing;
+    byId("delete").disabled = !drawing;
+  }
+
+  delete() {
+    this.tell(`Deleted: ${this.own.indexOf(this.chosen) + 1}`);
+    this.take(this.all.filter((drawing) => drawing !== this.chosen));
+    this.choose(null);
   }
 
   // Go over to other drawings; tell whether the browser keeps them.
   take(all) {
-    this.show(all);
+    this.all = all;
+    this.show();
     return keep(STORE, all);
   }
 
-  show(all = this.all) {
-    this.all = all;
+  show() {
     const { own } = this;
-    byId("saved").replaceChildren(...own.map((drawing, i) => make("li", {}, button(
-      [picture(drawing), i + 1], () => this.send(drawing), { title: drawing.name, "aria-label": `${i + 1}: ${drawing.name}` },
-    ))));
+    byId("saved").replaceChildren(...own.map((drawing, i) => (
+      make("li", {}, button([picture(drawing), i + 1], () => this.recall(i), { "aria-label": `Drawing ${i + 1}` })))));
     byId("none-saved").hidden = own.length;
-    byId("drawings").replaceChildren(...own.map((drawing) => this.line(drawing)));
-  }
-
-  // A drawing that can be named or deleted.
-  line(drawing) {
-    const { name } = drawing, change = (...now) => this.take(this.all.flatMap((other) => (other === drawing ? now : other)));
-    return make(
-      "li", {}, picture(drawing),
-      make("input", { value: name, maxLength: 40, "aria-label": "Name", onchange: ({ target }) => change({ ...drawing, name: target.value.trim() || name }) }),
-      button("Delete", () => { change(); byId("close-tools").focus(); }, { "aria-label": `Delete ${name}` }),
-    );
+    if (!own.includes(this.chosen)) this.choose(null);
   }
 }
 

@@ -5,7 +5,6 @@ import { byId, make, on } from "./elements.js";
 import { onLook } from "./ground.js";
 import { SERVER } from "./link.js";
 import { daily, daysInARow, inARow, isDayWon, progress, ROUND, sideIn } from "./progress.js";
-import { keep, recall } from "./store.js";
 import { called, clock, playerOf, SIDES, systemOption, TICKS } from "./words.js";
 
 const FIRST = "uniform"; // in the form
@@ -27,8 +26,6 @@ export class Lobby {
     on("toggle", { recorded: () => { if (byId("recorded").open) listGames(this.link.table, byId("games")); } });
     on("submit", { create: () => this.create(), join: () => this.enter("room") });
     on("change", { side: () => this.showSides() });
-    on("input", { label: () => keep("name", byId("label").value) });
-    byId("label").value = recall("name") ?? "";
     onLook(() => { if (this.welcome) this.suggest(this.welcome); });
   }
 
@@ -40,12 +37,10 @@ export class Lobby {
     if (byId("recorded").open) listGames(this.link.table, byId("games"));
     if (!welcome) return;
     byId("quick").disabled = byId("invite-somebody").disabled = false;
-    for (const id of ["invite-somebody", "guests", "side-watch"]) byId(id).hidden = !welcome.guests;
+    for (const id of ["invite-somebody", "join", "side-watch"]) byId(id).hidden = !welcome.guests;
     byId("daily").hidden = welcome.guests;
     byId("side-watch").disabled = !welcome.guests; // some browsers list hidden options
     this.suggest(this.welcome = welcome);
-    byId("label-hint").textContent = welcome.records_labels
-      ? "This server records it with your games." : "This browser keeps it. The people in your room see it.";
     if (!byId("opponent").options.length) this.offer(welcome);
   }
 

@@ -18,7 +18,7 @@ let words = {}; // the pages' phrases in the study's language
 let own = recall("window", "session") ?? newWindow();
 
 function newWindow() {
-  const name = [...crypto.getRandomValues(new Uint8Array(8))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+  const name = crypto.getRandomValues(new Uint32Array(2)).join("-");
   keep("window", name, "session");
   return name;
 }
@@ -131,21 +131,22 @@ function completion({ completion: told }) {
   return [paragraph("This code shows that you have taken part:"), make("p", { id: "completion" }, told)];
 }
 
-// Ask if the participant wants to stop, and what becomes of what they have done.
-function askToStop() {
+// Show a page of its own, with ways on: what buttons say, and what they then send.
+function drawAside(key, heading, told, ways) {
   asks = true;
   clearTimeout(later);
-  const leave = (act, has) => {
+  draw(key, heading, [paragraph(told), choices(...ways.map(([text, act, has]) => button(text, () => {
     asks = false;
     history.replaceState(null, "", location.pathname);
     ask(act, has);
-  };
-  draw("stop", "Do you want to stop?", [
-    paragraph("You need not say why, and you cannot come back. What you have done so far can be kept for the study, or deleted."),
-    choices(
-      button("Go back to the study", () => leave("state")), button("Stop, and keep it", () => leave("stop")),
-      button("Stop, and delete it", () => leave("stop", { delete: true })),
-    ),
+  })))]);
+}
+
+// Ask if the participant wants to stop, and what becomes of what they have done.
+function askToStop() {
+  const told = "You need not say why, and you cannot come back. What you have done so far can be kept for the study, or deleted.";
+  drawAside("stop", "Do you want to stop?", told, [
+    ["Go back to the study", "state"], ["Stop, and keep it", "stop"], ["Stop, and delete it", "stop", { delete: true }],
   ]);
 }
 
@@ -204,17 +205,8 @@ function ownForm(check, ...content) {
 function consent(step) {
   const agree = make("input", { type: "checkbox", name: "agree" });
   const label = make("label", { className: "agree" }, agree, "I have read this, and I agree to take part.");
-  const refuse = button("I do not want to take part", () => {
-    asks = true;
-    clearTimeout(later);
-    draw("declined", "Thank you for reading this", [
-      paragraph("Nothing was written down about you. You can close this page."),
-      choices(button("Back", () => {
-        asks = false;
-        ask("state");
-      })),
-    ]);
-  });
+  const told = "Nothing was written down about you. You can close this page.";
+  const refuse = button("I do not want to take part", () => drawAside("declined", "Thank you for reading this", told, [["Back", "state"]]));
   return ownForm(() => {
     if (agree.checked) ask("done", { step: step.id });
     else complain("To take part, tick that you agree.", label, agree);

@@ -3,19 +3,25 @@
 import { paintPicture, PICTURES } from "./cards.js";
 import { byId, copy, hear, on } from "./elements.js";
 import { onLook } from "./ground.js";
-import { keep } from "./store.js";
+import { keep, recall } from "./store.js";
 import { playerOf, SIDES } from "./words.js";
 
 const LOOPBACK = /^(localhost|127\.|\[::1\])/;
 
 export class Waiting {
   constructor(link) {
-    hear(link, { welcome: ({ addresses }) => this.setAddresses(addresses) });
+    hear(link, {
+      welcome: ({ addresses, records_labels: isRecorded }) => {
+        this.setAddresses(addresses);
+        byId("label-hint").textContent = isRecorded ? "This server records it with your games." : "Only the people in this room see it.";
+      },
+    });
+    byId("label").value = recall("name") ?? "";
     on("change", {
-      address: () => this.showInvitation(), name: () => link.send({ type: "ready", ready: this.isReady, label: byId("name").value }),
+      address: () => this.showInvitation(), label: () => link.send({ type: "ready", ready: this.isReady, label: byId("label").value }),
     });
     on("focus", { "invitation-link": () => byId("invitation-link").select() });
-    on("input", { name: () => keep("name", byId("label").value = byId("name").value) });
+    on("input", { label: () => keep("name", byId("label").value) });
     const paint = () => byId("taught").querySelectorAll("canvas").forEach((canvas, i) => paintPicture(canvas, PICTURES[i]));
     paint();
     onLook(paint);
@@ -38,7 +44,6 @@ export class Waiting {
     byId("naming").hidden = seat === null;
     this.isReady = Boolean(room[SIDES[seat]]?.ready);
     byId("taught").hidden = !isWaiting || seat === null;
-    if (document.activeElement !== byId("name")) byId("name").value = byId("label").value;
     byId("room-code").textContent = this.code = room.code;
     for (const side of SIDES) byId(`${side}-seat`).textContent = describe(room, side, seat);
     byId("invitation").hidden = !(isWaiting || room.phase === "over") || seat === null || room.once || !free.length;

@@ -217,8 +217,9 @@ EARLY = ("Welcome", "A code is made of letters, digits, _ and -.", "This does no
 def test_every_phrase_of_the_page_is_in_the_example_of_a_language():
     words = tomllib.loads((STUDY / "german.toml").read_text())["words"]
     source = (STUDY.parents[2] / "swarm_pz/play/static/study.js").read_text()
-    found = re.findall(r'(?:paragraph|button|complain|inWords|return)\(? ?"([A-Z][^"\n]+)"', source)
-    found += [*re.findall(r'draw\("\w+", "([^"]+)"', source), *studies._HEADINGS.values()]
+    found = re.findall(r'(?:paragraph\(|button\(|complain\(|inWords\(|return |told = |[ \[]\[)"([A-Z][^"\n]+)"', source)
+    found += [*re.findall(r'draw\w*\("\w+", "([^"]+)"', source), *studies._HEADINGS.values()]
+    assert {"Back", "Stop, and keep it", "Do you want to stop?"} < set(found)
     assert len(found) > 20 and [one for one in found if one not in {*words, *EARLY}] == []
 
 

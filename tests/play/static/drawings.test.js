@@ -13,7 +13,7 @@ let told, sent, current;
 function open() {
   [told, sent] = [[], []];
   current = { kind: "strokes", kept: [STROKE] };
-  return new Library({ current: () => current, send: (one) => sent.push(one.name), tell: (text) => told.push(text) });
+  return new Library({ current: () => current, send: (one, number) => sent.push(number), tell: (text) => told.push(text) });
 }
 
 beforeEach(() => {
@@ -21,19 +21,22 @@ beforeEach(() => {
   localStorage.removeItem(STORE);
 });
 
-test("what is saved is kept, listed, and sent again at a tap or by its digit", () => {
-  const library = open();
+test("what is saved is kept, listed, sent again at a tap or by its digit, and deleted after that", () => {
+  const library = open(), other = { ...STROKE, width: 0.2 };
   current.kept = [];
   library.save();
   current.kept = [STROKE];
   at("save").click();
+  current.kept = [other];
   library.save();
   assert.deepEqual(told, ["Draw something first", "Saved as 1", "Saved as 2"]);
-  assert.deepEqual(open().own.map(({ name }) => name), ["Drawing 1", "Drawing 2"], "by the next page, too");
-  const again = open();
+  const again = open(), widths = () => open().own.map(({ strokes: [{ width }] }) => width);
+  assert.deepEqual(widths(), [0.1, 0.2], "the next page has them, too");
   again.open(true);
-  at("saved").all("button")[0].click();
   again.recall(1);
+  at("saved").all("button")[0].click();
   again.recall(3);
-  assert.deepEqual([sent, told], [["Drawing 1", "Drawing 2"], ["Nothing is saved as 4"]]);
+  assert.deepEqual([sent, told], [[2, 1], ["Nothing is saved as 4"]]);
+  again.delete();
+  assert.deepEqual([widths(), at("delete").disabled], [[0.2], true]);
 });

@@ -189,12 +189,12 @@ test("a formation is chosen, dropped, sized and turned, and stays on the board",
 test("a saved formation of another game is sent within the bounds of this one, and a drawing is none", async () => {
   const { sent, table } = await sit("formation"), { shapes } = table.controls.pen.commands;
   table.controls.library.take([
-    { name: "A", kind: "strokes", strokes: [{ brush: "attract", width: 0.1, points: [[0.5, 0.5]] }] },
-    { name: "B", kind: "formation", strokes: [{ x: 1, y: 0, size: 900, turn: 0, shape: 77 }] },
+    { kind: "strokes", strokes: [{ brush: "attract", width: 0.1, points: [[0.5, 0.5]] }] },
+    { kind: "formation", strokes: [{ x: 1, y: 0, size: 900, turn: 0, shape: 77 }] },
   ]);
   press("1");
   assert.deepEqual(sent(), { shape: shapes.at(-1), centre: [1, 0], size: table.controls.pen.sizes[1], turn: 0 });
-  assert.equal(at("told").textContent, "Sent: B");
+  assert.equal(at("told").textContent, "Sent: 1");
 });
 
 const seen = (teams, positions) => ({ tick: 3, serverMs: time.ms, fields: null, teams: Uint8Array.from(teams), positions: Float32Array.from(positions), velocities: new Float32Array(2 * teams.length) });
@@ -291,9 +291,9 @@ test("while a room waits one practises in the page alone, until the game begins"
   assert.deepEqual([at("practice-text").textContent, at("cover").hidden], ["Bob is ready. The game begins when you are.", true]);
   at("practice-stop").click();
   assert.deepEqual([at("cover").hidden, table.arena.frame], [false, null]);
-  at("name").value = "Ann";
-  at("name").fire("input");
-  at("name").fire("change");
+  at("label").value = "Ann";
+  at("label").fire("input");
+  at("label").fire("change");
   assert.deepEqual(line.last("ready"), { type: "ready", ready: false, label: "Ann" }, "the other player sees the name at once");
   at("practise").click();
   await settled();
