@@ -1,4 +1,4 @@
-"""Scripts that move by the clock: the page's levels between those that one stroke beats and the learned players."""
+"""Scripts that keep moving: levels of the page that one stroke does not beat, and `carousel`."""
 
 from __future__ import annotations
 
@@ -57,5 +57,14 @@ def hoop(view: View) -> Array:
     return ring_at(_lap(view, 0.15, 6), 0.15)
 
 
-MOVING = (breather, hoop, pendulum, runner, stroller, tide)
-"""All tactics of this file."""
+@tactic(sees=("own_positions", "opposing_positions"), grid=25)
+def carousel(view: View) -> Array:
+    """Run around the middle, all together, a sixth of a turn ahead of their own mean; begin opposite the opponents.
+
+    A lap takes six seconds, as `runner`'s, and never falls out of step with the drones that fly it.
+    """
+    own, towards = view.mean_position("own") - 0.5, view.mean_position("opposing") - 0.5
+    opposite = np.arctan2(-towards[:, 1], -towards[:, 0])
+    ahead = np.arctan2(own[:, 1], own[:, 0]) + np.pi / 3.0
+    angles = np.where(np.hypot(own[:, 0], own[:, 1]) < 0.02, opposite, ahead)
+    return disc(view.distance_from(0.5 + 0.24 * np.stack([np.cos(angles), np.sin(angles)], axis=1)), 0.155)

@@ -1,9 +1,10 @@
-"""Imitation: an actor learns the commands of another policy, or of the best responses to a population."""
+"""Imitation: an actor learns the commands of a policy, of best responses to a population, or of several teachers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.evaluation.rollout import Rollout
-from swarm_pz.evaluation.workers import silent
+from swarm_pz.evaluation.workers import never, silent
 from swarm_pz.policies.network import Actor
 from swarm_pz.policies.pattern import PatternPlayer
 from swarm_pz.policy import Player, load
@@ -25,10 +26,12 @@ Lessons = tuple[NDArray[np.uint8], NDArray[np.float64]]
 
 _RECORDED, _STEPS, _BATCH = 40_000, 1_000, 256
 """Most commands that are learned from, steps of the optimizer, and commands in each."""
-_LESSONS, _LESSON, _LONG = 3, 60_000, 6_000
-"""Times that the learner plays while best responses are asked, commands that each adds, and steps of the optimizer."""
-_MET, _TRIED, _AGAINST = 6, 10, 24
-"""Games against each pattern, those in which each response is tried against a policy, and those of the best one."""
+_KEPT, _REMEMBERED, _LONG = 80, 300_000, 2_500
+"""Most commands of a game, and of all, that are learned from while teachers are asked, and steps of the optimizer."""
+_MET, _TRIED, _AGAINST = 6, 10, 20
+"""Games against each pattern, those in which a teacher is tried, and those in which one is asked."""
+_ENOUGH = 0.06
+"""Share of the drones by which a teacher may do worse than the best."""
 
 
 class _Recorded(Rollout):
@@ -83,6 +86,63 @@ def _drawn(kept: Sequence[Lessons], count: int, seed: int) -> Lessons:
     return seen[chosen], wanted / wanted.sum(axis=(1, 2), keepdims=True)
 
 
+@dataclass(frozen=True)
+class Lesson:
+    """Games of a learner against an opponent, in which a teacher tells what it would command in the learner's place.
+
+    Both are policies, or patterns (n, 13), one for each game.
+    """
+
+    opponent: str | Array
+    teacher: str | Array
+    games: int
+
+
+def learn(
+    actor: Actor,
+    player: Callable[[], Player],
+    lessons: Sequence[Lesson],
+    game: GameConfig,
+    seed: int,
+    *,
+    rounds: int = 3,
+    say: Callable[[str], None] = silent,
+    should_stop: Callable[[], bool] = never,
+) -> int:
+    """Fit an actor to the teachers of some lessons, and return how many commands were played for it.
+
+    First the teachers play, and then, in each round, `player`, the actor as it stands (Ross et al., "A reduction of
+    imitation learning and structured prediction to no-regret online learning", AISTATS 2011). A stop ends the rounds.
+    """
+    kept: Lessons | None = None
+    played = 0
+    for number in range(rounds + 1):
+        if number and should_stop():
+            say(f"stopped after {number - 1} of {rounds} rounds")
+            break
+        shares, found = [], []
+        for place, lesson in enumerate(lessons):
+            games = seed + number * len(lessons) + place
+            teacher = _player(lesson.teacher, game)
+            players = player() if number else _player(lesson.teacher, game), _player(lesson.opponent, game)
+            rollout = _Recorded(game.observations[0], teacher, *players, range(lesson.games), seed=games, config=game)
+            with closing(rollout):
+                told = rollout.lessons()
+                played += len(told[0])
+                found.append(_drawn([told], _KEPT * lesson.games, games))
+                shares.append(float(np.mean([one.share for one in rollout.games()])))
+        kept = _drawn(found if kept is None else [kept, *found], _REMEMBERED, seed + number)
+        who = "learner" if number else "teachers"
+        worst = int(np.argmin(shares))
+        of = lessons[worst].opponent
+        say(
+            f"imitation {number} of {rounds}: the {who} end with {np.mean(shares):.2f} of the drones, and with "
+            f"{shares[worst]:.2f} against {of if isinstance(of, str) else 'patterns'}"
+        )
+        fit(actor, *kept, seed + number, steps=_LONG * (1 + (number == rounds)), batch=2 * _BATCH)
+    return played
+
+
 def imitate_best_responses(
     actor: Actor,
     player: Callable[[], Player],
@@ -93,48 +153,68 @@ def imitate_best_responses(
     *,
     say: Callable[[str], None] = silent,
 ) -> None:
-    """Fit an actor to the patterns that beat others most: those of a population, and policies by name.
-
-    First the patterns play, and then `player`, the actor as it stands, while they say what they would command (Ross et
-    al., "A reduction of imitation learning and structured prediction to no-regret online learning", AISTATS 2011).
-    """
+    """Fit an actor to the patterns that beat others most: those of a population, and policies by name."""
     n, generator = len(population.numbers), np.random.default_rng(seed)
     responses = np.argmax(population.shares, axis=0)
     met = np.concatenate([np.repeat(np.arange(n), _MET), generator.choice(n, size=2 * n, p=population.equilibrium)])
-    games: list[tuple[Any, Array]] = [(population.numbers[met], population.numbers[responses[met]])]
-    experts = population.numbers[np.unique(responses)]
-    for name in opponents:
-        opponent = load(name, game)
-        tried = play(np.repeat(experts, _TRIED, axis=0), opponent, game, seed=seed)
-        best = experts[np.argmax(tried.reshape(-1, _TRIED).mean(axis=1))]
-        games.append((name, np.repeat(best[None], _AGAINST, axis=0)))
-    kept: list[Lessons] = []
-    for number in range(_LESSONS + 1):
-        shares = []
-        for opponent, expert in games:
-            against = PatternPlayer(opponent, game) if isinstance(opponent, np.ndarray) else load(opponent, game)
-            first = player() if number else PatternPlayer(expert, game)
-            numbers = range(len(expert))
-            shown = PatternPlayer(expert, game)
-            rollout = _Recorded(game.observations[0], shown, first, against, numbers, seed=seed + number, config=game)
-            with closing(rollout):
-                kept.append(rollout.lessons())
-                shares.append(np.mean([one.share for one in rollout.games()]))
-        who = "learner" if number else "best responses"
-        say(
-            f"imitation {number}: {shares[0]:.2f} of the drones for the {who} against patterns, "
-            f"{np.mean(shares[1:]):.2f} against others"
-        )
-        fit(actor, *_drawn(kept, _LESSON * (number + 1), seed), seed + number, steps=_LONG)
+    best = Lesson(population.numbers[met], population.numbers[responses[met]], len(met))
+    experts = [one[None] for one in population.numbers[np.unique(responses)]]
+    learn(
+        actor, player, [best, *lessons_of(experts, opponents, population.numbers[:0], game, seed)], game, seed, say=say
+    )
 
 
-def fit(actor: Actor, seen: NDArray[np.uint8], wanted: NDArray[np.float64], seed: int, *, steps: int = _STEPS) -> None:
+def lessons_of(
+    teachers: Sequence[str | Array],
+    opponents: Sequence[str],
+    patterns: Array,
+    game: GameConfig,
+    seed: int,
+    *,
+    say: Callable[[str], None] = silent,
+) -> list[Lesson]:
+    """Return lessons against opponents, and against patterns (n, 13), of the teachers that beat each of them.
+
+    Each is taught by the first of the teachers that ends with as much as the best, but for `_ENOUGH`: what few teachers
+    say is easier to learn.
+    """
+
+    def chosen(opponent: str | Array, games: int) -> NDArray[np.int64]:
+        shares = np.stack([play(_player(one, game), _player(opponent, game), games, game, seed) for one in teachers])
+        means = shares.reshape(len(teachers), -1, _TRIED).mean(axis=2)
+        return np.asarray(np.argmax(means >= means.max(axis=0) - _ENOUGH, axis=0))
+
+    lessons = [Lesson(name, teachers[int(chosen(name, _TRIED)[0])], _AGAINST) for name in opponents]
+    if len(patterns):
+        which = chosen(np.repeat(patterns, _TRIED, axis=0), _TRIED * len(patterns))
+        for teacher in np.unique(which):
+            own = np.repeat(patterns[which == teacher], 2, axis=0)
+            lessons.append(Lesson(own, teachers[teacher], len(own)))
+    for lesson in lessons:
+        if isinstance(lesson.opponent, str) and isinstance(lesson.teacher, str):
+            say(f"{lesson.teacher} teaches against {lesson.opponent}")
+    return lessons
+
+
+def _player(of: str | Array, game: GameConfig) -> Player:
+    return load(of, game) if isinstance(of, str) else PatternPlayer(of, game)
+
+
+def fit(
+    actor: Actor,
+    seen: NDArray[np.uint8],
+    wanted: NDArray[np.float64],
+    seed: int,
+    *,
+    steps: int = _STEPS,
+    batch: int = _BATCH,
+) -> None:
     """Fit an actor's densities to those wanted, by their cross entropy."""
     optimizer = torch.optim.Adam(actor.parameters(), lr=2e-3)
     rate = torch.optim.lr_scheduler.LinearLR(optimizer, 1.0, 0.05, total_iters=steps)
     generator = np.random.default_rng(seed)
     for _ in range(steps):
-        part = generator.integers(len(seen), size=_BATCH)
+        part = generator.integers(len(seen), size=batch)
         actions = actor(torch.from_numpy(seen[part]).float() / 255.0)
         fine = torch.from_numpy(interpolation_matrix(wanted.shape[-1], actions.shape[-1])).float()
         logs = LOG_DENSITY_RANGE * (fine @ actions @ fine.T).flatten(1)

@@ -41,15 +41,18 @@ _CHANGED = 0.6
 """Probability that a number of a candidate differs from those it comes from."""
 
 
-def play(ours: Array, theirs: Array | Player, game: GameConfig, *, seed: int, threads: int = 1) -> NDArray[np.float64]:
-    """Return the shares of the drones (n,) that patterns (n, 13) end with, each in one game against another player."""
-    against = PatternPlayer(theirs, game) if isinstance(theirs, np.ndarray) else theirs
-    numbers = [*range(len(ours))]
-    with closing(
-        Rollout(PatternPlayer(ours, game), against, numbers, seed=seed, config=game, threads=threads)
-    ) as games:
-        games.play()
-        return np.array([one.share for one in games.games()])
+def play(
+    ours: Player, theirs: Player, games: int, game: GameConfig, seed: int, *, threads: int = 1
+) -> NDArray[np.float64]:
+    """Return the shares of the drones (games,) that a player ends with against another."""
+    with closing(Rollout(ours, theirs, range(games), seed=seed, config=game, threads=threads)) as rollout:
+        rollout.play()
+        return np.array([one.share for one in rollout.games()])
+
+
+def _play(ours: Array, theirs: Array, game: GameConfig, seed: int, threads: int) -> NDArray[np.float64]:
+    """Return the shares of the drones (n,) that patterns (n, 13) end with, each in one game against another."""
+    return play(PatternPlayer(ours, game), PatternPlayer(theirs, game), len(ours), game, seed, threads=threads)
 
 
 @dataclass
@@ -100,7 +103,7 @@ class Population:
         shares[:old, :old] = self.shares
         pairs = np.array([(new, other) for new in range(old, len(numbers)) for other in range(new)])
         ours, theirs = np.repeat(pairs, _GAMES, axis=0).T
-        played = play(numbers[ours], numbers[theirs], game, seed=seed, threads=threads).reshape(-1, _GAMES).mean(axis=1)
+        played = _play(numbers[ours], numbers[theirs], game, seed, threads).reshape(-1, _GAMES).mean(axis=1)
         shares[tuple(pairs.T)], shares[tuple(pairs.T[::-1])] = played, 1.0 - played
         return Population(numbers, shares, self.values)
 
@@ -114,7 +117,7 @@ class Population:
             left = left[np.argsort(-won[left] / np.maximum(games[left], 1.0), kind="stable")[:count]]
             met = np.tile(self.numbers[generator.choice(len(mixture), size=each, p=mixture)], (len(left), 1))
             ours = np.repeat(candidates[left], each, axis=0)
-            latest = play(ours, met, game, seed=int(generator.integers(2**31)), threads=threads).reshape(-1, each)
+            latest = _play(ours, met, game, int(generator.integers(2**31)), threads).reshape(-1, each)
             won[left] += latest.sum(axis=1)
             games[left] += each
         order = np.argsort(-latest.mean(axis=1), kind="stable")

@@ -1,7 +1,8 @@
-"""Commands that learn: ``train``, ``sweep`` and ``league``; and ``export``, which writes what was learned as ONNX."""
+"""Commands that learn: ``train``, ``sweep``, ``league`` and ``distil``; ``export`` writes what was learned as ONNX."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,9 +17,10 @@ from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
 from swarm_pz.errors import CheckpointError, PolicyError
 from swarm_pz.files import check_folder
-from swarm_pz.training.config import LeagueConfig, TrainConfig
+from swarm_pz.training.config import DistilConfig, LeagueConfig, TrainConfig
 
 if TYPE_CHECKING:
+    from swarm_pz.evaluation.match import MatchResult
     from swarm_pz.policies.learned import LearnedPolicy
 
 
@@ -126,8 +128,6 @@ def league(
         games: Games against each script at the end, even.
     """
     need("train", "torch", "stable_baselines3")
-    from swarm_pz import policies
-    from swarm_pz.evaluation.match import play_match
     from swarm_pz.evaluation.workers import SerialExecutor
     from swarm_pz.policies.scripted import SCRIPTS
     from swarm_pz.training.selfplay import League
@@ -143,19 +143,47 @@ def league(
             say(f"training for {learner.total_steps:,} steps in {out} (Ctrl-C stops, the same command goes on)")
         with stops_at_safe_points() as should_stop:
             policy = run.run(should_stop)
-        matches = [
-            play_match(
-                policy,
-                policies.load(script.__name__, learner.game),
-                games=games,
-                config=learner.game,
-                threads=learner.threads,
-            )
-            for script in SCRIPTS
-        ]
+        matches = _against([script.__name__ for script in SCRIPTS], policy, learner.game, games, learner.threads)
     policy.with_results({match.opponent: match.summary() for match in matches}).write(out)
     tables.print_opponents(matches, f"{out.name} against the scripts")
     print(f"policy: {out}")
+
+
+def distil(
+    config: Annotated[DistilConfig, tyro.conf.arg(name="")] = DistilConfig(),  # noqa: B008  (frozen)
+    out: Path = Path("runs/distilled"),
+    games: int = 40,
+) -> None:
+    """Train one tactic from several teachers: it meets each opponent as the teacher does that beats it.
+
+    Ctrl-C ends it after the round that is played, with what was learned.
+
+    Args:
+        config: The distillation.
+        out: Folder of the tactic.
+        games: Games against each opponent at the end, even.
+    """
+    need("train", "torch", "stable_baselines3")
+    from swarm_pz.training.distil import distil as learn_from
+
+    _check_games(games)
+    print_rules(config.game)
+    with stops_at_safe_points() as should_stop:
+        policy = learn_from(config, out, say=say, command=command(), should_stop=should_stop)
+    matches = _against(config.opponents, policy, config.game, games, config.threads)
+    policy.with_results({match.opponent: match.summary() for match in matches}).write(out)
+    tables.print_opponents(matches, f"{out.name} against the opponents")
+    print(f"policy: {out}")
+
+
+def _against(
+    names: Sequence[str], policy: LearnedPolicy, game: GameConfig, games: int, threads: int
+) -> list[MatchResult]:
+    """Return a policy's matches against others."""
+    from swarm_pz.evaluation.match import play_match
+    from swarm_pz.policy import load
+
+    return [play_match(policy, load(name, game), games=games, config=game, threads=threads) for name in names]
 
 
 def export(

@@ -18,7 +18,7 @@ GAME = GameConfig(time_limit=20.0, drones_per_team=3)
 def few_games(monkeypatch):
     for name, value in {"_GAMES": 2, "_HALVINGS": ((6, 2), (3, 2))}.items():
         monkeypatch.setattr(oracle, name, value)
-    for name, value in {"_LESSON": 200, "_LONG": 40, "_MET": 1, "_TRIED": 2, "_AGAINST": 2, "_LESSONS": 1}.items():
+    for name, value in {"_LONG": 40, "_MET": 1, "_TRIED": 2, "_AGAINST": 2}.items():
         monkeypatch.setattr(imitation, name, value)
 
 
@@ -40,13 +40,13 @@ def test_a_population_grows_by_newcomers_that_have_played_everybody_and_goes_on_
 def test_the_best_of_the_candidates_join_by_their_last_games(monkeypatch):
     worth, joined = {}, []
 
-    def play(ours, theirs, game, *, seed, threads=1):
+    def play(ours, theirs, game, seed, threads):
         for numbers in ours:
             worth.setdefault(numbers.tobytes(), len(worth) / 100)
         return np.array([worth[numbers.tobytes()] for numbers in ours])
 
     first = Population.first(GAME, 0)
-    monkeypatch.setattr(oracle, "play", play)
+    monkeypatch.setattr(oracle, "_play", play)
     monkeypatch.setattr(Population, "joined", lambda self, more, *_: joined.extend(more) or self)
     first.grown(GAME, 0, 1)
     assert [worth[numbers.tobytes()] for numbers in joined] == [0.05, 0.04]
