@@ -31,6 +31,13 @@ export async function copy(field, told) {
   told.textContent = "Copied";
 }
 
+// Give something as a file.
+export function download(blob, name) {
+  const href = URL.createObjectURL(blob);
+  make("a", { href, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(href), 1000);
+}
+
 // Have elements act when something happens to them; a form that is sent leaves the page where it is.
 export function on(type, acts) {
   for (const [id, act] of Object.entries(acts)) {

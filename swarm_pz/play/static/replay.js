@@ -1,7 +1,7 @@
 // A recorded game: its file is fetched and played here. Hold it, or go to any moment or capture of it.
 
 import { turningPoint, untilTheEnd } from "./chart.js";
-import { button, byId, make, on, putAt } from "./elements.js";
+import { button, byId, download, make, on, putAt } from "./elements.js";
 import { Playback } from "./engine/playback.js";
 import { whyOf } from "./why.js";
 import { clock, NAMES, SIDES, TICKS } from "./words.js";
@@ -31,7 +31,7 @@ export class Replay {
       hold: () => this.hold(!this.held),
       "capture-before": () => this.goTo(this.captures.findLast(({ tick }) => tick < byId("moment").value - BEFORE_TICKS / 2)?.tick ?? 0),
       "capture-after": () => this.goTo(this.captures.find(({ tick }) => tick > Number(byId("moment").value))?.tick),
-      "save-recording": () => this.save(),
+      "save-recording": () => download(new Blob([this.text]), this.playback.room.recording),
     });
   }
 
@@ -136,13 +136,6 @@ export class Replay {
     const team = gain < 0 ? 1 : 0;
     const text = `${clock(TICKS * second)} ${NAMES[team]} +${Math.abs(gain)}: red ${red}, blue ${blue}${isTurn ? `, the turn. ${this.why?.text ?? ""}` : ""}`;
     return make("li", { className: SIDES[team] }, button([make("span", { className: "shape" }), text], () => this.goTo(tick)));
-  }
-
-  // Give what is watched as a file.
-  save() {
-    const href = URL.createObjectURL(new Blob([this.text]));
-    make("a", { href, download: this.playback.room.recording }).click();
-    setTimeout(() => URL.revokeObjectURL(href), 1000);
   }
 
   hold(held) {

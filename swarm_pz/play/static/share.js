@@ -1,7 +1,7 @@
 // A finished game to pass on: a picture, a text, a link to the same start, and one to the whole game.
 
 import { untilTheEnd } from "./chart.js";
-import { byId, copy, on } from "./elements.js";
+import { byId, copy, download, on } from "./elements.js";
 import { rowOf } from "./embed.js";
 import { look } from "./ground.js";
 import { SERVER } from "./link.js";
@@ -17,11 +17,7 @@ on("click", {
     byId("sharing-text").value = `${shared.words} Watch it: ${shared.game}`;
     copy(byId("sharing-text"), byId("copy-game"));
   },
-  "save-picture": async () => {
-    const address = URL.createObjectURL(await picture());
-    Object.assign(document.createElement("a"), { href: address, download: "swarm-pz.png" }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 1000);
-  },
+  "save-picture": async () => download(await picture(), "swarm-pz.png"),
   "send-game": async () => {
     const files = [new File([await picture()], "swarm-pz.png", { type: "image/png" })], text = byId("sharing-text").value;
     await navigator.share(navigator.canShare?.({ files }) ? { text, files } : { text }).catch(() => {}); // not sent after all
