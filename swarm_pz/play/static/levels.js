@@ -17,7 +17,7 @@ export const LEVELS = {
   hunter: { face: [2, 0.9, -0.5], says: "Sees you. It learned from games against scripts.", idea: "lap" },
   champion: { face: [3, 0.9, 0.2], says: "Sees you. It grew up in a league of learners.", idea: "lap" },
   veteran: { face: [2, 1, 0.7], says: "Sees you. It grew from the champion, and beats it.", idea: "lap" },
-  finisher: { face: [4, 1, -0.8], says: "The last one. It grew from the veteran.", idea: "lap" },
+  finisher: { face: [4, 1, -0.8], says: "The last one. It grew from the veteran.", idea: "four" },
 };
 
 // Ideas: a sentence, and arcs that are drawn one after the other, each so many seconds after the last. An arc has one of the
@@ -46,5 +46,9 @@ export const IDEAS = {
   "lap": {
     "says": "Run around the middle: from the upper left down, a short wide stroke every second, six for a round. Your trails close to a ring.",
     "against": "breather", "every_s": 1, "radii": [0.24], "length": 46, "begins": 135, "turn": 60, "width": 0.3
+  },
+  "four": {
+    "says": "Every three seconds, draw a wide dot halfway to the wall: above, left, below, right, and so on.",
+    "against": "breather", "every_s": 3, "radii": [0.3], "length": 0, "begins": 90, "turn": 90, "width": 0.25
   }
 };
