@@ -22,7 +22,7 @@ export const LEVELS = {
 
 // Ideas: a sentence, and arcs that are drawn one after the other, each so many seconds after the last. An arc has one of the
 // radii in turn, in map widths, a centre, and in degrees its length, where the first one has its middle, and a turn from one to
-// the next. The picture shows an idea `against` a script. benchmarks/page_levels.py reads this as JSON.
+// the next; a dot is a short one. The picture shows an idea `against` a script. benchmarks/page_levels.py reads this as JSON.
 export const IDEAS = {
   "surround": {
     "says": "Draw one big circle, at once, and leave it.", "against": "centre", "every_s": 120, "radii": [0.33]
@@ -41,7 +41,7 @@ export const IDEAS = {
   },
   "opposite": {
     "says": "Every two seconds, draw a dot where they are not: across the middle from them.",
-    "against": "stroller", "every_s": 2, "radii": [0], "centre": "across"
+    "against": "stroller", "every_s": 2, "radii": [0.01], "centre": "across"
   },
   "lap": {
     "says": "Run around the middle: from the upper left down, a short wide stroke every second, six for a round. Your trails close to a ring.",
@@ -49,6 +49,6 @@ export const IDEAS = {
   },
   "four": {
     "says": "Every three seconds, draw a wide dot halfway to the wall: above, left, below, right, and so on.",
-    "against": "breather", "every_s": 3, "radii": [0.3], "length": 0, "begins": 90, "turn": 90, "width": 0.25
+    "against": "breather", "every_s": 3, "radii": [0.3], "length": 2, "begins": 90, "turn": 90, "width": 0.25
   }
 };
