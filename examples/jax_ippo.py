@@ -23,6 +23,7 @@ from swarm_pz.jax.players import load
 
 GAME = GameConfig(observation=ObservationConfig(grid=10))
 GAMES, STEPS, EPOCHS, BATCHES = 64, 32, 4, 4
+OPPONENTS = ("noise", "uniform")
 RATE, GAMMA, LAMBDA, CLIP, ENTROPY, VALUE, LARGEST_GRADIENT = 1e-3, 0.98, 0.95, 0.2, 0.01, 0.5, 0.5
 
 
@@ -170,7 +171,7 @@ def main() -> None:
     updates = max(asked.commands // (env.num_agents * GAMES * STEPS), 1)
     network, told = make_train(env, updates, world_state=asked.world_state)(random.key(asked.seed))
     print(f"{updates} updates: {told['wins'].sum()} games won in self-play")
-    for opponent in ("noise", "uniform"):
+    for opponent in OPPONENTS:
         found = outcomes(network, TwoSides(params, **words, opponent=load(opponent)), random.key(1), asked.games)
         print(f"against {opponent}: {(found > 0).sum()} won, {(found < 0).sum()} lost of {asked.games}")
 

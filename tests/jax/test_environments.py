@@ -67,7 +67,8 @@ def test_actions_become_the_densities_of_the_other_wrappers(kind):
 
 
 def test_vectors_are_the_images_and_the_world_begins_with_ones_own():
-    images, vectors = (TwoSides(PARAMS, observation=kind).reset(KEY)[0] for kind in ("images", "vector"))
+    envs = [TwoSides(PARAMS, observation=kind) for kind in ("images", "vector")]
+    images, vectors = jax.jit(lambda key: [env.reset(key)[0] for env in envs])(KEY)
     red, blue = (images[agent].reshape(-1) / np.float32(255) for agent in AGENTS)
     assert jnp.array_equal(vectors["red_0"], red) and jnp.array_equal(vectors["blue_0"], blue) and (red != blue).any()
     assert jnp.array_equal(vectors["world_state"], [[*red, *blue], [*blue, *red]])

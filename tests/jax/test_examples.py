@@ -31,6 +31,7 @@ def examples():
     ppo, ippo = modules
     ppo.RECIPE = ppo.RECIPE.replace(game=GAME, total_steps=16, num_envs=2, rollout=2, batch_size=4)
     ippo.GAME, ippo.GAMES, ippo.STEPS, ippo.EPOCHS, ippo.BATCHES = GAME, 2, 3, 1, 2
+    ippo.OPPONENTS = ("uniform",)
     jax.config.update("jax_disable_most_optimizations", True)
     yield ppo, ippo
     jax.config.update("jax_disable_most_optimizations", False)
