@@ -237,9 +237,9 @@ class Gather(VecEnvWrapper):
 def test_learning_finds_the_place_that_is_rewarded():
     calm = CaptureConfig(enabled=False)
     game = GameConfig(observation=ObservationConfig(grid=10), drones_per_team=4, time_limit=20.0, capture=calm)
-    env = Gather(SwarmVecEnv(game, 32, action_cells=5, seed=0))
+    env = Gather(SwarmVecEnv(game, 64, action_cells=5, seed=0))
     model = PPO(
-        GridPolicy, env, n_steps=20, batch_size=128, n_epochs=6, learning_rate=3e-3, gamma=0.8, seed=0, device="cpu",
+        GridPolicy, env, n_steps=20, batch_size=256, n_epochs=6, learning_rate=2e-3, gamma=0.8, seed=0, device="cpu",
         policy_kwargs={"width": 16, "log_std_init": -0.7},
     )  # fmt: skip
 
@@ -251,5 +251,5 @@ def test_learning_finds_the_place_that_is_rewarded():
         return total
 
     before = mean_closeness()
-    model.learn(32 * 20 * 22)
+    model.learn(64 * 20 * 25)
     assert mean_closeness() > before + 0.1
