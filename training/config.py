@@ -208,6 +208,8 @@ class DistilConfig(Config):
         with nearly as much as the best. They should look at the drones, since what goes by the clock cannot be learned.
     opponents : tuple of str
         Policies that the learner meets, in equal parts of the games; one that is named twice has two parts.
+    start_from : str, optional
+        A learned policy with the same network, by name or folder, whose weights the learner begins with.
     population : str, optional
         File of a double oracle, whose patterns it meets, too.
     drawn : int
@@ -228,6 +230,7 @@ class DistilConfig(Config):
 
     teachers: tuple[str, ...] = ("finisher", "carousel")
     opponents: tuple[str, ...] = (*SCRIPTS, "veteran", "champion", "selfplay", "hunter", "finisher")
+    start_from: str | None = None
     population: str | None = None
     drawn: Annotated[int, Range(0, 10_000)] = 240
     rounds: Annotated[int, Range(1, 1000)] = 7

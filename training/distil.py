@@ -47,6 +47,7 @@ def distil(
         game=game,
         action_cells=config.action_cells,
         width=config.width,
+        start_from=config.start_from,
         num_envs=2,
         seed=config.seed,
         threads=config.threads,
@@ -100,9 +101,9 @@ def laps_and_spots(count: int, seed: int) -> NDArray[np.float64]:
 
 
 def _ancestors(config: DistilConfig) -> list[dict[str, Any]]:
-    """Return the trainings that the teachers come from, each once."""
+    """Return the trainings that the teachers and the first weights come from, each once."""
     found: list[dict[str, Any]] = []
-    for name in config.teachers:
+    for name in (*config.teachers, *([] if config.start_from is None else [config.start_from])):
         teacher = load(name, config.game)
         if isinstance(teacher, LearnedPolicy):
             parent, *older = lineage(teacher.card)

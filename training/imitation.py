@@ -200,9 +200,8 @@ def lessons_of(
             own = np.repeat(patterns[which == teacher], 2, axis=0)
             lessons.append(Lesson(own, teachers[teacher], len(own)))
             say(f"{teachers[teacher]} teaches against {len(own) // 2} patterns")
-    for lesson in lessons:
-        if isinstance(lesson.opponent, str) and isinstance(lesson.teacher, str):
-            say(f"{lesson.teacher} teaches against {lesson.opponent}")
+    for line in dict.fromkeys(f"{one.teacher} teaches against {one.opponent}" for one in lessons[: len(opponents)]):
+        say(line)
     return lessons
 
 
