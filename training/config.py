@@ -232,7 +232,7 @@ class DistilConfig(Config):
     opponents: tuple[str, ...] = (*SCRIPTS, "veteran", "champion", "selfplay", "hunter", "finisher")
     start_from: str | None = None
     population: str | None = None
-    drawn: Annotated[int, Range(0, 10_000)] = 240
+    drawn: Annotated[int, Range(0, 10_000)] = 160
     rounds: Annotated[int, Range(1, 1000)] = 7
     game: GameConfig = field(default_factory=lambda: GameConfig(observation=ObservationConfig(grid=10)))
     action_cells: Annotated[int, Range(2, 50)] = 5

@@ -80,22 +80,18 @@ def distil(
 
 
 def laps_and_spots(count: int, seed: int) -> NDArray[np.float64]:
-    """Return patterns (n, 13): in turn a spot anywhere, a lap around the middle, and a fast lap; of any width.
-
-    Fast laps take about as long as a trail lasts. They beat tactics that seek their opponents.
-    """
+    """Return patterns (n, 13): in turn a spot anywhere, and one that runs around the middle; of any width."""
     generator = np.random.default_rng(seed)
     found = []
     for number in range(count):
         kind = KINDS["spot"] | {"width": 0.02 * 15.0 ** generator.uniform()}
-        if number % 3 == 0:
-            kind |= {"x": generator.uniform(0.05, 0.95), "y": generator.uniform(0.05, 0.95)}
-        else:
-            (inner, outer), periods = ((0.05, 0.35), (3.0, 12.0)) if number % 3 == 1 else ((0.2, 0.3), (4.5, 7.0))
-            radius = generator.uniform(inner, outer)
+        if number % 2:
+            radius = generator.uniform(0.05, 0.35)
             kind |= {"x": 0.5, "y": 0.5, "along": radius, "across": radius * generator.choice([-1.0, 1.0])}
-            kind |= {"period": generator.uniform(*periods), "start": generator.uniform()}
+            kind |= {"period": generator.uniform(3.0, 12.0), "start": generator.uniform()}
             kind |= {"look": float(generator.integers(2))}
+        else:
+            kind |= {"x": generator.uniform(0.05, 0.95), "y": generator.uniform(0.05, 0.95)}
         found.append(list(kind.values()))
     return np.array(found).reshape(count, len(KINDS["spot"]))
 

@@ -15,7 +15,7 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.evaluation.rollout import Rollout
 from swarm_pz.evaluation.workers import never, silent
 from swarm_pz.policies.network import Actor
-from swarm_pz.policies.pattern import BOUNDS, PatternPlayer, points_of
+from swarm_pz.policies.pattern import PatternPlayer
 from swarm_pz.policy import Player, load
 from swarm_pz.simulator.commands import interpolation_matrix
 from swarm_pz.spaces.actions import LOG_DENSITY_RANGE
@@ -32,8 +32,6 @@ _MET, _TRIED, _AGAINST = 6, 10, 20
 """Games against each pattern, those in which a teacher is tried, and those in which one is asked."""
 _ENOUGH = 0.06
 """Share of the drones by which a teacher may do worse than the best."""
-_ALIKE = 0.12
-"""Distance, in the unit cube, of patterns that are alike."""
 
 
 class _Recorded(Rollout):
@@ -177,25 +175,20 @@ def lessons_of(
 ) -> list[Lesson]:
     """Return lessons against opponents, and against patterns (n, 13), of the teachers that beat each of them.
 
-    Each is taught by the first of the teachers that ends with as much as the best, but for `_ENOUGH`, and patterns that
-    are alike by the same: what few teachers say is easier to learn. Against patterns, those who do best on average come
-    first.
+    Each is taught by the first of the teachers that ends with as much as the best, but for `_ENOUGH`: what few teachers
+    say is easier to learn.
     """
 
     def tried(opponent: str | Array, games: int) -> Array:
         shares = [play(_player(one, game), _player(opponent, game), games, game, seed) for one in teachers]
         return np.asarray(np.stack(shares).reshape(len(teachers), -1, _TRIED).mean(axis=2))
 
-    def first_of(order: NDArray[np.intp], means: Array) -> NDArray[np.intp]:
-        means = means[order]
-        return np.asarray(order[np.argmax(means >= means.max(axis=0) - _ENOUGH, axis=0)])
+    def first(means: Array) -> NDArray[np.intp]:
+        return np.asarray(np.argmax(means >= means.max(axis=0) - _ENOUGH, axis=0))
 
-    given = np.arange(len(teachers))
-    lessons = [Lesson(name, teachers[int(first_of(given, tried(name, _TRIED))[0])], _AGAINST) for name in opponents]
+    lessons = [Lesson(name, teachers[int(first(tried(name, _TRIED))[0])], _AGAINST) for name in opponents]
     if len(patterns):
-        near = _nearness(patterns)
-        means = tried(np.repeat(patterns, _TRIED, axis=0), _TRIED * len(patterns)) @ near / near.sum(axis=0)
-        which = first_of(np.argsort(-means.mean(axis=1), kind="stable"), means)
+        which = first(tried(np.repeat(patterns, _TRIED, axis=0), _TRIED * len(patterns)))
         for teacher in np.unique(which):
             own = np.repeat(patterns[which == teacher], 2, axis=0)
             lessons.append(Lesson(own, teachers[teacher], len(own)))
@@ -203,14 +196,6 @@ def lessons_of(
     for line in dict.fromkeys(f"{one.teacher} teaches against {one.opponent}" for one in lessons[: len(opponents)]):
         say(line)
     return lessons
-
-
-def _nearness(patterns: Array) -> Array:
-    """Return how much (n, n) patterns (n, 13) look alike, whichever way round and from where they run."""
-    points = points_of(patterns) - 0.5
-    points[:, [*BOUNDS].index("across")] = np.abs(points[:, [*BOUNDS].index("across")])
-    points = np.delete(points, [[*BOUNDS].index("start"), [*BOUNDS].index("look")], axis=1)
-    return np.asarray(np.exp(-((points[:, None] - points) ** 2).sum(axis=2) / (2.0 * _ALIKE**2)))
 
 
 def _player(of: str | Array, game: GameConfig) -> Player:
