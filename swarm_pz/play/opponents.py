@@ -3,7 +3,7 @@
 from collections.abc import Container
 
 SCRIPTED = (
-    "corners", "uniform", "centre", "wavefront", "halo", "lasso",
+    "corners", "uniform", "wavefront", "centre", "halo", "lasso",
     "breather", "pendulum", "tide", "stroller", "hoop", "runner",
 )  # fmt: skip
 LEARNED = ("hunter", "champion", "veteran", "finisher")

@@ -4,8 +4,8 @@
 export const LEVELS = {
   corners: { face: [4, 0, -0.4], says: "Waits in the four corners.", idea: "surround" },
   uniform: { face: [3, 0, 0], says: "Spreads out evenly, everywhere.", idea: "surround" },
-  centre: { face: [1, 0.2, 0], says: "Crowds in the middle.", idea: "surround" },
   wavefront: { face: [2, -0.3, 0.6], says: "Gathers at a wall, then sweeps across.", idea: "surround" },
+  centre: { face: [1, 0.2, 0], says: "Crowds in the middle.", idea: "surround" },
   halo: { face: [2, -0.2, 0.9], says: "Flies one broad ring, and never changes it.", idea: "breathe" },
   lasso: { face: [2, 0.5, 0.5], says: "Flies a broad ring that leans to you.", idea: "halves" },
   breather: { face: [3, -0.4, 0.8], says: "Makes a wide ring, then a narrow one.", idea: "lap" },
