@@ -107,7 +107,8 @@ def pattern(config: GameConfig, which: str = "lap begun opposite") -> PatternPla
     try:
         return PatternPlayer(numbers_in(f"{NAME}:{which}")[None], config)
     except ValueError as error:
-        raise PolicyError(f"expected 13 numbers or one of {', '.join(KINDS)}, got {which!r}") from error
+        numbers = f"{len(BOUNDS)} numbers with spaces between them ({' '.join(BOUNDS)})"
+        raise PolicyError(f"expected {numbers}, or one of {', '.join(KINDS)}; got {which!r}") from error
 
 
 def name_of(numbers: Array) -> str:
