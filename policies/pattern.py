@@ -2,8 +2,8 @@
 
 One command of a pattern is a ring or a spot around a place, on some ground. The place may run along an ellipse with
 time, which begins at an angle of its own or at one told from the first look at the opponents, and may lean to the
-opponents and to the own drones. Laps, spots, rings, sweeps, hiding, chasing and most
-scripts are among them. `swarm_pz.training.search` finds those that beat a policy.
+opponents and to the own drones. Laps, spots, rings, sweeps, hiding, chasing and most scripts are among them.
+`swarm_pz.training.search` finds those that beat a policy.
 """
 
 from __future__ import annotations

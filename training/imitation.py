@@ -22,7 +22,7 @@ from swarm_pz.spaces.actions import LOG_DENSITY_RANGE
 from swarm_pz.training.oracle import Population, play
 
 Array = NDArray[np.float64]
-Lessons = tuple[NDArray[np.uint8], NDArray[np.float64]]
+Examples = tuple[NDArray[np.uint8], NDArray[np.float64]]
 
 _RECORDED, _STEPS, _BATCH = 40_000, 1_000, 256
 """Most commands that are learned from, steps of the optimizer, and commands in each."""
@@ -58,14 +58,14 @@ class _Recorded(Rollout):
         self._kept.append((seen, commands[self.rows, teams] if wanted is None else np.asarray(wanted)))
         return commands
 
-    def lessons(self) -> Lessons:
+    def examples(self) -> Examples:
         """Play to the end, and return observations (n, C, G, G) with densities (n, A, A)."""
         self.play()
         seen, wanted = zip(*self._kept, strict=True)
         return np.concatenate(seen), np.concatenate(wanted)
 
 
-def recorded(target: str, game: GameConfig, games: int, seed: int) -> Lessons:
+def recorded(target: str, game: GameConfig, games: int, seed: int) -> Examples:
     """Return observations (n, C, G, G) as of `game`, and a policy's densities (n, A, A), which add up to 1.
 
     They are drawn from games against itself and against uniform coverage.
@@ -74,12 +74,12 @@ def recorded(target: str, game: GameConfig, games: int, seed: int) -> Lessons:
     for opponent in (target, "uniform"):
         rollout = _Recorded(game.observations[0], None, target, opponent, numbers, seed=seed, config=game)
         with closing(rollout):
-            kept.append(rollout.lessons())
+            kept.append(rollout.examples())
     return _drawn(kept, _RECORDED, seed)
 
 
-def _drawn(kept: Sequence[Lessons], count: int, seed: int) -> Lessons:
-    """Return at most so many of some lessons, with densities that add up to 1."""
+def _drawn(kept: Sequence[Examples], count: int, seed: int) -> Examples:
+    """Return at most so many of some examples, with densities that add up to 1."""
     seen, commands = (np.concatenate(parts) for parts in zip(*kept, strict=True))
     chosen = np.random.default_rng(seed).permutation(len(seen))[:count]
     wanted = commands[chosen] + 1e-9
@@ -114,7 +114,7 @@ def learn(
     First the teachers play, and then, in each round, `player`, the actor as it stands (Ross et al., "A reduction of
     imitation learning and structured prediction to no-regret online learning", AISTATS 2011). A stop ends the rounds.
     """
-    kept: Lessons | None = None
+    kept: Examples | None = None
     played = 0
     for number in range(rounds + 1):
         if number and should_stop():
@@ -127,17 +127,16 @@ def learn(
             players = player() if number else _player(lesson.teacher, game), _player(lesson.opponent, game)
             rollout = _Recorded(game.observations[0], teacher, *players, range(lesson.games), seed=games, config=game)
             with closing(rollout):
-                told = rollout.lessons()
+                told = rollout.examples()
                 played += len(told[0])
                 found.append(_drawn([told], _KEPT * lesson.games, games))
                 shares.append(float(np.mean([one.share for one in rollout.games()])))
         kept = _drawn(found if kept is None else [kept, *found], _REMEMBERED, seed + number)
-        who = "learner" if number else "teachers"
-        worst = int(np.argmin(shares))
-        of = lessons[worst].opponent
+        played_by = "the learner ends" if number else "the teachers end"
+        hardest = lessons[int(np.argmin(shares))].opponent
         say(
-            f"imitation {number} of {rounds}: the {who} end with {np.mean(shares):.2f} of the drones, and with "
-            f"{shares[worst]:.2f} against {of if isinstance(of, str) else 'patterns'}"
+            f"imitation {number} of {rounds}: {played_by} with {np.mean(shares):.2f} of the drones, and with "
+            f"{min(shares):.2f} against {hardest if isinstance(hardest, str) else 'patterns'}"
         )
         fit(actor, *kept, seed + number, steps=_LONG * (1 + (number == rounds)), batch=2 * _BATCH)
     return played

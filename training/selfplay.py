@@ -65,8 +65,7 @@ class League:
 
     The folder holds ``config.json`` (its settings), ``league.json`` (the pool, for readers), ``main/`` (the learner's
     run, whose checkpoint holds the pool, too), ``pool/`` (snapshots), ``exploiters/``, and ``population.json`` of a
-    double oracle. `workers` train exploiters;
-    this process does, if none are given.
+    double oracle. `workers` train exploiters; this process does, if none are given.
     """
 
     def __init__(

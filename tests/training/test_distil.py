@@ -56,7 +56,7 @@ def test_the_learner_commands_what_the_teacher_would_in_the_places_that_it_comes
     ring, uniform = load("ring", GAME), load("uniform", GAME)
     seen, wanted = imitation._Recorded(
         GAME.observations[0], ring, learned, uniform, range(8), seed=9, config=GAME
-    ).lessons()
+    ).examples()
     learned.reset([0] * len(seen), np.arange(len(seen)))
     answered = np.stack(learned.act(seen, np.arange(len(seen))))
     apart = [
