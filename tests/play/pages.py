@@ -32,6 +32,8 @@ OUT_OF_PLACE = """() => {
   if (view.id !== "table") return faults;
   if (view.scrollHeight > innerHeight) faults.push("the table is too high");
   const news = document.getElementById("news");  // cuts lines that are longer than what is seen of them
+  const log = document.getElementById("log").getBoundingClientRect(), end = news.getBoundingClientRect().bottom;
+  if (log.height && log.bottom > end + 1) faults.push("the end of the log cannot be seen");
   const apart = fields.filter(one => !one.closest("#arena, #news")).concat(news?.checkVisibility() ? [news] : []);
   const covered = apart.map(one => [name(one), one.getBoundingClientRect()]);
   return faults.concat(covered.flatMap(([one, a], i) => covered.slice(i + 1).filter(([, b]) =>
