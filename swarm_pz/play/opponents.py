@@ -6,7 +6,7 @@ SCRIPTED = (
     "corners", "uniform", "wavefront", "centre", "halo", "lasso",
     "breather", "pendulum", "tide", "stroller", "hoop", "runner",
 )  # fmt: skip
-LEARNED = ("hunter", "champion", "veteran", "finisher")
+LEARNED = ("hunter", "champion", "veteran", "finisher", "scholar")
 """Each has a face and an idea that beats it in `static/levels.js`, and plays without a server, too."""
 
 

@@ -24,6 +24,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.forms import commands_of, read_form
 from swarm_pz.play.frames import decode_frame, decode_target, encode_frame, encode_target
 from swarm_pz.play.game import TableConfig
+from swarm_pz.play.opponents import LEARNED
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.server.views import capture_fields, target_picture
@@ -198,7 +199,7 @@ def test_a_site_is_kept_anew_with_any_other_file_and_asks_nobody_else(tmp_path):
     files, zoo = site_files("https://lab.example/a&b/"), Path(__file__).parents[2] / "policies" / "zoo"
     assert b"""content="default-src 'none';""" in files["index.html"]
     assert b'property="og:image" content="https://lab.example/a&amp;b/static/picture.png"' in files["index.html"]
-    for name in ("hunter", "champion", "veteran", "finisher"):
+    for name in LEARNED:
         weights = (zoo / name / "policy.safetensors").read_bytes()
         assert files[f"static/engine/{name}.safetensors"] == weights
 

@@ -17,7 +17,8 @@ export const LEVELS = {
   hunter: { face: [2, 0.9, -0.5], says: "Sees you. It learned from games against scripts.", idea: "lap" },
   champion: { face: [3, 0.9, 0.2], says: "Sees you. It grew up in a league of learners.", idea: "lap" },
   veteran: { face: [2, 1, 0.7], says: "Sees you. It grew from the champion, and beats it.", idea: "lap" },
-  finisher: { face: [4, 1, -0.8], says: "The last one. It grew from the veteran.", idea: "four" },
+  finisher: { face: [4, 1, -0.8], says: "Sees you, and finds you where you hide.", idea: "four" },
+  scholar: { face: [1, 1, -0.9], says: "The last one. It learned from four teachers.", idea: "four" },
 };
 
 // Ideas: a sentence, and arcs that are drawn one after the other, each so many seconds after the last. An arc has one of the

@@ -36,7 +36,7 @@ const SCRIPTS = {
     return every((x) => 1 / (1 + Math.exp(((gathersLeft ? x : 1 - x) - front) / 0.03)));
   },
 };
-const LEARNED = ["hunter", "champion", "veteran", "finisher"];
+const LEARNED = ["hunter", "champion", "veteran", "finisher", "scholar"];
 
 export const PLAYERS = [...Object.keys(SCRIPTS), ...LEARNED];
 
