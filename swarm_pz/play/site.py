@@ -18,8 +18,8 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.opponents import opponents_among
 
 STATIC = Path(__file__).parent / "static"
-_OF_SERVERS = {"marks.js", "monitor.js", "practice.js", "study.css", "study.html", "study.js"}
-"""Files for other control systems, other people and studies, which need a server."""
+_OF_SERVERS = {"marks.js", "practice.js"}
+"""Files for other control systems and other people, which need a server."""
 _PICTURE = "static/picture.png"
 """Shown beside links to the page; the page itself never loads it."""
 _UNREAD = re.compile(rb"^ *(//.*|/\*.*\*/$)?", re.MULTILINE)

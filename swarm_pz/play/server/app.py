@@ -51,7 +51,7 @@ class Server:
     def app(self, hosts: Sequence[str], allowed_hosts: Sequence[str] = ()) -> ASGIApp:
         """Return the application, for its own names (with port) and those of a proxy."""
         own = [
-            page("/", "index.html"),
+            page("/", STATIC / "index.html"),
             Route("/recordings", self._recordings),
             Route("/recordings/{name}", self._recording),
             Route("/invitations/{room}.svg", self._invitation),

@@ -85,11 +85,11 @@ class AccessMiddleware:
         return 0, ""
 
 
-def page(path: str, name: str) -> Route:
+def page(path: str, file: Path) -> Route:
     """Return the route of a page."""
 
     async def answer(_: Request) -> FileResponse:
-        return FileResponse(STATIC / name)
+        return FileResponse(file)
 
     return Route(path, answer, middleware=[Middleware(GZipMiddleware)])
 

@@ -13,16 +13,19 @@ from typing import Annotated, Any
 
 import msgspec
 from starlette.exceptions import HTTPException
+from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
-from starlette.routing import Route
+from starlette.routing import BaseRoute, Mount, Route
+from starlette.staticfiles import StaticFiles
 
 from swarm_pz.errors import ConfigError, OutputError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.middleware import page
+from swarm_pz.play.server.middleware import STATIC, page
 from swarm_pz.play.server.rate_limit import AddressLimits
 from swarm_pz.play.server.study_games import StudyGames
+from swarm_pz.play.studies import PAGES
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Progress, Step, items_of
 from swarm_pz.play.studies.texts import html_of
@@ -101,20 +104,21 @@ class StudyHost:
         self._turns = [asyncio.Lock() for _ in self._visitors[::2]]
         """One for each pair that may meet: else one of them could open a game while the other's is settled."""
 
-    def routes(self) -> list[Route]:
+    def routes(self) -> list[BaseRoute]:
         """Return its pages and their requests."""
         return [
             Route("/", lambda _: RedirectResponse("/study")),
-            page("/study", "study.html"),
-            page("/study/monitor", "study.html"),
+            page("/study", PAGES / "study.html"),
+            page("/study/monitor", PAGES / "study.html"),
             Route("/study/monitor/data", self._monitor),
-            page("/study/{code}", "study.html"),
-            page("/study/{code}/game", "index.html"),
+            page("/study/{code}", PAGES / "study.html"),
+            page("/study/{code}/game", STATIC / "index.html"),
             Route("/study/{code}/state", self._answer(self._look), methods=["POST"]),
             Route("/study/{code}/done", self._answer(self._finish), methods=["POST"]),
             Route("/study/{code}/play", self._answer(self._play), methods=["POST"]),
             Route("/study/{code}/stop", self._answer(self._stop), methods=["POST"]),
             Route("/study/{code}/consent", self._consent),
+            Mount("/study-pages", GZipMiddleware(StaticFiles(directory=PAGES))),
         ]
 
     # --- participants -----------------------------------------------------------------------------

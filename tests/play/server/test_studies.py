@@ -20,7 +20,7 @@ from swarm_pz.play.factors import Factors
 from swarm_pz.play.server import studies
 from swarm_pz.play.server.studies import StudyHost, Visitor
 from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S
-from swarm_pz.play.studies import progress
+from swarm_pz.play.studies import PAGES, progress
 from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step
@@ -216,7 +216,7 @@ EARLY = ("Welcome", "A code is made of letters, digits, _ and -.", "This does no
 
 def test_every_phrase_of_the_page_is_in_the_example_of_a_language():
     words = tomllib.loads((STUDY / "german.toml").read_text())["words"]
-    source = (STUDY.parents[2] / "swarm_pz/play/static/study.js").read_text()
+    source = (PAGES / "study.js").read_text()
     found = re.findall(r'(?:paragraph\(|button\(|complain\(|inWords\(|return |told = |[ \[]\[)"([A-Z][^"\n]+)"', source)
     found += [*re.findall(r'draw\w*\("\w+", "([^"]+)"', source), *studies._HEADINGS.values()]
     assert {"Back", "Stop, and keep it", "Do you want to stop?"} < set(found)

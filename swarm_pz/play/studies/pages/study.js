@@ -1,7 +1,7 @@
 // A participant's page: it shows one step of the study after the other, as the server sends them.
 
-import { byId, make as makePlain } from "./elements.js";
-import { keep, recall } from "./store.js";
+import { byId, make as makePlain } from "/static/elements.js";
+import { keep, recall } from "/static/store.js";
 
 const [, , CODE = ""] = location.pathname.split("/");
 const STATE_MS = 2000; // between two requests, which also keep the participant present

@@ -1,6 +1,6 @@
 // The monitor of a study: a row for each participant. It only reads.
 
-import { byId, make } from "./elements.js";
+import { byId, make } from "/static/elements.js";
 
 const EVERY_MS = 2000;
 const HEADS = ["Name", "Where", "Last seen", "Step", "Block", "Order", "Games won", "Done"];
