@@ -45,6 +45,7 @@ def render(report: dict[str, Any], head: str = "") -> str:
             if (told := track["open_loop"])
         ],
         kinds=kinds_of(report),
+        field_seed=None if is_try(report) else report["seeds"].get("field"),
         opponents={name: list(map(_opponent, track["opponents"])) for name, track in said["tracks"].items()},
         costs=[
             (policy["name"], *(_cost(one, name) for name in ("commands", "seconds", "processor", "parameters")))
