@@ -155,7 +155,8 @@ HEAD = ("track", "system", "commands", "by", "won against all others, %", "95 %"
 def draw(order: Sequence[str], shares: NDArray[np.float64], path: Path) -> None:
     """Draw the share of its games that each entrant wins against each."""
     with drawing(path, (0.45 * len(order) + 3.0, 0.35 * len(order) + 2.2)) as figure:
-        matrix(figure.subplots(), order, shares, "% of its games that the row wins against the column")
+        others = np.where(np.eye(len(order)), np.nan, shares)  # nobody meets itself
+        matrix(figure.subplots(), order, others, "% of its games that the row wins against the column")
 
 
 def main() -> None:
