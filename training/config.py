@@ -171,10 +171,6 @@ class LeagueConfig(Config):
     pattern_share : float
         Share of the seats that patterns have among themselves; see `swarm_pz.policies.pattern`. Those that the learner
         beats make room for new ones.
-    oracle_rounds : int
-        Rounds of a double oracle among patterns before the learner begins. Its population joins the pool, and the
-        learner begins with an imitation of the best responses to it, to scripts and to `initial_opponents`; 0 for
-        neither. See `swarm_pz.training.oracle`.
     async_delay : int
         Steps of the learner from where an exploiter's training begins to where the learner waits for it. Other
         processes or machines train it meanwhile; the result is the same without them.
@@ -193,55 +189,4 @@ class LeagueConfig(Config):
     exploiter_every: Steps = 1_500_000
     exploiter_steps: StepsOrNone = 500_000
     pattern_share: Share = 0.3
-    oracle_rounds: Annotated[int, Range(0, 1000)] = 0
     async_delay: StepsOrNone = 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class DistilConfig(Config):
-    """A distillation.
-
-    Attributes
-    ----------
-    teachers : tuple of str
-        Policies by name or folder, the preferred ones first: each opponent is met as the first of them does that ends
-        with nearly as much as the best. They should look at the drones, since what goes by the clock cannot be learned.
-    opponents : tuple of str
-        Policies that the learner meets, in equal parts of the games; one that is named twice has two parts.
-    start_from : str, optional
-        A learned policy with the same network, by name or folder, whose weights the learner begins with.
-    population : str, optional
-        File of a double oracle, whose patterns it meets, too.
-    drawn : int
-        Laps and spots, drawn at random, that it meets, too.
-    rounds : int
-        Times that the learner plays all opponents while teachers tell what they would command.
-    game : GameConfig
-        The rules, and what the learner sees.
-    action_cells : int
-        As of `TrainConfig`.
-    width : int
-        As of `TrainConfig`.
-    seed : int
-        Of the network, the games and the order in which commands are learned.
-    threads : int
-        Threads of the network.
-    """
-
-    teachers: tuple[str, ...] = ("finisher", "carousel")
-    opponents: tuple[str, ...] = (*SCRIPTS, "veteran", "champion", "selfplay", "hunter", "finisher")
-    start_from: str | None = None
-    population: str | None = None
-    drawn: Annotated[int, Range(0, 10_000)] = 160
-    rounds: Annotated[int, Range(1, 1000)] = 7
-    game: GameConfig = field(default_factory=lambda: GameConfig(observation=ObservationConfig(grid=10)))
-    action_cells: Annotated[int, Range(2, 50)] = 5
-    width: Annotated[int, Range(8, 512)] = 64
-    seed: Annotated[int, Range(0, 2**32 - 1)] = 0
-    threads: Annotated[int, Range(1, 1024)] = 2
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check(len(self.teachers) > 0, "teachers", self.teachers, "at least one policy's name")
-        takes = self.game.team_systems[0].takes
-        check(takes == "density", "game.controllers", takes, "a system that takes densities")

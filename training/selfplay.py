@@ -4,7 +4,7 @@ An opponent that is beaten in a share p of the games is drawn with weight (1 - p
 Vinyals et al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575, 2019). Scripts
 have a fixed share: tactics are measured against them. So have patterns, which evolve: those that the learner beats make
 room for variations of the others. Now and then an exploiter starts from the learner's weights and learns to beat it
-alone. If it wins, it joins the pool. A double oracle among patterns may come first.
+alone. If it wins, it joins the pool.
 """
 
 from __future__ import annotations
@@ -20,25 +20,21 @@ from pathlib import Path
 import numpy as np
 
 from swarm_pz import policies
-from swarm_pz.errors import CheckpointError, ConfigError, Stopped
+from swarm_pz.errors import CheckpointError, Stopped
 from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.workers import BackgroundTasks, SerialExecutor, never
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.policies.network import Actor
-from swarm_pz.policies.pattern import KINDS, PatternPlayer, name_of, numbers_in
+from swarm_pz.policies.pattern import KINDS, PatternPlayer, numbers_in
 from swarm_pz.policy import Player
 from swarm_pz.training.callbacks import Checkpoint, RunCallback, RunState
-from swarm_pz.training.checkpoint import CHECKPOINT, is_begun, random_streams_kept
+from swarm_pz.training.checkpoint import CHECKPOINT, is_begun
 from swarm_pz.training.checkpoint import LEAGUE as STATE
 from swarm_pz.training.config import MAY_CHANGE, LeagueConfig
 from swarm_pz.training.exploit import respond
-from swarm_pz.training.imitation import imitate_best_responses
-from swarm_pz.training.oracle import double_oracle
 from swarm_pz.training.pool import Member, Pool
 from swarm_pz.training.ppo import SETTINGS, Training
 
-POPULATION = "population.json"
 _PATTERNS = 24
 """Patterns in a pool."""
 _EXPLOITED_GAMES = 100
@@ -64,8 +60,8 @@ class League:
     """One league in a folder, which goes on where it was; errors are as of `Training`.
 
     The folder holds ``config.json`` (its settings), ``league.json`` (the pool, for readers), ``main/`` (the learner's
-    run, whose checkpoint holds the pool, too), ``pool/`` (snapshots), ``exploiters/``, and ``population.json`` of a
-    double oracle. `workers` train exploiters; this process does, if none are given.
+    run, whose checkpoint holds the pool, too), ``pool/`` (snapshots) and ``exploiters/``. `workers` train exploiters;
+    this process does, if none are given.
     """
 
     def __init__(
@@ -100,7 +96,7 @@ class League:
             self.pool = Pool(invited, config_hash=settings.hash)
         with draft_of(folder / SETTINGS) as draft:
             draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
-        if stored is None and not config.oracle_rounds:
+        if stored is None:
             self._snapshot()
 
     def run(self, should_stop: Callable[[], bool] = never) -> LearnedPolicy:
@@ -115,8 +111,6 @@ class League:
                 f"{self.main.model.num_timesteps:,} of {total:,} steps; ask for more to go on"
             )
         is_dealt = False
-        if all(member.kind != "snapshot" for member in self.pool.members):
-            self._begin_with_best_responses(should_stop)
         with self._working():
             while self._follow_up(should_stop) < total:
                 step = self.main.model.num_timesteps
@@ -139,28 +133,6 @@ class League:
         policy.write(self.folder)
         self.main.env.close()
         return policy
-
-    def _begin_with_best_responses(self, should_stop: Callable[[], bool]) -> None:
-        """Let a population of patterns join the pool, and the learner imitate the best responses to all."""
-        learner, actor = self.config.learner, self.main.model.policy.actor
-        if not isinstance(actor, Actor):
-            raise ConfigError("oracle_rounds must be 0 for a learner whose control system takes no densities")
-        population = double_oracle(
-            self.folder / POPULATION,
-            self.config.oracle_rounds,
-            self._game,
-            seed=learner.seed,
-            threads=learner.threads,
-            say=self._say,
-            should_stop=should_stop,
-        )
-        opponents = (*self.config.scripts, *self.config.initial_opponents)
-        with random_streams_kept():
-            imitate_best_responses(
-                actor, self.main.policy, population, opponents, self._game, learner.seed, say=self._say
-            )
-        self.pool.members += [Member(name, name, "initial") for name in map(name_of, population.numbers)]
-        self._snapshot()
 
     @contextmanager
     def _working(self) -> Iterator[None]:

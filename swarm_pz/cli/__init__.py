@@ -46,7 +46,6 @@ def commands_of(program: str) -> dict[str, Callable[..., None]]:
         "train": learn.train,
         "sweep": learn.sweep,
         "league": learn.league,
-        "distil": learn.distil,
         "evaluate": compare.evaluate,
         "tournament": compare.tournament,
         "season": compare.season,

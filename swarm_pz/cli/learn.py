@@ -1,4 +1,4 @@
-"""Commands that learn: ``train``, ``sweep``, ``league`` and ``distil``; ``export`` writes what was learned as ONNX."""
+"""Commands that learn: ``train``, ``sweep`` and ``league``; ``export`` writes what was learned as ONNX."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
 from swarm_pz.errors import CheckpointError, PolicyError
 from swarm_pz.files import check_folder
-from swarm_pz.training.config import DistilConfig, LeagueConfig, TrainConfig
+from swarm_pz.training.config import LeagueConfig, TrainConfig
 
 if TYPE_CHECKING:
     from swarm_pz.evaluation.match import MatchResult
@@ -146,33 +146,6 @@ def league(
         matches = _against([script.__name__ for script in SCRIPTS], policy, learner.game, games, learner.threads)
     policy.with_results({match.opponent: match.summary() for match in matches}).write(out)
     tables.print_opponents(matches, f"{out.name} against the scripts")
-    print(f"policy: {out}")
-
-
-def distil(
-    config: Annotated[DistilConfig, tyro.conf.arg(name="")] = DistilConfig(),  # noqa: B008  (frozen)
-    out: Path = Path("runs/distilled"),
-    games: int = 40,
-) -> None:
-    """Train one tactic from several teachers: it meets each opponent as the teacher does that beats it.
-
-    Ctrl-C ends it after the round that is played, with what was learned.
-
-    Args:
-        config: The distillation.
-        out: Folder of the tactic.
-        games: Games against each opponent at the end, even.
-    """
-    need("train", "torch", "stable_baselines3")
-    from swarm_pz.training.distil import distil as learn_from
-
-    _check_games(games)
-    print_rules(config.game)
-    with stops_at_safe_points() as should_stop:
-        policy = learn_from(config, out, say=say, command=command(), should_stop=should_stop)
-    matches = _against(config.opponents, policy, config.game, games, config.threads)
-    policy.with_results({match.opponent: match.summary() for match in matches}).write(out)
-    tables.print_opponents(matches, f"{out.name} against the opponents")
     print(f"policy: {out}")
 
 
