@@ -248,6 +248,7 @@ export class Table {
   end() {
     const { outcome } = this.room, isWon = SIDES.includes(outcome) && (this.seat === null || outcome === SIDES[this.seat]);
     this.news.hush();
+    this.controls.pen.forget(); // a drawing that came too late is not of the last moment, nor of a recorded game
     putAt("waves", this.arena.lastCapture(SIDES.indexOf(outcome)));
     byId("waves").className = outcome;
     this.sound.play(isWon ? "won" : "over");

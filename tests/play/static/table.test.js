@@ -262,7 +262,9 @@ test("after a game between people both see the score, who wants another one, and
 
 test("a recorded game is watched aside from its room, and one comes back to the result, or to the next game", async () => {
   const { line, table } = await sit(), over = { ...fixtures.room, phase: "over", outcome: "red", recording: "a.jsonl" };
+  draw([0.2, 0.2]);
   line.hear("room", over);
+  assert.deepEqual(table.controls.pen.strokes, [], "a late drawing is not on the board of a recorded game");
   table.putAside();
   line.hear("room", { ...fixtures.room, phase: "replay", recording: "a.jsonl", last_tick: 30 });
   assert.deepEqual([table.seat, at("red-who").textContent, table.holds({ ...over, code: "WXYZ" }), table.holds({ ...over, wins: [1, 0] })], [null, "(you)", false, true]);
