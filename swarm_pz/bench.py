@@ -120,7 +120,7 @@ def measure(
     sizes = [
         (api, count, size, workers)
         for size, count, (api, workers) in itertools.product(drones, games, itertools.product(apis, threads))
-        if workers <= (1 if api == "jax" else min(cores, count)) and (api != "parallel_env" or count == 1)
+        if workers <= (1 if api.startswith("jax") else min(cores, count)) and (api != "parallel_env" or count == 1)
     ]
     check(bool(sizes), "threads", threads, f"at most as many as games, {games}, and cores, {cores}")
     speeds = []

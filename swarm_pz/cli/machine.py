@@ -104,7 +104,7 @@ def bench(
     apis["parallel_env"] = speed.make_parallel_env_step
     if jax:
         in_jax = importlib.import_module("swarm_pz.jax.speed")
-        apis["jax"] = in_jax.make_jax_step
+        apis |= in_jax.make_steps()
         print(f"games in JAX are on {in_jax.device()}")
     tables.print_speeds(speed.measure(apis, games, drones, threads, say), speed.machine())
 

@@ -10,18 +10,22 @@ from swarm_pz.config import GRID_CELLS
 from swarm_pz.jax.params import Array
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, RING_COUNTS
 
-_WEIGHTS = (FIELD_UNIT // RING_COUNTS).astype(np.int32)
+WEIGHTS = (FIELD_UNIT // RING_COUNTS).astype(np.int32)
 _FIXED = 29
 """Bits after the point of a coordinate from which its cell is computed: all that a float32 of 1/64 or more has."""
 
 
 def cells_of(positions: Array) -> Array:
     """Return the cells (N,), row * 50 + column. A coordinate times 50 is not rounded: a float32 could round it up."""
-    fixed = (positions * np.float32(2**_FIXED)).astype(jnp.int32)  # what is cut off lies within the first cell
-    high, low = fixed >> 16, fixed & 0xFFFF
-    along = (GRID_CELLS * high + (GRID_CELLS * low >> 16)) >> (_FIXED - 16)
-    column, row = jnp.minimum(along, GRID_CELLS - 1).T
+    column, row = along(positions).T
     return row * GRID_CELLS + column
+
+
+def along(coordinates: Array) -> Array:
+    """Return the columns, or rows, of coordinates."""
+    fixed = (coordinates * np.float32(2**_FIXED)).astype(jnp.int32)  # what is cut off lies within the first cell
+    high, low = fixed >> 16, fixed & 0xFFFF
+    return jnp.minimum((GRID_CELLS * high + (GRID_CELLS * low >> 16)) >> (_FIXED - 16), GRID_CELLS - 1)
 
 
 def fields_of(occupancy: Array) -> Array:
@@ -36,12 +40,17 @@ def fields_of(occupancy: Array) -> Array:
     narrow, wide = lax.optimization_barrier((narrow, wide))  # else they are added up anew for each column
     inner = narrow[:, :, 1 : size + 1] + narrow[:, :, 2 : size + 2] + narrow[:, :, 3 : size + 3]
     outer = sum(wide[:, :, d : d + size] for d in range(2 * BORDER + 1))
-    return _WEIGHTS * (outer - inner).astype(jnp.int32)
+    return WEIGHTS * (outer - inner).astype(jnp.int32)
 
 
 def limits_of(fields: Array, threshold: Array) -> Array:
-    """Return the values (2,) above which fields capture: the whole part of maximum * threshold / `PARTS`."""
-    most = fields.max(axis=(1, 2)).astype(jnp.uint32)
+    """Return the values (2,) above which fields capture."""
+    return limit_of(fields.max(axis=(1, 2)), threshold)
+
+
+def limit_of(maximum: Array, threshold: Array) -> Array:
+    """Return the whole part of maximum * threshold / `PARTS`."""
+    most = maximum.astype(jnp.uint32)
     # In halves of 16 bits, since 32 times 32 bits are too many.
     high, low, of_high, of_low = most >> 16, most & 0xFFFF, threshold >> 16, threshold & 0xFFFF
     one, other = high * of_low + (low * of_low >> 16), low * of_high

@@ -8,7 +8,6 @@ squares, since a dense image is quicker there than scattered updates.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import jax
@@ -26,26 +25,15 @@ from swarm_pz.config import (
     GameConfig,
 )
 from swarm_pz.errors import CommandError
+from swarm_pz.jax.controller import solve
 from swarm_pz.jax.fields import cells_of, fields_of, limits_of
 from swarm_pz.jax.observations import observe
 from swarm_pz.jax.params import Array, Params
-from swarm_pz.jax.state import State
-from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
-from swarm_pz.simulator.commands import coefficient_matrix
+from swarm_pz.jax.state import ABSENT, State
 
 _RULES = GameConfig()
-_CONTROLLER = ergodic_parameters(_RULES)
-_CELLS, _MODES, _HORIZON = _RULES.command_cells, _RULES.controller.modes, _RULES.controller.horizon
-_TRAIL = _RULES.trail_ticks
-_TIMES = np.array(_CONTROLLER.times, np.float32)
-_FREQUENCIES = (np.pi * np.arange(_MODES)).astype(np.float32)
-_MATRIX = coefficient_matrix(_MODES, _CELLS).astype(np.float32)
+_CELLS, _MODES, _TRAIL = _RULES.command_cells, _RULES.controller.modes, _RULES.trail_ticks
 _TICK = np.float32(1 / TICKS_PER_SECOND)
-_COSINE, _SINE = (
-    [np.float32((-1) ** (n // 2) * math.pi**n / math.factorial(n)) for n in range(first, 13, 2)] for first in (0, 1)
-)
-"""Taylor's factors of cos(pi x) and sin(pi x) / x, in powers of x squared."""
-_ABSENT = -1
 _NEVER = -(10**6)
 
 
@@ -69,7 +57,7 @@ def begin(positions: Array, params: Params) -> tuple[dict[str, Any], State]:
         positions=positions.astype(jnp.float32),
         velocities=still,
         accelerations=still,
-        teams=jnp.where(number < red, RED, jnp.where(number < red + blue, BLUE, _ABSENT)).astype(jnp.int8),
+        teams=jnp.where(number < red, RED, jnp.where(number < red + blue, BLUE, ABSENT)).astype(jnp.int8),
         trails=jnp.full((_TRAIL, places), -1, jnp.int16),
         occupancy=jnp.zeros((2, GRID_CELLS, GRID_CELLS), jnp.int16),
         memory=jnp.zeros((_MODES, _MODES, places), jnp.float32),
@@ -153,6 +141,10 @@ def sizes_of(teams: Array) -> Array:
 
 def advance(state: State, until: Array, params: Params) -> State:
     """Advance to a tick, or to the one that decides the game."""
+    if params.pallas:
+        from swarm_pz.jax import kernel
+
+        return kernel.advance(state, until, params.threshold)
     periods = -(-params.step_ticks // TICKS_PER_CONTROL_PERIOD)
 
     def one_tick(_: int, state: State) -> State:
@@ -199,74 +191,6 @@ def _targets(commands: Array) -> Array:
     return scaled / scaled.sum(axis=(1, 2), keepdims=True)
 
 
-def _harmonics(places: Array) -> tuple[Array, Array]:
-    """Return cos(pi k x) and sin(pi k x), (K, ...), to 1e-6.
-
-    The nearest whole number n to k x gives the sign, and what is left goes into a Taylor series: each entry by itself,
-    since tables that are put together from rows take a processor five times as long.
-    """
-    turns = jnp.arange(_MODES, dtype=jnp.float32).reshape(-1, *[1] * places.ndim) * places
-    whole = jnp.floor(turns + 0.5)
-    left = turns - whole
-    sign, square = 1.0 - 2.0 * (whole - 2.0 * jnp.floor(0.5 * whole)), left * left
-    return sign * _polynomial(_COSINE, square), sign * left * _polynomial(_SINE, square)
-
-
-def _polynomial(factors: list[np.float32], x: Array) -> Array:
-    result = factors[-1]
-    for factor in factors[-2::-1]:
-        result = result * x + factor
-    return result
-
-
-def solve(state: State, goes_on: Array) -> State:
-    """Choose all accelerations; the steps are those of `swarm_pz.kernels.controllers.ergodic.ergodic`.
-
-    Tables are `[mode, place]`, and point h of drone n is place h * N + n: what is summed lies side by side.
-    """
-    of_team = (state.teams == jnp.arange(2)[:, None]).astype(jnp.float32)  # (2, N)
-    positions, velocities = state.positions.T, state.velocities.T
-    with jax.default_matmul_precision("highest"):
-        (cos_x, _), (cos_y, _) = _harmonics(positions[0]), _harmonics(positions[1])
-        # Who was captured since the last solve remembers nothing.
-        decay = jnp.where(state.capture_ticks > state.tick - TICKS_PER_CONTROL_PERIOD, 0.0, _CONTROLLER.decay)
-        memory = decay * state.memory + cos_x[:, None] * cos_y[None, :]  # (K, K, N)
-        weight = decay * state.memory_weight + 1.0
-        share = of_team / (jnp.maximum(of_team.sum(axis=1, keepdims=True), 1.0) * (weight + _HORIZON))
-
-        ahead = (positions[:, None] + _TIMES[1:, None] * velocities[:, None]).reshape(2, -1)  # (2, H N)
-        (cos_x, sin_x), (cos_y, sin_y) = lax.optimization_barrier((_harmonics(ahead[0]), _harmonics(ahead[1])))
-        past = jnp.einsum("tn,kln->tkl", share, memory)
-        coming = jnp.einsum("tp,kp,lp->tkl", jnp.tile(share, _HORIZON), cos_x, cos_y)
-        wanted = jnp.einsum("tab,bk,al->tkl", state.targets, _MATRIX, _MATRIX)
-        error = _CONTROLLER.spectrum * (past + coming - wanted / wanted[:, :1, :1])  # (2, K, K)
-
-        is_blue = jnp.tile(state.teams == BLUE, _HORIZON)
-
-        def across(images: Array, table: Array) -> Array:
-            """Sum images (2, K, K) over k2 with a table (K, places), at each place its team's: (K, places)."""
-            red, blue = (images.reshape(-1, _MODES) @ table).reshape(2, _MODES, -1)
-            return jnp.where(is_blue, blue, red)
-
-        # Python's sums of rows become one loop with what they sum; a reduction over modes takes longer.
-        along_x = -sum(_FREQUENCIES[:, None] * sin_x * across(error, cos_y))
-        along_y = -sum(cos_x * across(error * _FREQUENCIES, sin_y))
-    margin = _CONTROLLER.wall_margin
-    beyond = jnp.maximum(ahead - (1.0 - margin), 0.0) + jnp.minimum(ahead - margin, 0.0)
-    gradient = jnp.stack([along_x, along_y]) + 2.0 * _CONTROLLER.wall_weight * beyond
-    costate = (_TIMES[:-1, None] * gradient.reshape(2, _HORIZON, -1)).sum(axis=1)
-    accelerations = -_CONTROLLER.inverse_control_weight * _TIMES[1] * costate.T
-    size = jnp.sqrt((accelerations**2).sum(axis=1, keepdims=True))
-    limit = _CONTROLLER.max_acceleration
-    accelerations = jnp.where(size > limit, accelerations * (limit / jnp.where(size > limit, size, 1.0)), accelerations)
-    is_there = (state.teams != _ABSENT)[:, None]
-    return state._replace(
-        accelerations=jnp.where(goes_on, jnp.where(is_there, accelerations, 0.0), state.accelerations),
-        memory=jnp.where(goes_on, memory, state.memory),
-        memory_weight=jnp.where(goes_on, weight, state.memory_weight),
-    )
-
-
 def _count(occupancy: Array, cells: Array, ticks: Array) -> Array:
     """Add ticks (...) to cells of an occupancy, counted row by row; where the cell is -1, nowhere."""
     place = jnp.where(cells >= 0, cells, occupancy.size)
@@ -276,7 +200,7 @@ def _count(occupancy: Array, cells: Array, ticks: Array) -> Array:
 def advance_tick(state: State, until: Array, threshold: Array) -> State:
     """Move, leave trails, capture: in the order of `swarm_pz.kernels.game.advance_game`."""
     goes_on = _goes_on(state, until)
-    moves = goes_on & (state.teams != _ABSENT)
+    moves = goes_on & (state.teams != ABSENT)
     velocities = state.velocities + jnp.where(moves[:, None], state.accelerations * _TICK, 0.0)
     there = state.positions + jnp.where(moves[:, None], velocities * _TICK, 0.0)
     positions = jnp.clip(there, 0.0, 1.0)

@@ -22,6 +22,8 @@ PARTS = 2**32
 """A threshold is a whole number of these, rounded up: so 0.9 of 100 is not less than 90."""
 MOST_DRONES = 200
 """Of both teams: the occupancy of more does not fit into int16."""
+MOST_FOR_PALLAS = 126
+"""More do not fit into a GPU's shared memory."""
 GRIDS = (10, 25, 50)
 _MAY_DIFFER = ("drones_per_team", "time_limit", "command_period", "capture", "observation")
 
@@ -29,7 +31,7 @@ _MAY_DIFFER = ("drones_per_team", "time_limit", "command_period", "capture", "ob
 @partial(
     jax.tree_util.register_dataclass,
     data_fields=["sizes", "step_ticks", "limit_ticks", "threshold", "times_left", "shares"],
-    meta_fields=["drones", "grid"],
+    meta_fields=["drones", "grid", "pallas"],
 )
 @dataclass(frozen=True)
 class Params:
@@ -51,15 +53,18 @@ class Params:
     """Places for drones, N. Static: another value compiles anew."""
     grid: int
     """Cells a side of the observed images; 0: lists of drones. Static."""
+    pallas: bool
+    """True: `swarm_pz.jax.kernel` plays. Static."""
 
 
-def make_params(config: GameConfig | None = None, *, drones: int | None = None) -> Params:
+def make_params(config: GameConfig | None = None, *, drones: int | None = None, pallas: bool = False) -> Params:
     """Return the parameters of a game, the default one if no `config` is given.
 
     Its teams' sizes, times, threshold and observation may be any that fit; games that differ in the first three can be
     stacked and mapped over, and share what was compiled. So do games of all sizes with as many places for `drones`, at
-    least the drones of both teams, which is the default. Raises a ConfigError that names the rule if one is not the
-    default one, or is not there in JAX.
+    least the drones of both teams, which is the default. With `pallas`, a kernel of Pallas plays each command period:
+    for NVIDIA GPUs; a processor interprets it. Raises a ConfigError that names the rule if one is not the default one,
+    or is not there in JAX.
     """
     rules, default = GameConfig() if config is None else config, GameConfig()
     for field in dataclasses.fields(GameConfig):
@@ -71,6 +76,7 @@ def make_params(config: GameConfig | None = None, *, drones: int | None = None) 
     total = rules.num_drones
     check(total <= MOST_DRONES, "drones_per_team", rules.drones_per_team, f"at most {MOST_DRONES} of both teams")
     places = total if drones is None else check_count(drones, "drones", total, MOST_DRONES)
+    check(not pallas or places <= MOST_FOR_PALLAS, "drones", places, f"at most {MOST_FOR_PALLAS} with pallas")
     limit = rules.limit_ticks
 
     def dimness(tick: int) -> int:
@@ -85,6 +91,7 @@ def make_params(config: GameConfig | None = None, *, drones: int | None = None) 
         shares=jnp.array(np.minimum(255.0 * np.arange(places + 1) / total + 0.5, 255.0).astype(np.uint8)),
         drones=places,
         grid=_grid_of(rules.observation),
+        pallas=pallas,
     )
 
 

@@ -16,10 +16,16 @@ from swarm_pz.jax.state import State
 _COMMANDS = 8
 
 
-def make_jax_step(config: GameConfig, games: int, threads: int) -> Callable[[], object]:
+def make_steps() -> dict[str, Any]:
+    """Return by name the makers of steps, with the kernel of Pallas where there is a GPU."""
+    plain = {"jax": make_jax_step}
+    return plain if jax.default_backend() == "cpu" else plain | {"jax, pallas": partial(make_jax_step, pallas=True)}
+
+
+def make_jax_step(config: GameConfig, games: int, threads: int, *, pallas: bool = False) -> Callable[[], object]:
     """Return a step of many games, with the observations of both sides; as `swarm_pz.bench.MakeStep` does."""
     del threads  # XLA takes those that it wants
-    params = make_params(config)
+    params = make_params(config, pallas=pallas)
     key, drawn = jax.random.split(jax.random.key(0))
     commands = jax.random.uniform(drawn, (_COMMANDS, 2, games, config.command_cells, config.command_cells))
     keys = jax.random.split(key, (_COMMANDS, games))

@@ -6,6 +6,9 @@ from typing import NamedTuple
 
 from swarm_pz.jax.params import Array
 
+ABSENT = -1
+"""Team of places without a drone."""
+
 
 class State(NamedTuple):
     """All that changes in a game of N places for drones."""
