@@ -14,6 +14,7 @@ export class Cover {
   constructor(link, begin) {
     this.opponents = [];
     this.note = ""; // to add to a result
+    this.isNew = false; // the seat was taken after the game
     /** @type {any} */
     this.picture = null; // of an idea
     this.link = link;
@@ -117,7 +118,7 @@ export class Cover {
     if (outcome === "draw") return `A draw: red ${red}, blue ${blue} when time was up.`;
     if (!SIDES.includes(outcome)) return "The game was stopped.";
     const winner = SIDES.indexOf(outcome), own = this.seat === winner ? "You won" : "You lost";
-    const won = this.seat === null ? `${NAMES[winner]} won` : own;
+    const won = this.seat === null || this.isNew ? `${NAMES[winner]} won` : own;
     if (timeIsUp(this.room) && red && blue) return `${won}: red ${red}, blue ${blue} when time was up.`;
     return `${won} after ${clock(Math.max(lastTick ?? 0, TICKS * (sizes.length - 1)))}. ${forfeit}`.trim();
   }

@@ -160,6 +160,7 @@ export class Table {
   }
 
   sitDown({ seat, commands, factors }) {
+    this.cover.isNew = this.seat === null && this.room?.phase === "over";
     this.seat = SIDES.indexOf(seat);
     this.vary(factors);
     this.controls.equip(this.seat, commands);
@@ -185,7 +186,7 @@ export class Table {
     if (phase !== "waiting" || entered) this.endPractice();
     if (entered && this.lesson.room !== room.code) this.lesson.stop();
     if (began || entered) this.forget();
-    if (began) this.isAway = false;
+    if (began) this.isAway = this.cover.isNew = false;
     if (starts || this.room?.paused) this.heardMs = performance.now();
     this.room = room;
     if (phase !== "replay") this.arena.look(this.seat ?? 0, this.seat === null ? [0, 1] : [this.seat]);

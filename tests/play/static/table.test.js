@@ -258,6 +258,16 @@ test("after a game between people both see the score, who wants another one, and
   line.hear("seated", { ...fixtures.seats.ergodic, seat: "blue" });
   line.hear("room", { ...fixtures.room, phase: "starting", wins: [1, 2], red: person });
   assert.deepEqual([table.seat, table.arena.guarded], [1, [1]]);
+  const told = () => { // as the page says it once it is shown
+    end();
+    return table.cover.result(90);
+  };
+  assert.match(told(), /^You lost/);
+  table.seat = null;
+  line.hear("seated", { ...fixtures.seats.ergodic, seat: "blue" });
+  assert.match(told(), /^Red won/, "a newcomer has not lost");
+  line.hear("room", fixtures.room);
+  assert.match(told(), /^You lost/);
 });
 
 test("a recorded game is watched aside from its room, and one comes back to the result, or to the next game", async () => {
