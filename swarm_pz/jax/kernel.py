@@ -1,8 +1,8 @@
-"""A step of a game as one kernel of Pallas, for GPUs: the game stays on chip for a command period.
+"""A command period of a game as one kernel of Pallas, for GPUs: the game stays on chip.
 
 A program plays one game. Drones are lanes, filled up with absent ones to a power of two: so nothing needs a mask.
-Small arrays lie in registers; trails, occupancy and memory in memory that caches hold. A whole capture field is
-computed only where it may capture somebody, as in `swarm_pz.kernels.capture`.
+Small arrays stay in registers, and caches hold trails, occupancy and memory. A whole capture field is computed only
+where it may capture a drone, as in `swarm_pz.kernels.capture`.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def advance(state: State, until: Array, threshold: Array) -> State:
 
 
 def _play(*refs: Any, barrier: Any) -> None:
-    """Play until the end of the period; the last six references are those of `changing` above."""
+    """Play until the end of the period; the last six references are the arrays of `changing` in `advance`."""
     wanted, spectrum, weights, *_, numbers, floats, whole, trails, occupancy, memory = refs
     until, threshold = numbers[1], lax.bitcast_convert_type(numbers[2], jnp.uint32)
     lanes = trails.shape[1]
@@ -168,7 +168,7 @@ def _play(*refs: Any, barrier: Any) -> None:
         y, speed_y = _move(game.y, game.speed_y, game.push_y)
         cells, slot = along(y) * GRID_CELLS + along(x), lax.rem(game.tick, _TRAIL)
         oldest = trails[slot].astype(jnp.int32)
-        barrier()  # all have read what lies there, and the occupancy of the tick before
+        barrier()  # until every warp has read this slot, and the occupancy of the tick before
         trails[slot] = jnp.where(moves, cells, -1).astype(jnp.int16)
         count(_place(teams, oldest, oldest >= 0), jnp.where(oldest >= 0, -1, 0))
         count(_place(teams, cells, moves), jnp.where(moves, 1, 0))
@@ -303,7 +303,7 @@ def _corner(cells: Array) -> Array:
 
 
 def _place(team: Array, cells: Array, is_there: Array) -> Array:
-    """Return where the occupancy of cells lies; of those that are not there, a corner that stays empty."""
+    """Return the places of cells in the occupancy; of absent ones, a corner that stays empty."""
     return jnp.where(is_there, team * _BOARD + _MIDDLE + _corner(cells), 0)
 
 
@@ -334,7 +334,7 @@ def _modes_of(one: tuple[Array, Array]) -> tuple[list[Array], list[Array]]:
 
 
 def _split(x: Array) -> tuple[Array, Array]:
-    """Return two parts whose products tensor cores compute exactly: those multiply numbers of 11 bits."""
+    """Return two parts that add up to x: tensor cores multiply numbers of 11 bits."""
     high = lax.bitcast_convert_type(lax.bitcast_convert_type(x, jnp.int32) & -(2**13), jnp.float32)
     return high, x - high
 
