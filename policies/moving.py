@@ -1,4 +1,4 @@
-"""Scripts that keep moving: levels of the page that one stroke does not beat, and `carousel`."""
+"""Scripts that keep moving: levels of the page that one stroke does not beat, `eddy` and `carousel`."""
 
 from __future__ import annotations
 
@@ -55,6 +55,13 @@ def runner(view: View) -> Array:
 def hoop(view: View) -> Array:
     """Roll a small ring around the middle in six seconds."""
     return ring_at(_lap(view, 0.15, 6), 0.15)
+
+
+@tactic(sees=CLOCK)
+def eddy(view: View) -> Array:
+    """Run a small lap beside the middle in six seconds, all together: seekers come into its ring one by one."""
+    angles = 2.0 * np.pi * view.steps / 6
+    return disc(view.distance_from(0.3 + 0.1 * np.stack([np.cos(angles), np.sin(angles)], axis=1)), 0.07)
 
 
 @tactic(sees=("own_positions", "opposing_positions"), grid=25)
