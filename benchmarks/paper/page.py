@@ -23,11 +23,12 @@ from swarm_pz.evaluation.provenance import versions
 OPENING = (
     "This page tests the claims of *A Game Benchmark for Real-Time Human-Swarm Control* about its game, by the "
     "rules of the paper and of its [released code](paper.md#the-released-code). Commands are drawings, converted "
-    "as the server does. A part holds (yes) if its whole 95 % interval does, and fails (no) if none of it does. "
-    "Of what *may* happen the verdict is how often it was seen. **All criteria were changed after a first look**: "
-    "[the table of claims](figures_claims.csv) has each first one, and why it changed; below is how it fared, by the "
-    "preset `paper`. So these verdicts describe the game; they do not confirm predictions. The paper gives no number "
-    "for *converges*: here the ergodic metric E must fall to a tenth, a bound of ours."
+    "as the server does. A claim has [parts with numbers](figures_parts.csv). A part holds if its whole 95 % interval "
+    "does, and fails if none of it does. If the paper says that something *may* happen, the verdict is how often it "
+    "was seen. **All criteria were changed after a first look**: [the table of claims](figures_claims.csv) has the "
+    "first ones and the reasons; the column *first criterion* says how they fared, by the preset `paper`. So these "
+    "verdicts describe the game; they do not confirm predictions. The paper gives no number for *converges*: here the "
+    "ergodic metric E must fall to a tenth, a bound of ours."
 )
 """Opening of the page, Markdown."""
 
@@ -131,7 +132,7 @@ def write_page(out: Path) -> None:
 
 
 def to_markdown(found: Sequence[Records]) -> str:
-    """Return a page: its opening, a table of verdicts, then each figure's parts and pictures."""
+    """Return a page: its opening, a table of verdicts, then each figure's pictures and note."""
     records = [record for one in found for record in one.values()]
     presets = sorted({record["preset"] for record in records})
     versions = sorted({f"seed {record['seed']}, swarm-pz {record['swarm_pz']}" for record in records})
@@ -153,7 +154,7 @@ def to_markdown(found: Sequence[Records]) -> str:
         "",
         OPENING,
         "",
-        f"{summary} ({'; '.join(versions)}). [All parts](figures_parts.csv).",
+        f"{summary} ({'; '.join(versions)}).",
         *([] if trial == 1 else ["", f"**A trial: {100 * trial:.0f} % of the games.**"]),
         "",
         f"|claim|first criterion|{'|'.join(f'`{preset}`' for preset in presets)}|",
@@ -167,24 +168,9 @@ def to_markdown(found: Sequence[Records]) -> str:
         first = next(iter(one.values()))
         lines += ["", f"## {first['name']}", ""]
         lines += [f"![{first['name']}, {preset}]({first['name']}_{preset}.png)" for preset in one]
-        lines += ["", f"|part|{'|'.join(f'`{preset}`' for preset in one)}|", "|---|" + "---|" * len(one)]
-        parts = [part for record in one.values() for part in record["parts"] if not part["ours"]]
-        lines += [_row(text, one) for text in dict.fromkeys(part["asked"] for part in parts)]
         if first["note"]:
             lines += ["", first["note"]]
     return "\n".join(lines) + "\n"
-
-
-def _row(text: str, one: Records) -> str:
-    found = [next((part for part in record["parts"] if part["asked"] == text), None) for record in one.values()]
-    return f"|{text}|{'|'.join(_cell(part) if part else '' for part in found)}|"
-
-
-def _cell(part: Mapping[str, Any]) -> str:
-    said, ends = part["answer"] and f"{part['answer']}: ", part["interval"]
-    if part["seen"]:
-        return f"{said}{part['seen'][0]} of {part['seen'][1]}"
-    return f"{said}{_show(part['value'])}" + (f" ({_show(ends[0])}..{_show(ends[1])})" if ends else "")
 
 
 def tables(found: Iterable[Records]) -> dict[str, list[tuple[str, ...]]]:
