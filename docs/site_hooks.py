@@ -22,7 +22,7 @@ from swarm_pz.play import protocol
 _LINK = re.compile(r"\]\(([\w./-]+)((?:#[^)\s]*)?)\)")
 _LANGUAGES = {
     ".py": "python", ".js": "javascript", ".html": "html", ".toml": "toml", ".json": "json", ".md": "markdown",
-    ".cpp": "cpp", ".rs": "rust", "": "bash",
+    ".yaml": "yaml", ".cpp": "cpp", ".rs": "rust", "": "bash",
 }  # fmt: skip
 _ENTRIES = "docs/board/entries"
 """The board in a clone; on the site it is a page."""
@@ -100,6 +100,8 @@ def _outside(page: str, target: str) -> str | None:
     """Return the path from the repository's root of a file that a page links to, or None of what the site has."""
     path = posixpath.normpath(posixpath.join("docs", posixpath.dirname(page), target))
     is_of_the_site = (
-        path.startswith("docs/") and not path.endswith((".py", ".csv", ".txt", ".conf")) and path != _ENTRIES
+        path.startswith("docs/")
+        and not path.endswith((".py", ".csv", ".txt", ".conf", ".toml", ".yaml"))
+        and path != _ENTRIES
     )
     return None if path.startswith("..") or is_of_the_site else path

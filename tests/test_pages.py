@@ -115,10 +115,14 @@ def site(tmp_path_factory):
     return folder
 
 
-def test_the_site_builds_without_a_warning_and_fetches_nothing(site):
+def test_the_site_builds_without_a_warning_fetches_nothing_and_links_to_pages_that_it_has(site):
     for path in site.rglob("*.html"):
-        loaded = re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="(https?:)?//', path.read_text())
+        text = path.read_text()
+        loaded = re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="(https?:)?//', text)
         assert not loaded, f"{path.relative_to(site)} fetches from another host"
+        links = re.findall(r'href="([^"#?:]+)[#?"]', text) if path.name != "404.html" else []  # shown at any address
+        missing = {link for link in links if not (path.parent / link).exists()}
+        assert not missing, f"{path.relative_to(site)} links to {missing}"
     assert "<math" in (site / "controller.html").read_text()
     assert "integrate_costate" in (site / "source/swarm_pz/kernels/controllers/ergodic.py.html").read_text()
     assert "<table>" in (site / "source/docs/tables/examples.csv.html").read_text()

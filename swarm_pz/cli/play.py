@@ -47,7 +47,7 @@ def play(
     robots: RobotsConfig = RobotsConfig(),  # noqa: B008  (frozen)
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
-    """Serve the table: play in a browser, against a person or a policy; every game is recorded.
+    """Serve the web page: play in a browser, against a person or a policy; every game is recorded.
 
     Args:
         opponent: Go straight into a game against this policy, a folder that training wrote, or FILE.py:NAME, a tactic
