@@ -28,7 +28,6 @@ from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.spawn import Seed, check_team
 from swarm_pz.spaces.observation import Observations, observe
 
-_INFOS = ("size", "captured", "lost", "recaptured", "time_s", "outcome")
 _LONGEST = 10**12
 """Steps of the longest game that can be asked for."""
 
@@ -238,12 +237,12 @@ class BatchEnv:
         `result` is the last step's, None before the first. The names: size, captured, lost, recaptured, time_s, and
         outcome: 1 for a win, -1 for a loss, else 0.
         """
-        games, none = self.simulator.games, np.zeros((self.num_games, 2), np.int64)
-        captured, recaptured = (none, none) if result is None else (result.captured, result.recaptured)
-        counts, times = np.empty((5, len(rows)), np.int64), np.empty(len(rows))
-        can_win = self.config.capture.enabled
-        count_infos(games.ticks, games.teams, captured, recaptured, rows, teams, can_win, counts, times)
-        return dict(zip(_INFOS, (*counts[:4], times, counts[4]), strict=True))
+        games, counts, times = self.simulator.games, np.empty((5, len(rows)), np.int64), np.empty(len(rows))
+        taken = (np.zeros((self.num_games, 2), np.int64),) * 2 if result is None else result[-2:]
+        count_infos(games.ticks, games.teams, *taken, rows, teams, self.config.capture.enabled, counts, times)
+        size, captured, lost, recaptured, outcome = counts
+        infos = {"size": size, "captured": captured, "lost": lost, "recaptured": recaptured, "time_s": times}
+        return infos | {"outcome": outcome}
 
     def close(self) -> None:
         """End the simulator's threads."""

@@ -229,6 +229,6 @@ def _masked(infos: dict[str, NDArray[Any]], mask: NDArray[np.bool_] | None = Non
     """Return infos with masks, as Gymnasium has them, of all games or of those in `mask`; others are zero."""
     masked: dict[str, Any] = {}
     for name, values in infos.items():
-        chosen = np.ones(len(values), np.bool_) if mask is None else mask.copy()
-        masked[name], masked[f"_{name}"] = np.where(chosen, values, np.zeros_like(values)), chosen
+        masked[name] = values if mask is None else values * mask
+        masked[f"_{name}"] = np.ones(len(values), np.bool_) if mask is None else mask.copy()
     return masked

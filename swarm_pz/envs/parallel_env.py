@@ -132,7 +132,7 @@ class CaptureEnv(OneGameEnv):
         """
         if not self.agents:
             raise GameOverError("the game has ended or not begun: call reset before step")
-        if not isinstance(actions, Mapping) or set(actions) != set(AGENTS):
+        if not isinstance(actions, Mapping) or actions.keys() != self.formats.keys():
             came = sorted(map(str, actions)) if isinstance(actions, Mapping) else repr(actions)
             raise CommandError(f"actions must hold one command for each of {list(AGENTS)}, got {came}")
         result = self.batch.step(CheckedCommands(self._read(actions)), self.screen.after_control_period)
@@ -140,8 +140,8 @@ class CaptureEnv(OneGameEnv):
 
     def _read(self, actions: Mapping[str, Any]) -> NDArray[np.float64]:
         """Return the commands (1, 2, *command_shape) of both agents."""
-        given = [actions[agent] for agent in AGENTS]
-        if self._are_alike and all(type(action) is np.ndarray and action.dtype == np.float32 for action in given):
+        red, blue = given = [actions[agent] for agent in AGENTS]
+        if self._are_alike and type(red) is type(blue) is np.ndarray and red.dtype == blue.dtype == np.float32:
             with suppress(CommandError, ValueError):  # at once, which is quicker; one by one it is said whose is wrong
                 return self.batch.pack(self.formats[AGENTS[RED]].read(np.array(given), 2, ""))[None]
         return np.array(

@@ -48,7 +48,7 @@ class ViewParameters(NamedTuple):
     brightness: Uint8s
     """(length,) of a trail, by its age in ticks."""
     interpolation: Float64s
-    """(grid, A) from a command's cells to the grid's."""
+    """(A, W) from a command's cells to the grid's, with zeros up to whole vectors."""
     channels: Int64s
     """(channels,) numbers of `swarm_pz.config.CHANNELS`, then of `MOTION_CHANNELS`."""
 
@@ -99,31 +99,27 @@ def paint_capture_field(board: Integers, ring_weights: Integers, threshold: floa
     """Paint 255 * value / maximum of a team's field, kept on the side of 192 that says whether the cell captures."""
     scratch = make_field_scratch(board, ring_weights)
     maximum = scratch.field[fill_field(board.ravel(), ring_weights, scratch)]
-    field, highest = scratch.field.reshape(GRID_CELLS, GRID_CELLS), scratch.largest
-    grid = plane.shape[0]
-    block = GRID_CELLS // grid
     if maximum == 0:
         return
-    limit = capture_limit(maximum, threshold)
-    for coarse_row in range(grid):
-        first = coarse_row * block  # `highest` is now of each column of the full grid, within a row of the plane
+    field, highest, grid = scratch.field, scratch.largest, plane.shape[0]
+    block = GRID_CELLS // grid
+    for coarse_row in range(grid if block > 1 else 0):
         for column in range(GRID_CELLS):
-            highest[column] = field[first, column]
-        for row in range(block - 1):
-            others = field[first + 1 + row]
+            highest[column] = field[coarse_row * block * GRID_CELLS + column]
+        for row in range(coarse_row * block + 1, (coarse_row + 1) * block):
+            others = field[row * GRID_CELLS :]
             for column in range(GRID_CELLS):
                 highest[column] = max(highest[column], others[column])
-        if block > 1:
-            for coarse_column in range(grid):
-                value = highest[coarse_column * block]
-                for column in range(coarse_column * block + 1, (coarse_column + 1) * block):
-                    value = max(value, highest[column])
-                highest[coarse_column] = value
-        line = plane[coarse_row]
-        for column in range(grid):
-            brightness = np.int32(255.0 * np.float64(highest[column]) / np.float64(maximum) + 0.5)
-            captures = highest[column] > limit
-            line[column] = max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
+        for coarse_column in range(grid):
+            value = highest[coarse_column * block]
+            for column in range(coarse_column * block + 1, (coarse_column + 1) * block):
+                value = max(value, highest[column])
+            field[coarse_row * grid + coarse_column] = value  # over rows that were read
+    limit, shades = capture_limit(maximum, threshold), plane.ravel()
+    for cell in range(len(shades)):
+        brightness = np.int32(255.0 * np.float64(field[cell]) / np.float64(maximum) + 0.5)
+        captures = field[cell] > limit
+        shades[cell] = max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
 
 
 @kernel
@@ -143,23 +139,21 @@ def paint_density_field(field: Float32s, threshold: float, plane: Uint8s) -> Non
 
 @kernel
 def paint_target(target: Float64s, interpolation: Float64s, plane: Uint8s) -> None:
-    """Paint the target's density over its largest cell; `interpolation` (grid, A) serves both axes."""
-    grid, cells = interpolation.shape
+    """Paint the target's density over its largest cell; `interpolation` (A, W) serves both axes."""
+    (cells, width), grid = interpolation.shape, plane.shape[0]
     most = largest(target)
-    across = interpolation.T.copy()
-    along_x = np.zeros((cells, grid), np.float64)
+    along_x, densities = np.zeros((cells, width), np.float64), np.empty(width, np.float64)
     for a in range(cells):
         for b in range(cells):
-            for column in range(grid):
-                along_x[a, column] += target[a, b] * across[b, column]
-    densities = np.empty(grid, np.float64)
+            for column in range(width):
+                along_x[a, column] += target[a, b] * interpolation[b, column]
     for row in range(grid):
         densities[:] = 0.0
         for a in range(cells):
-            if interpolation[row, a] == 0.0:  # most are: few cells are near
+            if interpolation[a, row] == 0.0:  # most are: few cells are near
                 continue
-            for column in range(grid):
-                densities[column] += interpolation[row, a] * along_x[a, column]
+            for column in range(width):
+                densities[column] += interpolation[a, row] * along_x[a, column]
         line = plane[row]
         for column in range(grid):
             line[column] = min(np.int32(255.0 * densities[column] / most + 0.5), np.int32(255))

@@ -19,6 +19,7 @@ from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, capture_f
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.fourier import Aims, make_targets
 from swarm_pz.kernels.game import GIVEN, Games, are_decided, take_up
+from swarm_pz.kernels.observation import Shown
 from swarm_pz.kernels.step import NO_REPORT, Report, step_games
 from swarm_pz.simulator.commands import CheckedCommands, coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
@@ -89,6 +90,8 @@ class Simulator:
         """(E, 2) ticks whose accelerations a control system of Python's has chosen already."""
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
+        self.shown = Shown(*(getattr(self.games, name) for name in Shown._fields))
+        """Those of them that are painted."""
         self._code: dict[Callable[..., None], Callable[..., None]] = {}
         self.reset()
 

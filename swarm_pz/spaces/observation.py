@@ -38,12 +38,14 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, GameConfig, ObservationConfig
-from swarm_pz.kernels.observation import Shown, ViewParameters, list_entities, paint_grids
+from swarm_pz.kernels.observation import ViewParameters, list_entities, paint_grids
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
 
 _WORTH_THREADS = 256
 """Number of images from which on threads are quicker."""
+_VECTOR = 32
+"""Numbers that compiled loops take at once."""
 
 Observations = Any
 """uint8 array (n, C, G', G'), float32 array (n, N, 5), or a dict of arrays with first axis n; n sides of n games."""
@@ -97,9 +99,8 @@ def observe(
         return _entities(simulator, teams, rows, limit)
     observations = np.empty((len(rows), len(observation.channels), observation.grid, observation.grid), np.uint8)
     rows, teams = np.ascontiguousarray(rows, np.int64), np.ascontiguousarray(teams, np.int64)  # as kernels read them
-    games, config = simulator.games, simulator.config
-    shown = Shown(*(getattr(games, name) for name in Shown._fields))
-    view = _view_parameters(observation, games.trails.shape[1], config.command_cells, config.capture.threshold)
+    shown, config = simulator.shown, simulator.config
+    view = _view_parameters(observation, shown.trails.shape[1], config.command_cells, config.capture.threshold)
 
     def paint(places: NDArray[np.int64]) -> None:
         weights = simulator.rules.ring_weights
@@ -127,7 +128,7 @@ def _view_parameters(observation: ObservationConfig, trail: int, cells: int, thr
         threshold=threshold,
         coarse_cells=(line[:, None] * observation.grid + line).ravel().astype(np.uint16),
         brightness=brightness_of_ages(trail),
-        interpolation=coarse_interpolation(observation.grid, cells),
+        interpolation=_padded_interpolation(observation.grid, cells),
         channels=np.array([(CHANNELS + MOTION_CHANNELS).index(channel) for channel in observation.channels]),
     )
 
@@ -142,6 +143,12 @@ def coarse_interpolation(grid: int, cells: int) -> NDArray[np.float64]:
     """Interpolate a command on the full grid and average blocks of it, along one axis."""
     full = interpolation_matrix(GRID_CELLS, cells)
     return np.ascontiguousarray(full.reshape(grid, GRID_CELLS // grid, cells).mean(axis=1))
+
+
+def _padded_interpolation(grid: int, cells: int) -> NDArray[np.float64]:
+    padded = np.zeros((cells, -(-grid // _VECTOR) * _VECTOR))
+    padded[:, :grid] = coarse_interpolation(grid, cells).T
+    return padded
 
 
 def _rows_of_drones(simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float32]:
