@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -115,7 +115,8 @@ def paint_capture_field(board: Integers, ring_weights: Integers, threshold: floa
             for column in range(coarse_column * block + 1, (coarse_column + 1) * block):
                 value = max(value, highest[column])
             field[coarse_row * grid + coarse_column] = value  # over rows that were read
-    limit, shades = capture_limit(maximum, threshold), plane.ravel()
+    limit = capture_limit(maximum, threshold)
+    shades: Any = plane.ravel()
     for cell in range(len(shades)):
         brightness = np.int32(255.0 * np.float64(field[cell]) / np.float64(maximum) + 0.5)
         captures = field[cell] > limit
