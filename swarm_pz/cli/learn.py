@@ -84,7 +84,7 @@ def sweep(
     workers: WorkerOptions = WORKERS,
     games: int = 100,
 ) -> None:
-    """Train the same tactic with several seeds, side by side: what the benchmark asks of a method.
+    """Train the same tactic with several seeds, as the benchmark asks of a method.
 
     What was stopped goes on where it was.
 

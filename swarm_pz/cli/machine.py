@@ -83,7 +83,7 @@ def bench(
     threads: tuple[int, ...] = (1, 2),
     jax: bool = False,
 ) -> None:
-    """Measure the speed of the simulator and the environments on this machine, and print one table.
+    """Measure the speed of the simulator and the environments on this machine.
 
     Args:
         games: Numbers of games side by side.

@@ -167,7 +167,7 @@ def replay(
 
 
 def site(out: Annotated[Path, tyro.conf.Positional], /, *, address: str = "") -> None:
-    """Write the page as a folder that any file host serves: games are played in the page itself, without a server.
+    """Write the page as a folder that any file host serves; games run in the page itself.
 
     Args:
         out: Folder of the page.

@@ -28,7 +28,7 @@ def run(
     allowed_hosts: tuple[str, ...] = (),
     countdown: float = 3.0,
 ) -> None:
-    """Serve a study: participants type a code and are led through it; started again, it goes on where it was.
+    """Serve a study, or continue it: participants type a code and are led through it.
 
     Args:
         study: The study's file; see docs/studies.md.
@@ -130,7 +130,7 @@ def _check_players(study: Study) -> None:
 
 
 def status(folder: Annotated[Path, tyro.conf.Positional], /) -> None:
-    """Say how far each participant of a study is; nothing is changed.
+    """Show how far each participant of a study is.
 
     Args:
         folder: Folder of the study's data.

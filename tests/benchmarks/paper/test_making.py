@@ -63,8 +63,7 @@ def test_pages_and_tables_tell_each_verdict_and_its_parts_and_which_are_ours_and
     page = (tmp_path / "figures.md").read_text()
     figure = claims.FIGURES["adversary"]
     assert f"|[adversary](#adversary): {figure.claim}|did not hold|reproduced|not reproduced|" in page
-    assert "`paper`: 1 reproduced; `released`: 1 not reproduced" in page and figure.note in page
-    assert "](adversary_released.png)" in page
+    assert figure.note in page and "](adversary_released.png)" in page
     assert "trial" not in page and all((tmp_path / f"figures_{name}.csv").is_file() for name in ("claims", "parts"))
     write(record_of("comebacks", [won], size=0.1), tmp_path)
     write_page(tmp_path)
