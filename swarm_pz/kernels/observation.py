@@ -208,10 +208,9 @@ def paint_grids(
             channel, plane = channels[number], observations[place, number]
             twin = place_of_twin(channels, number) if has_twins else -1
             if twin >= 0:
-                painted = observations[before, twin]
-                for row in range(plane.shape[0]):
-                    for column in range(plane.shape[1]):
-                        plane[row, column] = painted[row, column]
+                shades, painted = plane.ravel(), observations[before, twin].ravel()
+                for cell in range(len(shades)):
+                    shades[cell] = painted[cell]
                 continue
             is_own = channel % 2 == 0 if channel < OWN_NOW else (channel - OWN_NOW) % 2 == 0  # they come in pairs
             team = own if is_own else 1 - own

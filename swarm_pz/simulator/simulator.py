@@ -80,7 +80,6 @@ class Simulator:
             self.rules, self._variants = external_rules(self.config)
         self.control = Control(self.config)
         """The control systems of the teams."""
-        self._target_mass, self._tells_sending = float(self.config.controller.target_mass), self.config.tells_sending
         self.controller = ergodic_parameters(self.config)
         check_finite(self.rules)
         check_finite(self.controller)
@@ -92,6 +91,9 @@ class Simulator:
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
         self.shown = Shown(*(getattr(self.games, name) for name in Shown._fields))
         """Those of them that are painted."""
+        games, matrix = self.games, coefficient_matrix(self.config.controller.modes, self.config.command_cells)
+        sent, mass = games.sent if self.config.tells_sending else games.sent[:0], self.config.controller.target_mass
+        self._aims = Aims(games.targets, games.coefficients, sent, matrix, float(mass), holds=True)
         self._code: dict[Callable[..., None], Callable[..., None]] = {}
         self.reset()
 
@@ -283,12 +285,7 @@ class Simulator:
             asked, now = commands.reshape(*commands.shape[:2], self.control.room), (games.ticks, games.flown_by)
             take_up(asked, rows, teams, holds, *now, games.commands, games.former, games.commanded)
             commands = pictures
-        make_targets(commands, rows, teams, self._aims(holds=holds))
-
-    def _aims(self, *, holds: bool) -> Aims:
-        games, matrix = self.games, coefficient_matrix(self.config.controller.modes, self.config.command_cells)
-        sent = games.sent if self._tells_sending else games.sent[:0]
-        return Aims(games.targets, games.coefficients, sent, matrix, self._target_mass, holds)
+        make_targets(commands, rows, teams, self._aims._replace(holds=holds))
 
     def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: CheckedCommands | None = None) -> None:
         """Advance every game, or until the tick in which one team owns every drone.
@@ -340,7 +337,7 @@ class Simulator:
     ) -> None:
         given = self._no_densities if densities is None else densities
         parameters = (self.rules, self.controller, self._variants)
-        self.call(step_games, self.games, rows, ticks, *parameters, given, self._aims(holds=True), report)
+        self.call(step_games, self.games, rows, ticks, *parameters, given, self._aims, report)
 
     def call(self, kernel: Callable[..., None], *arguments: Any) -> None:
         """Call an entry point whose arguments have the same types at every call for these games; arrays in C order."""
