@@ -6,11 +6,11 @@ import { Trails } from "./trails.js";
 const FULL_RATE = 30; // of frames; with fewer, each is shown as it is until the next
 const OLDEST_MS = 250; // frames that took this much longer than the link does are not shown
 const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
-const FLASH_MS = 700, PULSE_MS = 400;
+const FLASH_MS = 700, FLASH_STEPS = 24, PULSE_MS = 400;
 const SPARKS = 7; // of a capture
 const JUMP_TICKS = 30; // frames farther apart begin another motion
 const WARNING_S = 0.4; // a drone is marked this long before it reaches ground that nearly captures it
-const MANY = 60; // drones that are painted smaller
+const MANY = 60; // drones that are painted smaller, and at whole pixels
 
 export class Arena {
   constructor(ground, drones, now, onTheWay = () => 0) {
@@ -25,7 +25,8 @@ export class Arena {
     this.guarded = [0, 1]; // teams whose drones are marked when they are in danger
     this.isLive = false;
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    onLook(() => { this.sprites = null; });
+    onLook(() => { this.sprites = {}; });
+    this.sprites = {}; // of a size, by their names
     this.forget();
   }
 
@@ -38,7 +39,7 @@ export class Arena {
 
   forgetMotion() {
     this.trails.forget();
-    this.flashes = [];
+    this.flashes = new Map(); // by their drones, the newest at the end
   }
 
   // Show the target of a side, and danger for the drones of the guarded teams.
@@ -60,7 +61,8 @@ export class Arena {
       frame.teams.forEach((team, drone) => {
         if (team === last.teams[drone]) return;
         changed.push(drone);
-        this.flashes.push({ drone, team, tick: frame.tick, began: performance.now() });
+        this.flashes.delete(drone);
+        this.flashes.set(drone, { team, tick: frame.tick, began: performance.now() });
       });
     }
     this.trails.take(frame);
@@ -74,7 +76,7 @@ export class Arena {
 
   // Where a team captured last; the middle if that was long ago.
   lastCapture(team) {
-    const { drone } = this.flashes.findLast((flash) => flash.team === team) ?? {};
+    const [drone] = [...this.flashes].findLast(([, flash]) => flash.team === team) ?? [];
     return drone === undefined ? [0.5, 0.5] : this.frame.positions.slice(2 * drone, 2 * drone + 2);
   }
 
@@ -99,31 +101,22 @@ export class Arena {
     const canvas = this.drones, side = canvas.width, pen = canvas.getContext("2d"), { teams, positions, velocities } = frame;
     // Where drones are by now: a frame carried on by its velocities.
     const places = this.places = positions.map((place, i) => Math.min(Math.max(place + ahead * velocities[i], 0), 1));
-    const size = side * (teams.length > MANY ? 0.008 : 0.0125);
+    const isMany = teams.length > MANY, size = side * (isMany ? 0.008 : 0.0125), snap = isMany ? Math.round : (value) => value;
+    const copy = (sprite, i) => {
+      const reach = sprite.width / 2;
+      pen.drawImage(sprite, snap(places[2 * i] * side - reach), snap((1 - places[2 * i + 1]) * side - reach));
+    };
+    if (this.sprites.size !== size) this.sprites = { size };
     pen.clearRect(0, 0, side, side);
     if (this.hasTrails) this.trails.paint(pen, frame, places, side);
-    const sprites = this.spritesOf(size), [{ width: reach }] = sprites;
-    for (let i = 0; i < teams.length; i++) {
-      pen.drawImage(sprites[teams[i]], places[2 * i] * side - reach / 2, (1 - places[2 * i + 1]) * side - reach / 2);
+    teams.forEach((team, i) => copy(this.droneOf(team, size), i));
+    const endangered = [...teams.keys()].filter((i) => this.guarded.includes(teams[i]) && this.isInDanger(frame, places, i));
+    for (const rim of [true, false]) for (const i of endangered) copy(this.ringOf(rim, size, side), i);
+    for (const [i, { team, tick, began }] of this.flashes) {
+      const step = Math.floor((performance.now() - began) / FLASH_MS * FLASH_STEPS);
+      if (step >= FLASH_STEPS || frame.tick > tick + JUMP_TICKS) this.flashes.delete(i); // the latter after a jump
+      else copy(this.flashOf(team, step / FLASH_STEPS, size), i);
     }
-    this.paintDanger(pen, frame, places, side, size);
-    this.paintFlashes(pen, places, side, size);
-  }
-
-  // Return a picture of a drone of each team, with a rim: hundreds of them are copied in less time than paths are filled.
-  spritesOf(size) {
-    if (this.sprites?.size === size) return this.sprites;
-    this.sprites = Object.assign([0, 1].map((team) => {
-      const side = 2 * Math.ceil(2 * size), canvas = newCanvas(side), pen = canvas.getContext("2d");
-      for (const [colour, reach] of [[look.ground, 1.45], [look.teams[team], 1]]) {
-        pen.fillStyle = colour;
-        pen.beginPath();
-        addDrone(pen, team, side / 2, side / 2, size * reach);
-        pen.fill();
-      }
-      return canvas;
-    }), { size });
-    return this.sprites;
   }
 
   // A drone is in danger on ground where the other team captures or nearly does, and shortly before it gets there.
@@ -133,36 +126,51 @@ export class Arena {
       this.ground.nears(1 - teams[i], x + ahead * velocities[2 * i], y + ahead * velocities[2 * i + 1])));
   }
 
-  paintDanger(pen, frame, places, side, size) {
-    const pulse = this.isCalm ? 1 : 1 + 0.25 * Math.sin(performance.now() / PULSE_MS * 2 * Math.PI);
-    pen.beginPath();
-    for (let i = 0; i < frame.teams.length; i++) {
-      if (!this.guarded.includes(frame.teams[i]) || !this.isInDanger(frame, places, i)) continue;
-      addDrone(pen, 0, places[2 * i] * side, (1 - places[2 * i + 1]) * side, 2.1 * size * pulse); // a ring
-    }
-    for (const [colour, width] of /** @type {[string, number][]} */ ([[look.ground, 0.009], [look.ink, 0.0045]])) {
-      pen.strokeStyle = colour;
-      pen.lineWidth = side * width;
-      pen.stroke();
-    }
+  // Return a small picture, which is painted once: hundreds of copies take less time than paths.
+  sprite(name, reach, paint) {
+    if (this.sprites[name]) return this.sprites[name];
+    const canvas = this.sprites[name] = newCanvas(2 * Math.ceil(reach));
+    paint(canvas.getContext("2d"), canvas.width / 2);
+    return canvas;
   }
 
-  paintFlashes(pen, places, side, size) {
-    const time = performance.now();
-    this.flashes = this.flashes.filter(({ tick, began }) => time - began < FLASH_MS && this.frame.tick <= tick + JUMP_TICKS); // not of a moment before a jump
-    for (const { drone, team, began } of this.flashes) {
-      const grown = (time - began) / FLASH_MS, x = places[2 * drone] * side, y = (1 - places[2 * drone + 1]) * side;
+  // A drone, with a rim.
+  droneOf(team, size) {
+    return this.sprite(`drone ${team}`, 2 * size, (pen, middle) => {
+      for (const [colour, reach] of [[look.ground, 1.45], [look.teams[team], 1]]) {
+        pen.fillStyle = colour;
+        pen.beginPath();
+        addDrone(pen, team, middle, middle, size * reach);
+        pen.fill();
+      }
+    });
+  }
+
+  // A ring around a drone in danger, or its rim.
+  ringOf(isRim, size, side) {
+    const pulse = this.isCalm ? 1 : 1 + 0.25 * Math.sin(performance.now() / PULSE_MS * 2 * Math.PI), radius = Math.round(4.2 * size * pulse) / 2;
+    return this.sprite(`ring ${isRim} ${radius}`, radius + 0.005 * side, (pen, middle) => {
+      pen.strokeStyle = isRim ? look.ground : look.ink;
+      pen.lineWidth = side * (isRim ? 0.009 : 0.0045);
+      pen.beginPath();
+      addDrone(pen, 0, middle, middle, radius);
+      pen.stroke();
+    });
+  }
+
+  // A capture, from its beginning, 0, to its end, 1.
+  flashOf(team, grown, size) {
+    return this.sprite(`flash ${team} ${grown}`, 8.5 * size, (pen, middle) => {
       pen.globalAlpha = 1 - grown;
       pen.strokeStyle = pen.fillStyle = look.teams[team];
       pen.lineWidth = 0.6 * size;
       pen.beginPath();
-      pen.arc(x, y, size * (1.6 + 3.2 * grown), 0, 7);
+      pen.arc(middle, middle, size * (1.6 + 3.2 * grown), 0, 7);
       pen.stroke();
       for (let k = 0; k < SPARKS && !this.isCalm; k++) {
-        const angle = drone + 2 * Math.PI * k / SPARKS, reach = size * (2 + 6 * Math.sqrt(grown));
-        disc(pen, x + reach * Math.cos(angle), y + reach * Math.sin(angle), 0.5 * size * (1 - grown));
+        const angle = 2 * Math.PI * k / SPARKS, reach = size * (2 + 6 * Math.sqrt(grown));
+        disc(pen, middle + reach * Math.cos(angle), middle + reach * Math.sin(angle), 0.5 * size * (1 - grown));
       }
-    }
-    pen.globalAlpha = 1;
+    });
   }
 }

@@ -21,6 +21,7 @@ export class News {
     this.seat = seat;
     this.isExplained = false;
     this.pieces = []; // newest first
+    this.latest = null; // a piece to be shown
     this.untold = [0, 0]; // captures of red and blue that were not announced yet
     byId("log").replaceChildren();
     this.hush();
@@ -28,6 +29,7 @@ export class News {
 
   // Say nothing more.
   hush() {
+    this.paint();
     clearTimeout(this.telling);
     this.telling = null;
     this.say("");
@@ -52,13 +54,22 @@ export class News {
     if (same) same.count += count;
     else this.pieces = [{ team, count, tick }, ...this.pieces].slice(0, MOST);
     this.untold[team] += count;
-    byId("log").replaceChildren(...this.pieces.map((piece) => (
-      make("li", { className: SIDES[piece.team] }, make("span", { className: "shape" }), `${clock(piece.tick)} ${this.words(piece)}`))));
-    const mayShow = performance.now() - this.answered >= ANSWER_MS;
-    if (mayShow && tick < MIXED_TICKS && !this.isExplained) this.answer("The swarms start mixed: some drones change sides at once.");
-    else if (mayShow) this.show(this.words(same ?? this.pieces[0]), SIDES[team], TOAST_MS);
+    this.latest = same ?? this.pieces[0];
+    if (this.mayShow && tick < MIXED_TICKS && !this.isExplained) this.answer("The swarms start mixed: some drones change sides at once.");
     this.isExplained = true;
     this.sound.play(this.seat === null || this.seat === team ? "took" : "lost");
+  }
+
+  get mayShow() { return performance.now() - this.answered >= ANSWER_MS; }
+
+  // Show captures that are not shown yet.
+  paint() {
+    const { latest } = this;
+    if (!latest) return;
+    this.latest = null;
+    byId("log").replaceChildren(...this.pieces.map((piece) => (
+      make("li", { className: SIDES[piece.team] }, make("span", { className: "shape" }), `${clock(piece.tick)} ${this.words(piece)}`))));
+    if (this.mayShow) this.show(this.words(latest), SIDES[latest.team], TOAST_MS);
   }
 
   words({ team, count }) {

@@ -243,6 +243,7 @@ export class Pen {
     if (!this.dirty) return;
     const { canvas, strength } = this, side = canvas.width, pen = canvas.getContext("2d");
     this.dirty = this.fadesSince !== null && strength > 0; // goes on fading
+    canvas.style.visibility = strength > 0 && this.strokes.length ? "" : "hidden"; // an empty canvas costs as much as a full one
     pen.clearRect(0, 0, side, side);
     for (const { brush, width, points } of strength > 0 ? this.strokes : []) {
       pen.globalCompositeOperation = "destination-out"; // later strokes replace earlier ones

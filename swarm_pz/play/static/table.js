@@ -17,6 +17,7 @@ const HIDDEN = { opponents: "your opponents", ground: "ground that captures", tr
 const UNVARIED = { hide: [], frame_rate: 30, share: 0 };
 const MOST_PIXELS = 900;
 const SILENCE_MS = 2000; // without a frame, after which the page says so
+const TOLD_EVERY_MS = 100; // numbers, chart and captures: where many drones change sides, they would cost as much as the board
 
 export class Table {
   // left: called to go back to the start; begin: opens a room by a message and begins in it at once.
@@ -27,7 +28,7 @@ export class Table {
     this.room = null;
     this.seat = null;
     this.place = this.leftPlace = null; // present and last room or recording
-    this.heardMs = 0; // when the latest frame came
+    this.heardMs = this.toldMs = 0; // when the latest frame came, and when numbers were shown
     this.isAway = false; // the clock was stopped
     /** @type {any} */
     this.lesson = NO_LESSON;
@@ -270,8 +271,8 @@ export class Table {
   // Show the time since the start, as news and recordings do, and the time limit.
   showTime(tick) {
     const { settings, phase, last_tick: last } = this.room, limit = phase === "replay" ? last / TICKS : settings.time_limit;
-    byId("time").textContent = clock(tick);
-    byId("time-of").textContent = limit === null ? "no limit" : `of ${clock(TICKS * limit)}`;
+    say("time", clock(tick));
+    say("time-of", limit === null ? "no limit" : `of ${clock(TICKS * limit)}`);
   }
 
   // Start the lesson; its code is fetched when needed.
@@ -355,16 +356,20 @@ export class Table {
     const isLeft = this.room?.phase === "playing" && this.seat !== null && this.opponent.gone;
     const left = isLeft ? `${this.opponent.label || "Your opponent"} has left for good: their swarm goes on with its last command.` : "";
     say("silence", this.room?.paused ? "Paused." : isSilent ? "The server is silent. You see the last moment that it sent." : left);
-    const shown = this.arena.paint(), told = byId("arena").dataset;
+    const shown = this.arena.paint(), told = byId("arena").dataset, now = performance.now();
     if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
     if (!shown || shown === this.shown || !this.room) return;
-    this.shown = shown;
     told.tick = shown.tick; // for measurements
+    if (now - this.toldMs < TOLD_EVERY_MS) return;
+    this.shown = shown;
+    this.toldMs = now;
     const blue = shown.teams.reduce((sum, team) => sum + team, 0), red = shown.teams.length - blue;
-    byId("red-size").textContent = red;
-    byId("blue-size").textContent = blue;
+    say("red-size", String(red));
+    say("blue-size", String(blue));
     this.showTime(shown.tick);
-    if (this.room.phase !== "replay") this.chart.add(shown.tick, red, blue);
+    if (this.room.phase === "replay") return;
+    this.chart.add(shown.tick, red, blue);
+    this.news.paint();
   }
 
   resize() {

@@ -85,7 +85,7 @@ test("drones in danger are ringed: those that are guarded, on ground that nearly
     arena.guarded = guarded;
     arena.take(frame(3, [0, 1], { fields: [field(), field(cell)], velocities: Float32Array.from(velocities) }));
     arena.paint();
-    return painted(arena.drones, "stroke", look.ink).filter(([part]) => part === "arc").length;
+    return arena.drones.getContext("2d").done.filter(({ did, style }) => did === "image" && painted(style, "stroke", look.ink).length).length;
   };
   const under = [12, 5, captures], ahead = [22, 5, 128];
   const ringed = [

@@ -316,6 +316,20 @@ test("while a room waits one practises in the page alone, until the game begins"
   assert.equal(line.last("ready").label, "Ann");
 });
 
+test("captures that come too soon after shown ones are shown a moment later, though nothing more happens", async () => {
+  const { line } = await sit(), places = [0.1, 0.1, 0.9, 0.9], shown = () => [at("red-size").textContent, at("log").all("li")[0]?.textContent];
+  const hear = (tick, teams) => {
+    line.hear("frame", { ...seen(teams, places), tick, serverMs: time.ms });
+    time.frame();
+  };
+  hear(90, [1, 1]);
+  hear(91, [0, 1]);
+  assert.deepEqual(shown(), ["0", undefined]);
+  time.pass(100);
+  time.frame();
+  assert.deepEqual(shown(), ["1", "0:03 You took 1 drone"]);
+});
+
 test("a game against a policy stops while one looks at help or at another tab, and no other game does", async (context) => {
   const { line, table } = await sit(), query = context.mock.method(document, "querySelector", () => null), told = () => line.said.filter(({ type }) => type === "pause").map(({ paused }) => paused);
   const look = (dialog) => {
