@@ -32,7 +32,7 @@ export class Arena {
 
   // Begin with another game.
   forget() {
-    this.frame = null;
+    this.frame = this.painted = null;
     this.ground.forget();
     this.forgetMotion();
   }
@@ -82,11 +82,13 @@ export class Arena {
 
   // Paint, and return the frame that is shown, or null if it is too old to show.
   paint() {
+    const { frame } = this, isWhole = this.rate === FULL_RATE;
+    if (frame === this.painted && !this.isLive && !this.flashes.size && !this.ground.dirty) return frame; // a board at rest
+    this.painted = this.isLive ? null : frame;
     if (this.ground.dirty) {
       this.ground.paint();
       this.shownTarget = this.ground.target?.number;
     }
-    const { frame } = this, isWhole = this.rate === FULL_RATE;
     if (!frame) {
       this.drones.getContext("2d").clearRect(0, 0, this.drones.width, this.drones.width);
       return null;

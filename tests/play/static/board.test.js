@@ -116,6 +116,20 @@ test("trails lead without a gap from where drones were to where they are shown, 
   assert.equal(fades() - before, 25, "a page that was hidden paints no more than can be seen");
 });
 
+test("a board at rest is painted once, and again where it changes", () => {
+  const paints = (act) => {
+    const { done } = arena.drones.getContext("2d");
+    act();
+    arena.paint();
+    return arena.drones.getContext("2d").done !== done;
+  };
+  arena.isLive = false;
+  assert.deepEqual([
+    paints(() => arena.take(frame(3, [0, 1]))), paints(() => {}), paints(() => arena.look(1)), paints(() => arena.take(frame(4, [0, 0]))),
+    paints(() => { time.ms += 500; }), paints(() => { time.ms += 500; }), paints(() => {}), paints(() => arena.forget()), paints(() => {}),
+  ], [true, false, true, true, true, true, false, true, false]);
+});
+
 // --- the ground -------------------------------------------------------------------------------------
 
 test("ground captures from the value on that Python paints it with", () => {
