@@ -129,8 +129,8 @@ class Aims(NamedTuple):
     """(E, 2, A, A) each sums to 1."""
     coefficients: Float32s
     """(E, 2, K, K) of the targets; indexed `[k1 (x), k2 (y)]`."""
-    sent: Bools
-    """(E, 2) whether each team was sent a target; (0, 2) where it is all the same."""
+    sent: Bools | None
+    """(E, 2) whether each team was sent a target; None where it is all the same."""
     matrix: Float64s
     """(A, K) integrals of cos(pi k x) times each cell's interpolation weight."""
     mass: float
@@ -140,15 +140,15 @@ class Aims(NamedTuple):
 
 
 @kernel
-def set_target(density: Float64s, e: int, team: int, aims: Aims) -> None:
+def set_target(density: Float64s, e: int, team: int, aims: Aims, sent: Bools | None) -> None:
     """Turn a density (A, A), whose cells `[row = y, column = x]` are not negative, into the target of a team."""
     matrix, target = aims.matrix, aims.targets[e, team]
-    if len(aims.sent):
+    if sent is not None:
         asked = np.empty_like(target)
         normalise(density, asked)
         if aims.holds and not differ(asked, target):
             return
-        aims.sent[e, team] = True
+        sent[e, team] = True
     normalise(density, target)
     along_x, sums = np.empty(matrix.shape, np.float64), np.empty((matrix.shape[1], matrix.shape[1]), np.float64)
     transform(target, matrix, aims.mass, along_x, sums, aims.coefficients[e, team])
@@ -159,4 +159,4 @@ def make_targets(densities: Float64s, rows: Int64s, teams: Int64s, aims: Aims) -
     """Turn densities (n, t, A, A) of the games `rows` (n,) and the teams (t,) into targets."""
     for place in range(len(rows)):
         for number in range(len(teams)):
-            set_target(densities[place, number], rows[place], teams[number], aims)
+            set_target(densities[place, number], rows[place], teams[number], aims, aims.sent)

@@ -95,13 +95,16 @@ def paint_trail_age(
 
 
 @kernel
-def paint_capture_field(board: Integers, ring_weights: Integers, threshold: float, plane: Uint8s) -> None:
-    """Paint 255 * value / maximum of a team's field, kept on the side of 192 that says whether the cell captures."""
+def paint_capture_field(board: Integers, ring_weights: Integers, threshold: float, grid: int, plane: Uint8s) -> None:
+    """Paint 255 * value / maximum of a team's field, kept on the side of 192 that says whether the cell captures.
+
+    The plane (grid * grid) is black before.
+    """
     scratch = make_field_scratch(board, ring_weights)
-    maximum = scratch.field[fill_field(board.ravel(), ring_weights, scratch)]
+    maximum = scratch.field[fill_field(board, ring_weights, scratch)]
     if maximum == 0:
         return
-    field, highest, grid = scratch.field, scratch.largest, plane.shape[0]
+    field, highest = scratch.field, scratch.largest
     block = GRID_CELLS // grid
     for coarse_row in range(grid if block > 1 else 0):
         for column in range(GRID_CELLS):
@@ -116,11 +119,9 @@ def paint_capture_field(board: Integers, ring_weights: Integers, threshold: floa
                 value = max(value, highest[column])
             field[coarse_row * grid + coarse_column] = value  # over rows that were read
     limit = capture_limit(maximum, threshold)
-    shades: Any = plane.ravel()
-    for cell in range(len(shades)):
-        brightness = np.int32(255.0 * np.float64(field[cell]) / np.float64(maximum) + 0.5)
-        captures = field[cell] > limit
-        shades[cell] = max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
+    for cell in range(len(plane)):
+        shade: Any = np.int32(255.0 * np.float64(field[cell]) / np.float64(maximum) + 0.5)
+        plane[cell] = np.uint8(max(shade, CAPTURES_FROM) if field[cell] > limit else min(shade, CAPTURES_FROM - 1))
 
 
 @kernel
@@ -206,9 +207,10 @@ def paint_grids(
         observations[place] = np.uint8(0)
         for number in range(len(channels)):
             channel, plane = channels[number], observations[place, number]
+            shades = plane.ravel()
             twin = place_of_twin(channels, number) if has_twins else -1
             if twin >= 0:
-                shades, painted = plane.ravel(), observations[before, twin].ravel()
+                painted = observations[before, twin].ravel()
                 for cell in range(len(shades)):
                     shades[cell] = painted[cell]
                 continue
@@ -216,13 +218,13 @@ def paint_grids(
             team = own if is_own else 1 - own
             drones = members[team, : sizes[team]]
             if channel < OWN_TRAIL_AGE:
-                paint_positions(games.positions[e], drones, coarse_cells, plane.ravel())
+                paint_positions(games.positions[e], drones, coarse_cells, shades)
             elif channel < OWN_CAPTURE_FIELD:
-                paint_trail_age(trails, drones, tick, coarse_cells, view.brightness, plane.ravel())
+                paint_trail_age(trails, drones, tick, coarse_cells, view.brightness, shades)
             elif channel < OWN_TARGET and games.reconstruction.shape[2]:
                 paint_density_field(games.reconstruction[e, team], threshold, plane)
             elif channel < OWN_TARGET:
-                paint_capture_field(games.occupancy[e, team], ring_weights, threshold, plane)
+                paint_capture_field(games.occupancy[e, team].ravel(), ring_weights, threshold, len(plane), shades)
             elif channel == OWN_TARGET:
                 paint_target(games.targets[e, own], view.interpolation, plane)
             elif channel == OWN_SHARE:

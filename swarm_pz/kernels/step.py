@@ -99,7 +99,7 @@ def step_games(
     if len(densities):
         for e in advancing[:count]:
             for team in range(2):
-                set_target(densities[e, team], e, team, aims)
+                set_target(densities[e, team], e, team, aims, aims.sent)
     advance_games(games, advancing[:count], left, rules, controller, variants)
     if is_reported:
         for e in rows:

@@ -75,6 +75,6 @@ def make_target(density: NDArray[np.float64], modes: int) -> tuple[NDArray[np.fl
     """
     targets, coefficients = np.empty((1, 1, *density.shape)), np.empty((1, 1, modes, modes), np.float32)
     only, matrix = np.zeros(1, np.int64), coefficient_matrix(modes, density.shape[-1])
-    aims = Aims(targets, coefficients, np.zeros((0, 2), np.bool_), matrix, 1.0, holds=False)
+    aims = Aims(targets, coefficients, None, matrix, 1.0, holds=False)
     make_targets(np.ascontiguousarray(density)[None, None], only, only, aims)
     return targets[0, 0], coefficients[0, 0]

@@ -92,7 +92,7 @@ class Simulator:
         self.shown = Shown(*(getattr(self.games, name) for name in Shown._fields))
         """Those of them that are painted."""
         games, matrix = self.games, coefficient_matrix(self.config.controller.modes, self.config.command_cells)
-        sent, mass = games.sent if self.config.tells_sending else games.sent[:0], self.config.controller.target_mass
+        sent, mass = games.sent if self.config.tells_sending else None, self.config.controller.target_mass
         self._aims = Aims(games.targets, games.coefficients, sent, matrix, float(mass), holds=True)
         self._code: dict[Callable[..., None], Callable[..., None]] = {}
         self.reset()

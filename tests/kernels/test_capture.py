@@ -97,3 +97,15 @@ def test_a_second_counts_whole(ago, counts):
     assert simulator.games.captures.tolist() == [[1, 0]]
     assert simulator.games.recaptures.tolist() == [[counts, 0]]
     assert simulator.games.capture_ticks[0, 16] == 1
+
+
+@pytest.mark.parametrize("each", [109, 1000], ids=["the most that int16 holds", "1,000 against 1,000"])
+def test_all_trails_in_one_cell_do_not_overflow_the_field_at_the_corner(each):
+    config = GameConfig(drones_per_team=each)
+    places = np.full((2 * each, 2), CENTRES[2])
+    places[each], places[each + 1 :] = CENTRES[0], CENTRES[40]
+    simulator = Simulator(config)
+    simulator.reset([0], scenario={"positions": places, "teams": [0] * each + [1] * each})
+    simulator.games.occupancy[0, 0, 4, 4] = config.num_drones * config.trail_ticks - each  # as if all had been red's
+    simulator.advance(1)
+    assert simulator.sizes.tolist() == [[each + 1, each - 1]]
