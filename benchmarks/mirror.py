@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.kernels.controllers.ergodic import saturate
-from swarm_pz.kernels.profiling import solve
+from swarm_pz.kernels.step import solve
 from swarm_pz.simulator import Simulator
 from tests.reference import ControllerReference, RuleReference, target_coefficients
 from tests.reference import saturate as saturate_reference

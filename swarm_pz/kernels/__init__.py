@@ -17,7 +17,6 @@
 `painting`        strokes of a brush on an image
 `arrays`          arrays by the type of their numbers
 `assignment`      who takes which place of a formation
-`profiling`       a control solve on its own, for tests
 `compiler`        how kernels are compiled
 `cache`           until when machine code is kept
 ================  ==========================================================

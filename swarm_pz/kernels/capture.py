@@ -167,13 +167,7 @@ def mark_captured(
 
 @loop
 def find_captured(
-    cells: Int16s,
-    teams: Int8s,
-    boards: Boards,
-    threshold: float,
-    peaks: Int64s,
-    scratch: FieldScratch,
-    captured: Bools,
+    cells: Int16s, teams: Int8s, boards: Boards, threshold: float, peaks: Int64s, scratch: FieldScratch, captured: Bools
 ) -> bool:
     """Mark the drones (N,) of one game that the opposing field captures, and return whether there are any.
 

@@ -13,7 +13,7 @@ import numpy as np
 from swarm_pz.kernels import entry_point, kernel, loop
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint64s
 from swarm_pz.kernels.capture import Boards, FieldScratch, find_captured, make_field_scratch
-from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard
+from swarm_pz.kernels.controllers.communication import ergodic_among_heard
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
 from swarm_pz.kernels.controllers.plans import plans_of
 from swarm_pz.kernels.dynamics import move
@@ -122,7 +122,10 @@ class RuleVariants(NamedTuple):
     """Of a working drone in a control period."""
     repair_chance: float
     """Of a failed one."""
-    communication: Communication
+    is_local: bool
+    """True: some drones may not receive the messages of all team-mates. Failed ones neither send nor receive."""
+    radius: float
+    """Map widths that a message reaches."""
     is_given: bool
     """True: another system than the ergodic controller flies some team."""
     unit: float
@@ -248,9 +251,9 @@ def solve_with_variants(
     if not variants.is_ergodic:
         swarm = with_teams(swarm, at_work(swarm.teams, games.failed[e]))
         swarm.accelerations[:] = np.float32(0.0)
-    elif variants.communication.is_local:
+    elif variants.is_local:
         swarm = with_teams(swarm, at_work(swarm.teams, games.failed[e]))
-        ergodic_among_heard(swarm, games.coefficients[e], controller, scratch, variants.communication.radius)
+        ergodic_among_heard(swarm, games.coefficients[e], controller, scratch, variants.radius)
     else:
         ergodic(swarm, games.coefficients[e], controller, scratch)
     if variants.is_given:

@@ -8,9 +8,9 @@ import numpy as np
 
 from swarm_pz.kernels import entry_point, exact_part
 from swarm_pz.kernels.arrays import Bools, Float64s, Int64s
-from swarm_pz.kernels.controllers.ergodic import ErgodicParameters
+from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, ergodic, make_scratch
 from swarm_pz.kernels.fourier import Aims, set_target
-from swarm_pz.kernels.game import Games, RuleParameters, RuleVariants, advance_games, has_loser
+from swarm_pz.kernels.game import Games, RuleParameters, RuleVariants, advance_games, has_loser, swarm_of
 
 
 class Report(NamedTuple):
@@ -104,3 +104,11 @@ def step_games(
     if is_reported:
         for e in rows:
             report_on(games, e, rules.capture_enabled, report)
+
+
+@entry_point
+def solve(games: Games, controller: ErgodicParameters) -> None:
+    """Do all of `ergodic` once in every game, for tests; it leaves a state that no game has, so restore a snapshot."""
+    scratch = make_scratch(games.teams.shape[1], controller)
+    for e in range(games.ticks.shape[0]):
+        ergodic(swarm_of(games, e, controller.warm_start), games.coefficients[e], controller, scratch)

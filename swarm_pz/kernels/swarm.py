@@ -31,11 +31,5 @@ class Swarm(NamedTuple):
 def with_teams(swarm: Swarm, teams: Int8s) -> Swarm:
     """Return the same drones with other teams (N,)."""
     return Swarm(
-        swarm.positions,
-        swarm.velocities,
-        teams,
-        swarm.memory,
-        swarm.memory_weight,
-        swarm.accelerations,
-        swarm.plans,
+        swarm.positions, swarm.velocities, teams, swarm.memory, swarm.memory_weight, swarm.accelerations, swarm.plans
     )

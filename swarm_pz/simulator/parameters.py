@@ -11,7 +11,6 @@ from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_
 from swarm_pz.config.sections import Occasion
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.capture import Boards, empty_boards
-from swarm_pz.kernels.controllers.communication import communication_parameters
 from swarm_pz.kernels.game import RuleParameters, RuleVariants
 
 _ENDLESS = 2**40
@@ -47,11 +46,12 @@ def rule_variants(config: GameConfig) -> RuleVariants | None:
         for occasion in get_args(Occasion)
     )
     reconstructs = config.capture.field == "reconstruction"
-    communication = communication_parameters(config)
+    radius = config.controller.communication_radius
+    is_local = radius is not None or dynamics.failure_rate > 0.0
     forgets_as_usual = capture_forgets == (False, True) and not any(command_forgets + sending_forgets)
     kernels = {system.kernel for system in config.team_systems}
     all_ergodic = kernels == {"ergodic"}
-    if forgets_as_usual and all_ergodic and not (reconstructs or communication.is_local):
+    if forgets_as_usual and all_ergodic and not (reconstructs or is_local):
         return None
     return RuleVariants(
         reconstructs=reconstructs,
@@ -61,7 +61,8 @@ def rule_variants(config: GameConfig) -> RuleVariants | None:
         can_fail=dynamics.failure_rate > 0.0,
         failure_chance=-math.expm1(-dynamics.failure_rate * CONTROL_PERIOD),
         repair_chance=-math.expm1(-dynamics.repair_rate * CONTROL_PERIOD),
-        communication=communication,
+        is_local=is_local,
+        radius=math.inf if radius is None else float(radius),
         is_given=not all_ergodic,
         unit=float(config.controller.max_acceleration),
         is_ergodic="ergodic" in kernels or reconstructs,

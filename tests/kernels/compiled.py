@@ -11,7 +11,7 @@ import numpy as np
 
 from swarm_pz.config import GameConfig, MemoryConfig
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.kernels.profiling import solve
+from swarm_pz.kernels.step import solve
 from swarm_pz.simulator import CheckedCommands, Simulator
 
 KINDS = {

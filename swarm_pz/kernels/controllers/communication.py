@@ -6,12 +6,8 @@ each drone; only step 4 differs.
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 
-from swarm_pz.config import GameConfig
 from swarm_pz.kernels import kernel
 from swarm_pz.kernels.arrays import Float32s, Int64s
 from swarm_pz.kernels.controllers.ergodic import (
@@ -25,24 +21,6 @@ from swarm_pz.kernels.controllers.ergodic import (
     weigh,
 )
 from swarm_pz.kernels.swarm import Swarm
-
-
-class Communication(NamedTuple):
-    """Limits of communication within a team."""
-
-    is_local: bool
-    """True if some drones may not receive the messages of all team-mates."""
-    radius: float
-    """Map widths that a message reaches."""
-
-
-def communication_parameters(config: GameConfig) -> Communication:
-    """Return the limits of communication; failed drones neither send nor receive."""
-    radius = config.controller.communication_radius
-    return Communication(
-        is_local=radius is not None or config.dynamics.failure_rate > 0.0,
-        radius=math.inf if radius is None else float(radius),
-    )
 
 
 @kernel
@@ -82,11 +60,7 @@ def find_own_coefficients(
 
 @kernel
 def ergodic_among_heard(
-    swarm: Swarm,
-    target: Float32s,
-    parameters: ErgodicParameters,
-    scratch: Scratch,
-    radius: float,
+    swarm: Swarm, target: Float32s, parameters: ErgodicParameters, scratch: Scratch, radius: float
 ) -> None:
     """Solve for every drone of one game that takes part, with c averaged over the drones within a radius.
 

@@ -16,17 +16,7 @@ from swarm_pz.kernels import kernel, loop
 from swarm_pz.kernels.arrays import Float32s, Float64s, Int8s, Int64s
 from swarm_pz.kernels.controllers.plans import follow_plans, make_plans
 from swarm_pz.kernels.fourier import PI, fill_harmonics
-from swarm_pz.kernels.lanes import (
-    WIDTH,
-    Lanes,
-    larger,
-    load,
-    load_some,
-    spread,
-    store,
-    store_some,
-    sum_rows,
-)
+from swarm_pz.kernels.lanes import WIDTH, Lanes, larger, load, load_some, spread, store, store_some, sum_rows
 from swarm_pz.kernels.swarm import Swarm
 
 _PLACES = 352

@@ -40,17 +40,8 @@ class FlockingParameters(NamedTuple):
 
 def flocking_parameters(config: GameConfig) -> FlockingParameters:
     """Return the numbers of flocking of a configuration."""
-    flocking = config.flocking
-    return FlockingParameters(
-        alignment=float(flocking.alignment),
-        cohesion=float(flocking.cohesion),
-        separation=float(flocking.separation),
-        communication_radius=float(flocking.communication_radius),
-        separation_radius=float(flocking.separation_radius),
-        max_turn=float(flocking.max_turn),
-        speed=float(flocking.speed),
-        period=CONTROL_PERIOD,
-    )
+    *names, _ = FlockingParameters._fields
+    return FlockingParameters._make([*(float(getattr(config.flocking, name)) for name in names), CONTROL_PERIOD])
 
 
 @kernel

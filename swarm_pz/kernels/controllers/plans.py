@@ -61,12 +61,7 @@ def follow_plans(
 
 @loop
 def make_plans(
-    drones: Int64s,
-    plans: Float32s | None,
-    scale: np.float32,
-    limit: np.float32,
-    slope_x: Float32s,
-    slope_y: Float32s,
+    drones: Int64s, plans: Float32s | None, scale: np.float32, limit: np.float32, slope_x: Float32s, slope_y: Float32s
 ) -> None:
     """Write the plans (N, H, 2) of drones: `scale` times the velocity part of the costate at each of their points.
 

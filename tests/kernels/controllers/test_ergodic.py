@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import DynamicsConfig, GameConfig, MemoryConfig
-from swarm_pz.kernels.profiling import solve
+from swarm_pz.kernels.step import solve
 from swarm_pz.simulator import Simulator
 from tests.kernels.states import SOFT, assert_mirrored, put, random_state, solved
 from tests.reference import ControllerReference
