@@ -36,7 +36,8 @@ def shown(images: Images, view: View) -> NDArray[np.float64]:
 
 
 BESTS: dict[str, Any] = json.loads(FILE.read_text())
-"""By track: ``constant`` and ``sequence``, each with ``images``, ``score`` and ``score_ci95``."""
+"""By track: `KINDS`, each with ``images``, ``score`` and ``score_ci95``."""
+KINDS = ("constant", "sequence", "lap")
 CONSTANT, SEQUENCE = (images_of(BESTS["field"][name]["images"]) for name in ("constant", "sequence"))
 """Tuples, so that digests of the two tactics below include them."""
 

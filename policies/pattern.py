@@ -49,6 +49,7 @@ KINDS = {
     "ring": _SPOT | {"radius": 0.33, "width": 0.12},
     "lap": _SPOT | {"width": 0.25, "along": 0.24, "across": 0.24},
     "lap begun opposite": _SPOT | {"width": 0.18, "along": 0.24, "across": 0.24, "start": 0.5, "look": 1.0},
+    "lap beside the middle": _SPOT | {"x": 0.3, "y": 0.3, "along": 0.1, "across": 0.1},
     "sweep": _SPOT | {"width": 0.15, "along": 0.35, "period": 20.0},
     "chase": _SPOT | {"lean": 1.0, "width": 0.12},
     "lasso": _SPOT | {"lean": 1.0, "radius": 0.25, "width": 0.08},

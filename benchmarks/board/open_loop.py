@@ -1,13 +1,14 @@
-"""Searches the best constant and the best sequence of images for each track, and plays them by the protocol.
+"""Searches the best constant, sequence of images and lap for each track, and plays them by the protocol.
 
 python -m benchmarks.board.open_loop [--tracks uniform field generated systems] [--processes 2]
 
 These players see the clock alone. The search is CMA-ES over log-densities at 5 by 5 places, between which an image is
 interpolated, with the square's symmetry (6 numbers an image) and without (25). A sequence has three images, and for how
-long each is shown, or is a lap: a spot that runs round the middle, with an image for each second. Candidates play every
-opponent of the track from both sides, on seeds of the search's own; those that a search ends with, those that scored
-most, and those that are in policies/open_loop.json play again on others. The best play the games of the protocol, and
-go into that file, track by track. With --again nothing is searched: what is in the file plays these games.
+long each is shown. A lap is a spot that runs round the middle or a place beside it, with an image for each second; it
+is the best of a grid. Candidates play every opponent of the track from both sides, on seeds of the search's own; those
+that a search ends with, those that scored most, and those that are in policies/open_loop.json play again on others. The
+best play the games of the protocol, and go into that file, track by track. With --again nothing is searched: what is in
+the file plays these games.
 """
 
 from __future__ import annotations
@@ -123,18 +124,20 @@ def against_all(players: Sequence[Images], track: Track, games: int, seed: int, 
 
 
 def laps() -> list[Images]:
-    """Return laps of several lengths, radii and widths."""
+    """Return laps of several lengths, radii and widths, round the middle and beside it."""
     x, y = cell_centres(CELLS)
+    around = [(0.5, *numbers) for numbers in product((6, 7, 8), (0.2, 0.25, 0.3), (0.035, 0.06))]
+    beside = [(0.3, *numbers) for numbers in product((5, 6, 7), (0.08, 0.1, 0.14), (0.05, 0.07))]
     found = []
-    for length, radius, width in product((6, 7, 8), (0.2, 0.25, 0.3), (0.035, 0.06)):
+    for centre, length, radius, width in [*around, *beside]:
         turns = 2.0 * np.pi * np.arange(length) / length
-        places = zip(0.5 + radius * np.cos(turns), 0.5 + radius * np.sin(turns), strict=True)
+        places = zip(centre + radius * np.cos(turns), centre + radius * np.sin(turns), strict=True)
         found.append(images_of([(1, np.maximum(disc(np.hypot(x - a, y - b), width), 1e-4)) for a, b in places]))
     return found
 
 
 def search(track: Track, pool: Executor) -> dict[str, Images]:
-    """Return the best constant and the best sequence for a track."""
+    """Return the best constant, the best sequence and the best lap for a track."""
     pairs, generations, candidates, more = BUDGET[track.name]
     x, y = cell_centres(CELLS)
     drawn = (np.ones_like(x), ring(np.hypot(x - 0.5, y - 0.5), width=0.15), corner_discs(x, y))
@@ -182,11 +185,11 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
         [
             *climb(((8, best["constant"][0][1]),) * IMAGES, True, 1.0),
             *climb((halo, uniform, corners), True, 1.0),
-            *laps(),
             *known("sequence"),
         ]
     )
     best["sequence"] = chosen([best["sequence"], *climb(best["sequence"], False, 0.5)])
+    best["lap"] = chosen(laps())
     return best
 
 

@@ -157,7 +157,7 @@ def _attack(results: Results, policy: int) -> dict[str, Any]:
 
 
 def _open_loop(results: Results, track: str) -> dict[str, Any] | None:
-    """Return the scores of the clock alone, and the gain over the better one."""
+    """Return the scores of the clock alone, and the gain over the best of them."""
     told = results.protocol.open_loop.get(track)
     if told is None:
         return None

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_pz.errors import require_extra
+from swarm_pz.policies import open_loop
 from swarm_pz.standard.figures import forfeits_of
 from swarm_pz.standard.report import is_try
 
@@ -40,7 +41,7 @@ def render(report: dict[str, Any], head: str = "") -> str:
             for policy, one in zip(report["policies"], said["attacks"], strict=True)
         ],
         open_loop=[
-            (name, *(_open_loop(told[kind]) for kind in ("constant", "sequence")), f"{told['gain']:+.3f}")
+            (name, *(_open_loop(told[kind]) for kind in open_loop.KINDS), f"{told['gain']:+.3f}")
             for name, track in said["tracks"].items()
             if (told := track["open_loop"])
         ],

@@ -150,7 +150,7 @@ class Protocol:
 
     @property
     def open_loop(self) -> dict[str, dict[str, Any]]:
-        """Scores of the best constant and the best sequence in each track, as of `open_loop.BESTS`."""
+        """Scores of the best players of the clock in each track, as of `open_loop.BESTS`."""
         found: dict[str, dict[str, Any]] = self.plain.get("open_loop", {})
         return found
 

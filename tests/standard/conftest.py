@@ -29,7 +29,7 @@ def tiny():
     robust = replace(robust, generations=1, candidates=4, search_games=2)
     alone = {
         kind: {"score": won, "score_ci95": [won - 0.1, won + 0.1]}
-        for kind, won in (("constant", 0.5), ("sequence", 0.25))
+        for kind, won in (("constant", 0.5), ("sequence", 0.25), ("lap", 0.125))
     }
     game = whole.game.replace(time_limit=3.0)
     plain = whole.plain | {"version": "tiny", "open_loop": {"field": alone}}

@@ -160,7 +160,7 @@ def test_pages_escape_what_others_wrote_and_fetch_nothing(pages):
 def test_the_board_shows_kinds_and_the_players_of_the_clock_alone(pages):
     text = (pages / "index.html").read_text()
     assert text.count('<td data-value="learned, scripted">') == 3
-    for kind, score in (("constant", "0.500"), ("sequence", "0.250")):
+    for kind, score in (("constant", "0.500"), ("sequence", "0.250"), ("lap", "0.125")):
         assert re.search(rf"best {kind}<small>.*?</small></th><td></td><td></td><td></td><td>{score}</td>", text)
 
 
