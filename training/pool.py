@@ -15,8 +15,8 @@ _PRIOR_GAMES = 10.0
 _REMEMBERED_GAMES = 200.0
 """Older games fade: the learner changes."""
 _TRIED_GAMES, _EASY = 30.0, 0.85
-"""Games, with those it starts with, that tell how hard a pattern is, and the learner's share of the points from which
-on it goes."""
+"""Games, with those it starts with, that tell how hard a pattern is, and the learner's mean share from which on it
+goes."""
 _SPREAD, _VARIED = 0.12, 0.06
 """Standard deviations, in the unit cube, of new patterns around those that have names, and around those that stay."""
 _NAMED = points_of(np.array([list(kind.values()) for kind in KINDS.values()]))
@@ -33,16 +33,16 @@ class Member:
     """"script", "initial", "snapshot", "exploiter" or "pattern"."""
     games: float = _PRIOR_GAMES
     score: float = _PRIOR_GAMES / 2
-    """The learner's points in these games; a draw is half a win."""
+    """The sum of the learner's shares of the drones at the ends of these games."""
 
     @property
     def beaten(self) -> float:
-        """The learner's share of the points."""
+        """The learner's mean share of the drones."""
         return self.score / self.games
 
-    def count(self, points: float) -> None:
-        """Count a game of the learner against it."""
-        self.games, self.score = self.games + 1.0, self.score + points
+    def count(self, share: float) -> None:
+        """Count a game of the learner against it, in which it had a share of the drones."""
+        self.games, self.score = self.games + 1.0, self.score + share
         if self.games > _REMEMBERED_GAMES:
             self.score *= _REMEMBERED_GAMES / self.games
             self.games = _REMEMBERED_GAMES

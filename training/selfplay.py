@@ -1,10 +1,10 @@
 """A league: one learner against a growing pool of scripts, its own snapshots and exploiters.
 
-An opponent that is beaten in a share p of the games is drawn with weight (1 - p)^k (prioritised fictitious self-play,
-Vinyals et al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575, 2019). Scripts
-have a fixed share: tactics are measured against them. So have patterns, which evolve: those that the learner beats make
-room for variations of the others. Now and then an exploiter starts from the learner's weights and learns to beat it
-alone. If it wins, it joins the pool.
+An opponent from which the learner takes a share p of the drones is drawn with weight (1 - p)^k (prioritised fictitious
+self-play, Vinyals et al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575,
+2019). Scripts have a fixed share: tactics are measured against them. So have patterns, which evolve: those that the
+learner beats make room for variations of the others. Now and then an exploiter starts from the learner's weights and
+learns to beat it alone. If it wins, it joins the pool.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class _Scores(RunCallback):
     def _on_step(self) -> bool:
         for info in self.locals["infos"]:
             if "outcome" in info and (name := self.names[info["opponent"]]) in self.members:
-                self.members[name].count(0.5 + 0.5 * info["outcome"])
+                self.members[name].count(float(info["share"]))
         return True
 
 
@@ -199,7 +199,7 @@ class League:
         # Systematic sampling: as random as needed, with less variance than independent draws.
         places = (generator.random() + np.arange(self.config.seats)) / self.config.seats
         chosen = [self.pool.members[i].name for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]
-        # A partner that did not explore would beat the learner that does, whatever it had learned.
+        # An equal that did not explore would beat the learner that does, whatever it had learned.
         noise = self.main.exploration()
         order = [chosen[i] for i in generator.permutation(len(chosen))]
         is_pattern = {member.name: member.kind == "pattern" for member in self.pool.members}
@@ -210,11 +210,11 @@ class League:
         self.main.deal([partners.get(name, patterns) for name in order], order)
 
     def _partner(self, name: str, noise: float) -> Player:
-        """Return a member of the pool; learned ones with noise."""
+        """Return a member of the pool; those that the league made play with noise, as the learner does."""
         member = next(member for member in self.pool.members if member.name == name)
         is_installed = member.kind in ("script", "initial")
         player = policies.load(member.source if is_installed else self.folder / member.source, self._game)
-        if isinstance(player, LearnedPolicy):
+        if isinstance(player, LearnedPolicy) and not is_installed:
             player.noise = noise
         return player
 

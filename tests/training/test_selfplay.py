@@ -77,7 +77,7 @@ def test_opponents_are_dealt_as_often_as_their_weights_say_in_an_order_that_chan
     assert sum(one != other for one, other in zip(orders[0], orders[0][1:], strict=False)) > 20
 
 
-def test_partners_explore_as_the_learner_does(tmp_path, monkeypatch):
+def test_snapshots_explore_as_the_learner_does_and_named_opponents_do_not(tmp_path, monkeypatch):
     dealt = []
     league = League(ONE_DEAL.replace(scripts=()), tmp_path, say=quiet)
     monkeypatch.setattr(league.main, "deal", lambda players, names: dealt.append(players[0]))
@@ -88,10 +88,13 @@ def test_partners_explore_as_the_learner_does(tmp_path, monkeypatch):
     first, later = dealt
     assert first.noise == pytest.approx(np.exp(LEARNER.log_std))
     assert later.noise == pytest.approx(league.main.exploration()) and later.noise < 0.99 * first.noise
+    league.pool.members = [Member("hunter", "hunter", "initial")]
+    league._deal()
+    assert dealt[-1].name == "hunter" and dealt[-1].noise == 0.0
 
 
-def test_a_won_game_is_a_point_for_the_learner_and_a_lost_one_is_none(tmp_path, monkeypatch):
-    ends, points = [], []
+def test_the_learner_has_all_drones_of_a_won_game_and_none_of_a_lost_one(tmp_path, monkeypatch):
+    ends, shares = [], []
     step_wait = SwarmVecEnv.step_wait
 
     def decided(self):
@@ -99,13 +102,14 @@ def test_a_won_game_is_a_point_for_the_learner_and_a_lost_one_is_none(tmp_path, 
         teams[0], teams[1] = sides[0], 1 - sides[1]  # all drones of a game on one side: the first is won, the next lost
         result = step_wait(self)
         _, rewards, dones, _ = result
-        ends.extend(0.5 + 0.5 * np.sign(np.trunc(rewards[dones])))  # to win or lose counts one, and what was captured
+        signs = np.sign(np.trunc(rewards[dones]))  # to win or lose counts one, and what was captured
+        ends.extend(0.5 + 0.5 * signs[signs != 0.0])
         return result
 
     monkeypatch.setattr(SwarmVecEnv, "step_wait", decided)
-    monkeypatch.setattr(Member, "count", lambda _, gained: points.append(gained))
+    monkeypatch.setattr(Member, "count", lambda _, share: shares.append(share))
     League(ONE_DEAL, tmp_path, say=quiet).run()
-    assert points == ends and {0.0, 1.0} <= set(points)
+    assert [share for share in shares if share in (0.0, 1.0)] == ends and {0.0, 1.0} <= set(ends)
 
 
 @pytest.mark.parametrize(("points", "is_early"), [(2.9, False), (3.0, True)])
