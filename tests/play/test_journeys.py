@@ -240,7 +240,7 @@ def test_a_running_game_is_not_left_by_a_slip(open_page):
     wait_for_play(page)
     room = room_of(page)
     for stays in (True, False):
-        page.go_back()
+        page.evaluate("history.back()")  # go_back does nothing while the browser has not noted the page's entries yet
         expect(text_of(page, "leaving")).to_be_visible()
         assert room_of(page) == room
         expect(text_of(page, "stay")).to_be_focused()
