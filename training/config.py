@@ -149,19 +149,20 @@ class LeagueConfig(Config):
     scripts : tuple of str
         Policies that are in the pool from the start; none for pure self-play.
     initial_opponents : tuple of str
-        Learned tactics, by name or folder, that are in the pool from the start, too. They are dealt as snapshots are.
+        Learned tactics, by name or folder, that are in the pool from the start, too. They are dealt as snapshots are,
+        but do not explore.
     seats : int
         Opponents dealt at a time.
     cycle : int
         Steps between two deals.
     pfsp_exponent : float
-        k of the weight (1 - p)^k of an opponent that is beaten in a share p of the games.
+        k of the weight (1 - p)^k of an opponent from which the learner takes a mean share p of the drones.
     floor : float
         What is added to every weight.
     script_share : float
         Share of the seats that scripts have among themselves; all of them as long as nobody else is there.
     snapshot_score : float
-        Score against the newest snapshot from which on the next is taken.
+        Mean share of the drones against the newest snapshot from which on the next is taken.
     snapshot_every : int
         Steps after which one is taken at the latest.
     exploiter_every : int

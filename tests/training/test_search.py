@@ -10,7 +10,7 @@ from swarm_pz.evaluation.rollout import FaultError
 from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.policies.pattern import KINDS, PatternPlayer, points_of
 from swarm_pz.training import search as searches
-from swarm_pz.training.search import Target, rounds_of, search, search_against, worth
+from swarm_pz.training.search import Target, search, search_against, worth
 
 GAME = GameConfig(time_limit=40.0, drones_per_team=4)
 RING = Target("ring", GAME)
@@ -30,7 +30,8 @@ def test_a_search_that_is_stopped_says_so():
     with pytest.raises(Stopped, match="begins again"):
         search_against(RING, should_stop=lambda: next(asked, True), **how)
     assert len(search_against(RING, show=lambda *done: shown.append(done), **how)) == 3
-    assert shown == [(number, rounds_of(1)) for number in range(1, rounds_of(1) + 1)]
+    rounds = len(KINDS) + 2  # a generation from each of the two best kinds
+    assert shown == [(number, rounds) for number in range(1, rounds + 1)]
 
 
 @pytest.mark.parametrize("place", [0, 1])
