@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
 from benchmarks.board import ENTRIES
-from benchmarks.board.entries import add, play
+from benchmarks.board.entries import add, attack, play
 from benchmarks.board.page import build
 from swarm_pz.errors import SwarmError
 from swarm_pz.evaluation.workers import open_pool
@@ -19,7 +20,7 @@ def main() -> None:
     """Run a command; errors of this project end it with one line and status 2."""
     parser = argparse.ArgumentParser(prog="scripts/board", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
-    adding = commands.add_parser("add", help="make an entry of a method's policies, and run the benchmark on it")
+    adding = commands.add_parser("add", help="make an entry of policies, run the benchmark on it, let it attack others")
     adding.add_argument("name", help="of the entry's folder, and of the method: a to z, 0 to 9 and '-'")
     adding.add_argument("policies", nargs="+", help="names, or folders with weights: one of each training seed")
     adding.add_argument("--by", required=True, help="who made it, 60 letters or fewer")
@@ -42,7 +43,10 @@ def main() -> None:
         if given.command in ("add", "play"):
             names = [given.name] if given.command == "add" else given.names
             with open_pool(given.processes) as pool:
-                play(ENTRIES, protocol, given.work, names, pool=pool, say=print, command=" ".join(sys.argv[1:]))
+                how: dict[str, Any] = {"pool": pool, "say": print, "command": " ".join(sys.argv[1:])}
+                play(ENTRIES, protocol, given.work, names, **how)
+                if given.command == "add":
+                    attack(ENTRIES, protocol, given.work, given.name, **how)
         elif given.command == "refresh":
             refresh()
         else:

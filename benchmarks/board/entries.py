@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,8 +17,8 @@ from swarm_pz.files import read_toml
 from swarm_pz.policy import load, registered
 from swarm_pz.policy.identity import identity_of
 from swarm_pz.standard import Entry as MeasuredEntry
-from swarm_pz.standard import Protocol, run
-from swarm_pz.standard.report import REPORT, read_report
+from swarm_pz.standard import Protocol, meet, run
+from swarm_pz.standard.report import REPORT, encode, read_report
 
 CARD, POLICIES = "entry.toml", "policies"
 LETTERS = {"by": 60, "notes": 300, "link": 200, "policies": 200}
@@ -115,6 +117,23 @@ def play(place: Path, protocol: Protocol, work: Path, names: Sequence[str] = (),
         entry = entries[name]
         run(MeasuredEntry(policies=entry.policies, name=name), work / name, protocol=protocol, attackers=others, **how)
         shutil.copyfile(work / name / REPORT, entry.folder / REPORT)
+
+
+def attack(
+    place: Path, protocol: Protocol, work: Path, name: str, *, pool: Executor, say: Callable[[str], None], **how: Any
+) -> None:
+    """Let an entry attack all others, and run the benchmark again on those that it beats more than anybody before."""
+    entries = {folder.name: read(folder) for folder in folders(place)}
+    newcomers = {f"{name}/{number}": policy for number, policy in enumerate(entries.pop(name).policies)}
+    for other in entries.values():
+        if (report := other.report) is None:
+            continue
+        with tempfile.TemporaryDirectory(prefix="swarm-pz-") as folder:
+            if meet(report, other.policies, newcomers, Path(folder), protocol=protocol, pool=pool):
+                (other.folder / REPORT).write_text(encode(report))
+                continue
+        say(f"{name} beats {other.name} more than anybody before")
+        play(place, protocol, work, [other.name], pool=pool, say=say, **how)
 
 
 def read_card(path: Path) -> dict[str, str]:

@@ -97,11 +97,10 @@ def figures(results: Results) -> dict[str, Any]:
     for place, name in enumerate(results.tracks):
         attacked = name == ROBUST
         opponents = _opponents(results, CHOICE if attacked else name)
-        worst = min(opponents, key=lambda one: float(one["score"]))
         tracks[name] = {
             "score": _short(values[place]),
             "score_ci95": _short([low[place], high[place]]),
-            "worst": {"opponent": worst["opponent"], "score": worst["score"]},
+            "worst": worst_of(opponents),
             "late": None if attacked else _late(results, name),
             "open_loop": _open_loop(results, name),
             "opponents": opponents,
@@ -129,12 +128,20 @@ def _late(results: Results, track: str) -> float:
 def _opponents(results: Results, track: str) -> list[dict[str, Any]]:
     """Return the results against each opponent of a track."""
     names = dict.fromkeys(name for policy in range(results.policies) for name in results.of(track, policy))
-    found = []
-    for name in names:
-        by_policy = [results.of(track, policy).get(name, []) for policy in range(results.policies)]
-        found.append({"opponent": name, **_counts([game for games in by_policy for game in games])})
-        found[-1]["scores"] = [_short(share_of(games)) if games else None for games in by_policy]
-    return found
+    everybody = range(results.policies)
+    return [result_of(name, [results.of(track, policy).get(name, []) for policy in everybody]) for name in names]
+
+
+def result_of(opponent: str, by_policy: Sequence[Sequence[Line]]) -> dict[str, Any]:
+    """Return the results against an opponent, of each policy's games against it."""
+    scores = [_short(share_of(games)) if games else None for games in by_policy]
+    return {"opponent": opponent, **_counts([game for games in by_policy for game in games]), "scores": scores}
+
+
+def worst_of(opponents: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return the name of the opponent that leaves an entry least, and the entry's score against it."""
+    worst = min(opponents, key=lambda one: float(one["score"]))
+    return {"opponent": worst["opponent"], "score": worst["score"]}
 
 
 def _counts(games: Sequence[Line]) -> dict[str, Any]:

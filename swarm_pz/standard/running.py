@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,10 +24,11 @@ from swarm_pz.kernels.cache import processor
 from swarm_pz.policy import Player, sort_of
 from swarm_pz.policy.identity import identity_of
 from swarm_pz.standard import attacks
-from swarm_pz.standard.figures import Results, figures
+from swarm_pz.standard.figures import Results, figures, result_of, worst_of
 from swarm_pz.standard.games import (
     ITSELF,
     LEARNED,
+    ROBUST,
     PlayerFactory,
     TrackGames,
     check_flies,
@@ -171,6 +172,40 @@ def run(
         }
         write(out, report, lines, render(report))
     return report
+
+
+def meet(
+    report: dict[str, Any],
+    policies: Sequence[str],
+    newcomers: Mapping[str, str],
+    out: Path,
+    *,
+    protocol: Protocol,
+    pool: Executor,
+) -> bool:
+    """Let newcomers attack policies that have a report; return False if it must be made anew.
+
+    Newcomers play the games that choose the worst attacker. If one leaves a policy less than that does, or has its
+    name, the games that count are others. If not, their results are put into the report.
+    """
+    choice, names = choice_of(protocol), tuple(newcomers)
+    met = [(policy, name) for policy in range(len(policies)) for name in names]
+    factory = PlayerFactory(tuple(policies), others=tuple(newcomers.items()))
+    games = TrackGames(choice, protocol, factory, out, meetings=met)
+    games.play(pool=pool)
+    lines = games.lines()
+    by = {pair: [line for line in lines if (line.policy, line.opponent) == pair] for pair in met}
+    found = [result_of(name, [by[policy, name] for policy in range(len(policies))]) for name in names]
+    robust = report["figures"]["tracks"][ROBUST]
+    before = {one["opponent"]: one["scores"] for one in robust["opponents"]}
+    for policy, attacked in enumerate(report["figures"]["attacks"]):
+        worst = attacked["worst"]["opponent"]
+        if worst in names or min(one["scores"][policy] for one in found) < before[worst][policy]:
+            return False
+    robust["opponents"] = [one for one in robust["opponents"] if one["opponent"] not in names] + found
+    robust["worst"] = worst_of(robust["opponents"])
+    report["games"] += choice.games * len(policies) * len(set(names) - set(before))
+    return True
 
 
 def _claim(path: Path, what: dict[str, Any]) -> None:

@@ -11,6 +11,7 @@ from axe_playwright_python.sync_playwright import Axe
 
 from benchmarks.board import ENTRIES, entries, page
 from swarm_pz.errors import ResultsError
+from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.policies import zoo
 from swarm_pz.standard import Protocol
 from swarm_pz.standard.report import REPORT, encode
@@ -74,6 +75,30 @@ def test_entries_attack_each_other_and_games_are_played_once(tiny, tmp_path):
     report = entries.read(tmp_path / "all" / "ring").report
     assert {"champion/0", "halo/0"} <= {one["opponent"] for one in report["figures"]["tracks"]["robust"]["opponents"]}
     assert (tmp_path / "work/ring/work/uniform/games.jsonl").read_bytes() == before, "with the times of their commands"
+
+
+def test_a_newcomer_attacks_and_only_whom_it_beats_most_is_measured_again(place, tiny, tmp_path):
+    """Catches a newcomer whose attack is left out, or that moves the worst attack of others without their games."""
+    two = shutil.copytree(place, tmp_path / "all") / "two"
+    before, told = entries.read(two).report, []
+
+    def attackers():
+        return {one["opponent"] for one in entries.read(two).report["figures"]["tracks"]["robust"]["opponents"]}
+
+    def attack(name):
+        entries.add([name], tmp_path / "all" / name, CARD, tiny)
+        with SerialExecutor() as pool:
+            entries.attack(tmp_path / "all", tiny, tmp_path / "work", name, pool=pool, say=told.append)
+
+    attack("uniform")
+    report = entries.read(two).report
+    assert "uniform/0" in attackers() and report["games"] == before["games"] + 2 * tiny.robust.choice_games
+    assert report["figures"]["attacks"] == before["figures"]["attacks"] and not told
+
+    attack("halo")
+    assert told[0] == "halo beats two more than anybody before"
+    assert {"uniform/0", "halo/0"} <= attackers()
+    assert "halo/0" in {one["worst"]["opponent"] for one in entries.read(two).report["figures"]["attacks"]}
 
 
 @pytest.mark.parametrize("name", ["A", "notes.txt"])
