@@ -162,7 +162,7 @@ class CaptureEnv(OneGameEnv):
         return CheckedCommands(self.batch.pack(command[None])[0])
 
     def _observations(self) -> dict[str, Observations]:
-        red, blue = (form.observation for form in self.formats.values())
+        red, blue = self.config.observations
         if red == blue:  # at once, which is quicker
             seen = self.batch.see(red, _TEAMS, _GAMES)
             return {agent: of_game(seen, team) for team, agent in enumerate(AGENTS)}

@@ -93,11 +93,10 @@ def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: boo
     Actions are densities in [0, 1], or log-densities in [-1, 1] whose unit is `LOG_DENSITY_RANGE`; the largest value of
     a density made of these is 1.
     """
-    fine = interpolation_matrix(cells, actions.shape[-1])
-    values = actions if actions.shape[-1] == cells else fine @ actions @ fine.T
-    if not is_log:
-        return values
-    return np.asarray(np.exp(LOG_DENSITY_RANGE * (values - values.max(axis=(1, 2), keepdims=True))))
+    if actions.shape[-1] != cells:
+        fine = interpolation_matrix(cells, actions.shape[-1])
+        actions = fine @ actions @ fine.T
+    return np.exp(LOG_DENSITY_RANGE * (actions - actions.max(axis=(1, 2), keepdims=True))) if is_log else actions
 
 
 def mode_waves(cells: int) -> NDArray[np.float64]:
