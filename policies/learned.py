@@ -18,7 +18,7 @@ from torch import Tensor
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import CheckpointError, ConfigError, KindError, SwarmError
-from swarm_pz.files import MOST_TEXT_BYTES, draft_of, read_bytes
+from swarm_pz.files import MOST_TEXT_BYTES, draft_of, read_bytes, write_json
 from swarm_pz.policies.drones_network import DronesActor
 from swarm_pz.policies.network import Actor
 from swarm_pz.simulator.spawn import Seed
@@ -195,8 +195,7 @@ class LearnedPolicy:
         with draft_of(folder / WEIGHTS) as draft:
             draft.write_bytes(save(weights))
         card = self.card | {"digest": self.digest}
-        with draft_of(folder / CARD) as draft:
-            draft.write_text(json.dumps(card, indent=2) + "\n")
+        write_json(folder / CARD, card)
 
     def with_results(self, results: dict[str, Any]) -> LearnedPolicy:
         """Return the same policy with results on its card."""

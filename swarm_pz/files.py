@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import shutil
 import stat
@@ -115,6 +116,12 @@ def draft_of(path: Path) -> Iterator[Path]:
             draft.replace(path)
     finally:
         draft.unlink(missing_ok=True)
+
+
+def write_json(path: Path, plain: object) -> None:
+    """Write plain values as JSON, as `draft_of` writes."""
+    with draft_of(path) as draft:
+        draft.write_text(json.dumps(plain, indent=2) + "\n")
 
 
 @contextmanager

@@ -18,7 +18,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from swarm_pz.errors import Stopped
 from swarm_pz.evaluation.match import MatchResult, play_match
 from swarm_pz.kernels.step import red_reward
-from swarm_pz.policy import Player, load
+from swarm_pz.policy import Player
 from swarm_pz.training.checkpoint import random_streams_kept
 from swarm_pz.training.config import TrainConfig
 
@@ -46,13 +46,10 @@ class RunState:
         done = min(steps / self.config.total_steps, 1.0)
         return math.exp(self.config.log_std + done * (self.config.final_log_std - self.config.log_std))
 
-    def training_win_rate(self) -> float:
-        """Return the fraction of the latest training games won."""
-        return float(np.mean([won for won, _ in self.recent])) if self.recent else 0.0
-
-    def training_share(self) -> float:
-        """Return the mean final share of drones in the latest training games."""
-        return float(np.mean([share for _, share in self.recent])) if self.recent else 0.0
+    def training_means(self) -> tuple[float, float]:
+        """Return the fraction of the latest training games won, and the mean final share of drones in them."""
+        won, share = np.mean(self.recent or [(0.0, 0.0)], axis=0).tolist()
+        return won, share
 
 
 class RunCallback(BaseCallback):
@@ -80,8 +77,8 @@ class Account(RunCallback):
         return True
 
     def _on_rollout_end(self) -> None:
-        self.logger.record("rollout/success_rate", self.state.training_win_rate())
-        self.logger.record("rollout/share", self.state.training_share())
+        for name, mean in zip(("success_rate", "share"), self.state.training_means(), strict=True):
+            self.logger.record(f"rollout/{name}", mean)
 
 
 class Schedules(RunCallback):
@@ -113,7 +110,7 @@ class PeriodicEvaluation(RunCallback):
         with random_streams_kept():  # an evaluation more or less changes nothing in the run
             match = play_match(
                 self._policy(),
-                load(config.opponents[0], config.game, config.game.team_systems[1]),
+                config.opponents[0],
                 games=config.evaluation_games,
                 seed=EVALUATION_SEEDS + config.seed,
                 config=config.game,
@@ -128,7 +125,7 @@ class PeriodicEvaluation(RunCallback):
             "win_rate_high": summary["win_rate_ci95"][1],
             "loss_rate": summary["losses"] / summary["games"],
             "share": summary["mean_share"],
-            "training_share": self.state.training_share(),
+            "training_share": self.state.training_means()[1],
         }
         self.state.records.append(record)
         self.logger.record("eval/mean_reward", _mean_reward(match))
@@ -183,9 +180,10 @@ class Progress(RunCallback):
         rate = (self.num_timesteps - self._first_step) / (time.monotonic() - self._began)
         done = min(self.num_timesteps / total, 1.0)
         seconds, last = int(max(total - self.num_timesteps, 0) / rate), self.state.records[-1]
+        won, share = self.state.training_means()
         line = (
             f"{done:4.0%} {self.num_timesteps:>9,} steps  {rate:6,.0f}/s  {seconds // 60}:{seconds % 60:02d} left  "
-            f"exploring: won {self.state.training_win_rate():3.0%}, share {self.state.training_share():.2f}  "
+            f"exploring: won {won:3.0%}, share {share:.2f}  "
             f"evaluated at {last['step']:,}: won {last['win_rate']:3.0%}, share {last['share']:.2f}"
         )
         if int(20 * done) > self._said:

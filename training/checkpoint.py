@@ -53,17 +53,8 @@ def write(path: Path, story: Story, arrays: Arrays) -> None:
         draft.write_bytes(packed)
 
 
-def read_story(path: Path) -> Story:
-    """Return the story of a checkpoint; raises as `read`."""
-    return _open(path, with_arrays=False)[0]
-
-
-def read(path: Path) -> tuple[Story, Arrays]:
-    """Return story and arrays; a CheckpointError is raised if the file is corrupt or foreign."""
-    return _open(path, with_arrays=True)
-
-
-def _open(path: Path, *, with_arrays: bool) -> tuple[Story, Arrays]:
+def read(path: Path, *, with_arrays: bool = True) -> tuple[Story, Arrays]:
+    """Return story and arrays, if asked for; a CheckpointError is raised if the file is corrupt or foreign."""
     try:
         with safe_open(path, framework="np") as file:
             story = json.loads((file.metadata() or {})["story"])
@@ -74,17 +65,6 @@ def _open(path: Path, *, with_arrays: bool) -> tuple[Story, Arrays]:
     if version != FORMAT:
         raise CheckpointError(f"{path} must be of format {FORMAT}, got {version!r}; {BEGIN_AFRESH}")
     return story, arrays
-
-
-def add_prefix(prefix: str, arrays: Arrays) -> Arrays:
-    """Return arrays whose names begin with the prefix and a dot."""
-    return {f"{prefix}.{name}": values for name, values in arrays.items()}
-
-
-def with_prefix(prefix: str, arrays: Arrays) -> Arrays:
-    """Return the arrays that `add_prefix` renamed, by their own names."""
-    start = f"{prefix}."
-    return {name.removeprefix(start): values for name, values in arrays.items() if name.startswith(start)}
 
 
 # --- random streams ---------------------------------------------------------------------------------
@@ -121,19 +101,21 @@ def learner_state(model: PPO) -> tuple[Story, Arrays]:
         "updates": model._n_updates,
         "episodes": [{key: float(value) for key, value in info.items()} for info in model.ep_info_buffer or ()],
     }
-    arrays = add_prefix("policy", {name: values.numpy() for name, values in model.policy.state_dict().items()})
+    arrays = {f"policy.{name}": values.numpy() for name, values in model.policy.state_dict().items()}
     for number, held in model.policy.optimizer.state_dict()["state"].items():
-        arrays |= add_prefix(f"optimizer.{number}", {name: values.numpy() for name, values in held.items()})
+        arrays |= {f"optimizer.{number}.{name}": values.numpy() for name, values in held.items()}
     return story, arrays
 
 
 def restore_learner(model: PPO, story: Story, arrays: Arrays) -> None:
     """Give a learner the state that `learner_state` returned."""
     held: dict[int, dict[str, torch.Tensor]] = {}
-    for name, values in with_prefix("optimizer", arrays).items():
-        number, entry = name.split(".")
-        held.setdefault(int(number), {})[entry] = torch.from_numpy(values.copy())
-    weights = {name: torch.from_numpy(values.copy()) for name, values in with_prefix("policy", arrays).items()}
+    weights: dict[str, torch.Tensor] = {}
+    for name, values in arrays.items():
+        part, rest = name.split(".", 1)
+        number, _, entry = rest.partition(".")
+        where, key = (weights, rest) if part == "policy" else (held.setdefault(int(number), {}), entry)
+        where[key] = torch.from_numpy(values.copy())
     model.policy.load_state_dict(weights)
     groups = model.policy.optimizer.state_dict()["param_groups"]
     model.policy.optimizer.load_state_dict({"state": held, "param_groups": groups})

@@ -15,8 +15,6 @@ from swarm_pz.policies.network import Actor
 from swarm_pz.simulator.commands import interpolation_matrix
 from swarm_pz.spaces.actions import LOG_DENSITY_RANGE
 
-Examples = tuple[NDArray[np.uint8], NDArray[np.float64]]
-
 _RECORDED, _BATCH = 40_000, 256
 """Most commands that are learned from, and commands in a step of the optimizer."""
 
@@ -27,33 +25,27 @@ class _Recorded(Rollout):
     def __init__(self, seeing: ObservationConfig, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self._seeing = seeing
-        self._kept: list[tuple[NDArray[np.uint8], NDArray[np.float64]]] = []
+        self.kept: list[tuple[NDArray[np.uint8], NDArray[np.float64]]] = []
 
     def ask(self) -> NDArray[np.float64]:
         """Return the commands of both players, as `Rollout.ask`."""
         teams = self.sides[0, self.rows]
         seen = np.asarray(self.batch.see(self._seeing, teams, self.rows))
         commands = super().ask()
-        self._kept.append((seen, commands[self.rows, teams]))
+        self.kept.append((seen, commands[self.rows, teams]))
         return commands
 
-    def examples(self) -> Examples:
-        """Play to the end, and return observations (n, C, G, G) with densities (n, A, A)."""
-        self.play()
-        seen, wanted = zip(*self._kept, strict=True)
-        return np.concatenate(seen), np.concatenate(wanted)
 
-
-def recorded(target: str, game: GameConfig, games: int, seed: int) -> Examples:
+def recorded(target: str, game: GameConfig, games: int, seed: int) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
     """Return observations (n, C, G, G) as of `game`, and a policy's densities (n, A, A), which add up to 1.
 
     They are drawn from games against itself and against uniform coverage.
     """
     numbers, kept = range(max(games // 2, 2)), []
     for opponent in (target, "uniform"):
-        rollout = _Recorded(game.observations[0], target, opponent, numbers, seed=seed, config=game)
-        with closing(rollout):
-            kept.append(rollout.examples())
+        with closing(_Recorded(game.observations[0], target, opponent, numbers, seed=seed, config=game)) as rollout:
+            rollout.play()
+            kept += rollout.kept
     seen, commands = (np.concatenate(parts) for parts in zip(*kept, strict=True))
     chosen = np.random.default_rng(seed).permutation(len(seen))[:_RECORDED]
     wanted = commands[chosen] + 1e-9

@@ -80,6 +80,8 @@ class _ActorPolicy(ActorCriticPolicy):
     """SB3 actor-critic around an actor."""
 
     actor: Actor | DronesActor
+    _shape: tuple[int, ...]
+    """Shape of the actor's features, which SB3 has flat."""
 
     def __init__(self, *args: Any, width: int = 32, **kwargs: Any) -> None:
         self.width = width
@@ -91,11 +93,8 @@ class _ActorPolicy(ActorCriticPolicy):
         # tactic is close to uniform coverage.
         nn.init.orthogonal_(self.actor.head.weight, gain=0.01)
         nn.init.zeros_(cast("Tensor", self.actor.head.bias))
-        self.action_net = _Decide(self.actor, self._features_shape())
+        self.action_net = _Decide(self.actor, self._shape)
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
-
-    def _features_shape(self) -> tuple[int, ...]:
-        raise NotImplementedError
 
 
 class GridPolicy(_ActorPolicy):
@@ -107,12 +106,10 @@ class GridPolicy(_ActorPolicy):
     actor: Actor
 
     def _build_mlp_extractor(self) -> None:
-        cells, _, width = self._features_shape()
-        self.actor = Actor(self.observation_space.shape, cells, width)  # type: ignore[arg-type]
-        self.mlp_extractor = _GridFeatures(self.actor, cells, width)  # type: ignore[assignment]
-
-    def _features_shape(self) -> tuple[int, ...]:
-        return (*cast("tuple[int, int]", self.action_space.shape), self.width)
+        cells, _ = cast("tuple[int, int]", self.action_space.shape)
+        self._shape = cells, cells, self.width
+        self.actor = Actor(self.observation_space.shape, cells, self.width)  # type: ignore[arg-type]
+        self.mlp_extractor = _GridFeatures(self.actor, cells, self.width)  # type: ignore[assignment]
 
 
 class DronesPolicy(_ActorPolicy):
@@ -124,9 +121,7 @@ class DronesPolicy(_ActorPolicy):
         drones, shape = self.observation_space.shape[0], cast("tuple[int, ...]", self.action_space.shape)  # type: ignore[index]
         self.actor = DronesActor(shape, head_of(shape, drones), self.width)
         self.mlp_extractor = _DronesFeatures(self.actor, drones)  # type: ignore[assignment]
-
-    def _features_shape(self) -> tuple[int, ...]:
-        return -1, self.width
+        self._shape = -1, self.width
 
 
 def policy_class(game: GameConfig) -> type[GridPolicy] | type[DronesPolicy]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +16,13 @@ from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
 from swarm_pz import files, policies
-from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.evaluation.workers import never
-from swarm_pz.files import draft_of
+from swarm_pz.files import write_json
 from swarm_pz.policies.learned import LearnedPolicy, lineage
 from swarm_pz.policies.network import Actor
-from swarm_pz.policy import Player, load
+from swarm_pz.policy import load
 from swarm_pz.training import checkpoint
 from swarm_pz.training.callbacks import Account, Checkpoint, PeriodicEvaluation, Progress, RunState, Schedules
 from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Story
@@ -53,14 +52,8 @@ class Training:
 
     The folder holds ``config.json``, ``checkpoint.safetensors``, ``history.json``, the curves in ``tensorboard`` and,
     in the end, ``policy.safetensors`` with ``policy.json``, whose card names the `command`. A resumed run has the
-    weights, the optimizer and the counters of its checkpoint, and plays new games.
-
-    Raises
-    ------
-    CheckpointError
-        If the folder holds another run, or a corrupt checkpoint.
-    OutputError
-        If the folder cannot be written to.
+    weights, the optimizer and the counters of its checkpoint, and plays new games. Raises a CheckpointError if the
+    folder holds another run, or a corrupt checkpoint, and an OutputError if it cannot be written to.
     """
 
     def __init__(
@@ -77,7 +70,7 @@ class Training:
         self.stored: Story = {}
         self._ancestors: list[dict[str, Any]] = []
         self._say = say
-        self._identity = _identity_of(config, load_all(config.opponents, config.game))
+        self._identity = _identity_of(config)
         self.env = _make_env(config)
         torch.set_num_threads(config.threads)
         self.model = _Learner(
@@ -102,23 +95,13 @@ class Training:
         files.check_folder(folder)
         if is_begun:
             self._load_checkpoint()
-        with draft_of(folder / SETTINGS) as draft:
-            draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
+        write_json(folder / SETTINGS, config.to_dict())
         if not is_begun:
             self.save_checkpoint()
 
     def _learning_rate(self) -> float:
         done = self.model.num_timesteps / self.config.total_steps if hasattr(self, "model") else 0.0
         return self.config.learning_rate * max(1.0 - done, 0.05)
-
-    @property
-    def history(self) -> list[dict[str, float]]:
-        """Evaluations so far, as of `RunState.records`."""
-        return self.state.records
-
-    def exploration(self) -> float:
-        """Return the standard deviation that the learner explores with at this point of the run."""
-        return self.state.exploration(self.model.num_timesteps)
 
     def _start_from(self, name: str, *, is_begun: bool) -> None:
         given, actor = policies.load(name, self.config.game), self.model.policy.actor
@@ -140,12 +123,8 @@ class Training:
         """Return the tactic of this seed's network before any training."""
         with checkpoint.random_streams_kept():
             torch.manual_seed(self.config.seed)
-            fresh = policy_class(self.config.game)(
-                self.model.observation_space,
-                self.model.action_space,
-                lambda _: 0.0,
-                width=self.config.width,
-            )
+            spaces = self.model.observation_space, self.model.action_space
+            fresh = policy_class(self.config.game)(*spaces, lambda _: 0.0, width=self.config.width)
         return self._policy(fresh, "untrained")
 
     def policy(self) -> LearnedPolicy:
@@ -162,6 +141,13 @@ class Training:
         """True if nothing is left to train."""
         return self.model.num_timesteps >= self.config.total_steps
 
+    def say_finished(self) -> None:
+        """Say that nothing is left to train."""
+        self._say(
+            f"{self.folder} is finished, and nothing is trained: it has had {self.model.num_timesteps:,} of "
+            f"{self.config.total_steps:,} steps; ask for more to go on"
+        )
+
     def standing(self) -> str:
         """Return a sentence with the steps so far."""
         return f"{self.folder} is saved at step {self.model.num_timesteps:,} of {self.config.total_steps:,}"
@@ -172,18 +158,13 @@ class Training:
         Between two rollouts, Stopped is raised after a checkpoint if `should_stop` returns True.
         """
         if self.is_finished:
-            self._say(
-                f"{self.folder} is finished, and nothing is trained: it has had {self.model.num_timesteps:,} of "
-                f"{self.config.total_steps:,} steps; ask for more to go on"
-            )
+            self.say_finished()
         else:
             evaluation = PeriodicEvaluation(self.state, self.policy)
             stops = Checkpoint(self.state, self.save_checkpoint, should_stop, self.standing)
-            try:
+            with closing(self.logger):
                 self.learn(self.config.total_steps, evaluation, stops, Progress(self.state, self._say))
                 evaluation.evaluate()
-            finally:
-                self.logger.close()
             self.save_checkpoint()
         policy = self.policy()
         policy.write(self.folder)
@@ -195,24 +176,18 @@ class Training:
         """Logger of this sitting's curves."""
         return Logger(None, [TensorBoardOutputFormat(str(self.folder / "tensorboard"))])
 
-    def deal(self, opponents: Sequence[Player], names: Sequence[str]) -> None:
-        """Give other opponents to the games that start from now on."""
-        self.env.deal(opponents, names)
-
     def learn(self, until: int, *callbacks: BaseCallback) -> None:
         """Train up to a number of steps, counted from the run's start."""
         self.model.set_logger(self.logger)
         # SB3 draws from the process's streams; what else runs in it draws from others.
         with checkpoint.random_streams_kept():
             checkpoint.set_random_streams(self._streams)
-            try:
-                self.model.learn(
-                    until - self.model.num_timesteps,
-                    callback=CallbackList([Schedules(self.state), Account(self.state), *callbacks]),
-                    reset_num_timesteps=self.model.num_timesteps == 0,
-                )
-            finally:
-                self._streams = checkpoint.random_streams()
+            self.model.learn(
+                until - self.model.num_timesteps,
+                callback=CallbackList([Schedules(self.state), Account(self.state), *callbacks]),
+                reset_num_timesteps=self.model.num_timesteps == 0,
+            )
+            self._streams = checkpoint.random_streams()
 
     # --- checkpoints ------------------------------------------------------------------------------
 
@@ -230,8 +205,7 @@ class Training:
             **more,
         }
         checkpoint.write(self.folder / CHECKPOINT, story, arrays)
-        with draft_of(self.folder / HISTORY) as draft:
-            draft.write_text(json.dumps(told | provenance(self.config.game, self.command)) + "\n")
+        write_json(self.folder / HISTORY, told | provenance(self.config.game, self.command))
 
     def _load_checkpoint(self) -> None:
         path = self.folder / CHECKPOINT
@@ -262,27 +236,19 @@ class Training:
             )
 
 
-def load_all(names: Sequence[str], config: GameConfig) -> list[Player]:
-    """Load opponents by name or folder; equal names share one object, so that they are answered together."""
-    loaded = {name: load(name, config, config.team_systems[1]) for name in dict.fromkeys(names)}
-    return [loaded[name] for name in names]
-
-
 def _make_env(config: TrainConfig) -> SwarmVecEnv | StackedVecEnv:
-    def make(game: GameConfig, num_envs: int) -> SwarmVecEnv:
-        return SwarmVecEnv(
+    games = [config.game.replace(drones_per_team=size) for size in config.sizes] or [config.game]
+    parts = [
+        SwarmVecEnv(
             game,
-            num_envs,
-            opponent=load_all(config.opponents, game),
+            config.num_envs // len(games),
+            opponent=config.opponents,
             action_cells=config.action_cells if game.team_systems[0].takes == "density" else None,
             threads=config.threads,
-            seed=config.seed,
         )
-
-    if not config.sizes:
-        return make(config.game, config.num_envs)
-    share = config.num_envs // len(config.sizes)
-    env = StackedVecEnv([make(config.game.replace(drones_per_team=size), share) for size in config.sizes])
+        for game in games
+    ]
+    env = StackedVecEnv(parts) if config.sizes else parts[0]
     env.seed(config.seed)
     return env
 
@@ -291,7 +257,8 @@ def _first_line(error: Exception) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0]
 
 
-def _identity_of(config: TrainConfig, opponents: Sequence[Player]) -> str:
+def _identity_of(config: TrainConfig) -> str:
     """Return a digest of all settings but `MAY_CHANGE`, and of learned opponents."""
+    opponents = (load(name, config.game, config.game.team_systems[1]) for name in set(config.opponents))
     digests = {player.digest for player in opponents if isinstance(player, LearnedPolicy)}
     return "-".join([config.replace(**MAY_CHANGE).hash, *(digest[:16] for digest in sorted(digests))])

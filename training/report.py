@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from swarm_pz.config import GameConfig
-from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
+from swarm_pz.evaluation.match import MatchResult, play_match
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.rendering.plots import GREY, drawing
 
 
-@dataclass(frozen=True, kw_only=True)
-class Comparison:
-    """A baseline's match on the same seeds, and how much larger the tactic's share is than its."""
-
-    match: MatchResult
-    difference: float
-    low: float
-    high: float
-
-
 def compare(
     trained: LearnedPolicy, untrained: LearnedPolicy, config: GameConfig, *, games: int, seed: int, threads: int
-) -> tuple[MatchResult, list[Comparison]]:
-    """Play the trained tactic and its baselines against uniform coverage, on the same seeds.
+) -> tuple[MatchResult, list[MatchResult]]:
+    """Return the matches of the trained tactic and of its baselines against uniform coverage, on the same seeds.
 
     Baselines are its untrained network and `noise`, or `hold` where its control system takes no densities.
     """
@@ -33,11 +22,8 @@ def compare(
     def play(policy: Any) -> MatchResult:
         return play_match(policy, "uniform", games=games, seed=seed, config=config, threads=threads)
 
-    match, comparisons = play(trained), []
-    for baseline in (play(untrained), play("noise" if config.team_systems[0].takes == "density" else "hold")):
-        difference, low, high = paired_difference(match, baseline)
-        comparisons.append(Comparison(match=baseline, difference=difference, low=low, high=high))
-    return match, comparisons
+    blind = "noise" if config.team_systems[0].takes == "density" else "hold"
+    return play(trained), [play(untrained), play(blind)]
 
 
 def plot_learning_curve(records: list[dict[str, float]], opponent: str, path: Path) -> None:

@@ -4,16 +4,15 @@ An opponent from which the learner takes a share p of the drones is drawn with w
 self-play, Vinyals et al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575,
 2019). Scripts have a fixed share: tactics are measured against them. So have patterns, which evolve: those that the
 learner beats make room for variations of the others. Now and then an exploiter starts from the learner's weights and
-learns to beat it alone. If it wins, it joins the pool.
+learns to beat it alone. If it ends with more than half of the drones, it joins the pool.
 """
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
 
@@ -23,7 +22,7 @@ from swarm_pz import policies
 from swarm_pz.errors import CheckpointError, Stopped
 from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.workers import BackgroundTasks, SerialExecutor, never
-from swarm_pz.files import draft_of
+from swarm_pz.files import write_json
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.policies.pattern import KINDS, PatternPlayer, numbers_in
 from swarm_pz.policy import Player
@@ -76,8 +75,7 @@ class League:
         is_begun(folder, STATE)
         self.config, self.folder, self._say = config, folder, say
         self._game = config.learner.game
-        self._workers = workers if workers is not None else SerialExecutor()
-        self._background = BackgroundTasks(self._workers)
+        self._background = BackgroundTasks(workers if workers is not None else SerialExecutor())
         self.main = Training(config.learner, folder / "main", say=say, command=command)
         settings = config.replace(learner=config.learner.replace(**MAY_CHANGE))
         stored = self.main.stored.get("pool")
@@ -94,8 +92,7 @@ class League:
             invited = [Member(name, name, "script") for name in config.scripts]
             invited += [Member(name, name, "initial") for name in config.initial_opponents]
             self.pool = Pool(invited, config_hash=settings.hash)
-        with draft_of(folder / SETTINGS) as draft:
-            draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
+        write_json(folder / SETTINGS, config.to_dict())
         if stored is None:
             self._snapshot()
 
@@ -106,12 +103,9 @@ class League:
         """
         total = self.config.learner.total_steps
         if self.main.is_finished:
-            self._say(
-                f"the learner of {self.folder} is finished, and not trained any further: it has had "
-                f"{self.main.model.num_timesteps:,} of {total:,} steps; ask for more to go on"
-            )
+            self.main.say_finished()
         is_dealt = False
-        with self._working():
+        with closing(self.main.logger), self._background:
             while self._follow_up(should_stop) < total:
                 step = self.main.model.num_timesteps
                 if step >= self.pool.until or not is_dealt:
@@ -134,19 +128,10 @@ class League:
         self.main.env.close()
         return policy
 
-    @contextmanager
-    def _working(self) -> Iterator[None]:
-        """Open the workers' queue; an error in the block ends their work."""
-        try:
-            with BackgroundTasks(self._workers) as self._background:
-                yield
-        finally:
-            self.main.logger.close()
-
     def _follow_up(self, should_stop: Callable[[], bool]) -> int:
         """Begin an exploiter that is due, wait for one that joins now, and return the learner's steps."""
-        step = self.main.model.num_timesteps
-        is_over = step >= min(self.pool.until, self.config.learner.total_steps)
+        step, total, after = self.main.model.num_timesteps, self.config.learner.total_steps, self.config.async_delay
+        is_over = step >= min(self.pool.until, total)
         since = step - self.pool.snapshot_step
         is_beaten = self.pool.newest().beaten >= self.config.snapshot_score
         if is_over and since and (is_beaten or since >= self.config.snapshot_every):
@@ -165,16 +150,13 @@ class League:
         if should_stop():
             raise Stopped(self.main.standing())
         if self.pool.target:
-            self._begin_exploiter(should_stop)
-            if self._is_awaited(step):
-                self._end_exploiter(should_stop)
+            name = f"exploiter_{self.pool.exploiters:03d}"
+            if name not in self._background:
+                self._begin_exploiter(name, should_stop)
+            # It joins between two deals, at a step that is always the same.
+            if after == 0 or step >= total or (step >= self.pool.until and step >= self.pool.exploiter_step + after):
+                self._end_exploiter(name, should_stop)
         return step
-
-    def _is_awaited(self, step: int) -> bool:
-        """Return True if the exploiter joins now: between two deals, at a step that is always the same."""
-        total, after = self.config.learner.total_steps, self.config.async_delay
-        is_late = step >= self.pool.exploiter_step + after
-        return after == 0 or step >= total or (step >= self.pool.until and is_late)
 
     def _report(self, rate: float) -> None:
         step = self.main.model.num_timesteps
@@ -199,23 +181,22 @@ class League:
         # Systematic sampling: as random as needed, with less variance than independent draws.
         places = (generator.random() + np.arange(self.config.seats)) / self.config.seats
         chosen = [self.pool.members[i].name for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]
-        # An equal that did not explore would beat the learner that does, whatever it had learned.
-        noise = self.main.exploration()
         order = [chosen[i] for i in generator.permutation(len(chosen))]
         is_pattern = {member.name: member.kind == "pattern" for member in self.pool.members}
         # One player for all patterns, since games are dealt to its numbers in the order of the seats: that is faster.
         numbers = [numbers_in(name) if is_pattern[name] else [*KINDS["spot"].values()] for name in order]
-        partners = {name: self._partner(name, noise) for name in dict.fromkeys(chosen) if not is_pattern[name]}
+        partners = {name: self._partner(name) for name in dict.fromkeys(chosen) if not is_pattern[name]}
         patterns = PatternPlayer(np.array(numbers), self._game)
-        self.main.deal([partners.get(name, patterns) for name in order], order)
+        self.main.env.deal([partners.get(name, patterns) for name in order], order)
 
-    def _partner(self, name: str, noise: float) -> Player:
-        """Return a member of the pool; those that the league made play with noise, as the learner does."""
+    def _partner(self, name: str) -> Player:
+        """Return a member of the pool."""
         member = next(member for member in self.pool.members if member.name == name)
         is_installed = member.kind in ("script", "initial")
         player = policies.load(member.source if is_installed else self.folder / member.source, self._game)
         if isinstance(player, LearnedPolicy) and not is_installed:
-            player.noise = noise
+            # An equal that did not explore would beat the learner that does, whatever it had learned.
+            player.noise = self.main.state.exploration(self.main.model.num_timesteps)
         return player
 
     def _snapshot(self) -> None:
@@ -227,15 +208,9 @@ class League:
         self.pool.snapshot_step = self.main.model.num_timesteps
         self._save()
 
-    @property
-    def _exploiter(self) -> str:
-        return f"exploiter_{self.pool.exploiters:03d}"
-
-    def _begin_exploiter(self, should_stop: Callable[[], bool]) -> None:
-        """Send the training of a best response to the pool's target to the workers, unless it is there."""
-        name, learner, steps = self._exploiter, self.config.learner, self.config.exploiter_steps
-        if name in self._background:
-            return
+    def _begin_exploiter(self, name: str, should_stop: Callable[[], bool]) -> None:
+        """Send the training of a best response to the pool's target to the workers."""
+        learner, steps = self.config.learner, self.config.exploiter_steps
         self._say(f"{name} trains for {steps:,} steps against {Path(self.pool.target).name}")
         target, digest, bundle = self.folder / self.pool.target, None, None
         if self._background.is_elsewhere:
@@ -254,15 +229,14 @@ class League:
             bundle,
         )
 
-    def _end_exploiter(self, should_stop: Callable[[], bool]) -> None:
-        """Wait for the exploiter; if it beats its target, it joins the pool."""
-        name = self._exploiter
+    def _end_exploiter(self, name: str, should_stop: Callable[[], bool]) -> None:
+        """Wait for the exploiter; if it ends with more than half of the drones, it joins the pool."""
         match, bundle = self._background.fetch(name, should_stop)
         bundle.unpack(self.folder / "exploiters")
-        self._say(f"{name} against {Path(self.pool.target).name}: {match.standing()}")
-        if match.score() > 0.5:
+        self._say(f"{name} against {Path(self.pool.target).name}: {match.standing()}, share {match.share():.2f}")
+        if match.share() > 0.5:
             member = Member(name, f"exploiters/{name}", "exploiter")
-            member.score = (1 - match.score()) * member.games
+            member.score = (1 - match.share()) * member.games
             self.pool.members.append(member)
         self.pool.exploiters += 1
         self.pool.target = ""
@@ -272,5 +246,4 @@ class League:
         # The pool must be of the same moment as the learner, so it is in the same file.
         plain = asdict(self.pool)
         self.main.save_checkpoint(pool=plain)
-        with draft_of(self.folder / STATE) as draft:
-            draft.write_text(json.dumps(plain, indent=2) + "\n")
+        write_json(self.folder / STATE, plain)

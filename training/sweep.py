@@ -13,7 +13,7 @@ from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.workers import BackgroundTasks, never, silent
 from swarm_pz.policies.learned import CARD, LearnedPolicy
 from swarm_pz.policy import folder_of
-from swarm_pz.training.checkpoint import CHECKPOINT, read_story
+from swarm_pz.training.checkpoint import CHECKPOINT, read
 from swarm_pz.training.config import TrainConfig
 from swarm_pz.training.ppo import Training
 
@@ -36,16 +36,9 @@ def sweep(
     The run of seed 3 is in ``seed-3``. The policies do not depend on the `pool`, which `open_pool` opens. `show` gets
     the steps of all runs so far, as their checkpoints say, and in the end.
 
-    Raises
-    ------
-    CheckpointError
-        If a folder holds a run of another configuration.
-    ConfigError
-        If seeds are not different, or a player is a folder, which machines elsewhere do not have.
-    Stopped
-        If `should_stop` returns True; checkpoints are kept.
-    WorkerError
-        If a worker died.
+    Raises a CheckpointError if a folder holds a run of another configuration; a ConfigError if seeds are not different,
+    or a player is a folder, which machines elsewhere do not have; a WorkerError if a worker died; and Stopped if
+    `should_stop` returns True: checkpoints are kept.
     """
     check(0 < len(seeds) == len(set(seeds)), "seeds", tuple(seeds), "different ones, at least one")
     runs = {folder / f"seed-{seed}": config.replace(seed=seed) for seed in seeds}
@@ -99,7 +92,7 @@ def _check_players(config: TrainConfig) -> None:
 def _steps_of(place: Path) -> int:
     """Return the steps of a run at its latest checkpoint; 0 where there is none yet."""
     try:
-        return int(read_story(place / CHECKPOINT)["learner"]["steps"])
+        return int(read(place / CHECKPOINT, with_arrays=False)[0]["learner"]["steps"])
     except (CheckpointError, LookupError):
         return 0
 

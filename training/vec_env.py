@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import itertools
-from collections.abc import Sequence
-from typing import Any, Literal
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
+from gymnasium import Space
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from swarm_pz.config import GameConfig, resolve
-from swarm_pz.envs.batch_env import by_game
+from swarm_pz.envs.batch_env import StepResult, by_game
+from swarm_pz.envs.drones_batch import DronesBatch
 from swarm_pz.envs.opponents import DuelBatch, Opponents
 from swarm_pz.policy import Player
 from swarm_pz.rendering.painter import draw
 from swarm_pz.simulator.spawn import check_seed
-from swarm_pz.spaces.actions import ActionKind
-from swarm_pz.spaces.observation import of_game
+from swarm_pz.spaces.observation import Observations, of_game
+
+Games = TypeVar("Games", DuelBatch, DronesBatch)
 
 
 class BatchVecEnv(VecEnv):
     """A VecEnv over one batch: its games have neither attributes nor methods of their own."""
+
+    render_mode = "rgb_array"
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Return an attribute of this object for each of the games."""
@@ -43,7 +49,83 @@ class BatchVecEnv(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
 
-class SwarmVecEnv(BatchVecEnv):
+class GamesVecEnv(BatchVecEnv):
+    """A VecEnv over games that start afresh when they end, each with a stream of seeds of its own and as many rows."""
+
+    def __init__(
+        self, games: DuelBatch | DronesBatch, rows: int, observation_space: Space[Any], action_space: Space[Any]
+    ) -> None:
+        self._games, self._rows, self.num_games = games, rows, games.batch.num_games
+        super().__init__(self.num_games * rows, observation_space, action_space)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Seed the games that `reset` starts next."""
+        stream = np.random.SeedSequence() if seed is None else check_seed(seed)
+        self._streams = stream.spawn(self.num_games)
+        return [seed] * self.num_envs
+
+    def reset(self) -> VecEnvObs:
+        """Start all games afresh."""
+        games = np.arange(self.num_games)
+        self._restart(games)
+        self.reset_infos = self._infos(None, games)
+        return self._see(games)  # type: ignore[no-any-return]
+
+    def _restart(self, games: NDArray[np.int64]) -> None:
+        self._games.reset([self._streams[game].spawn(1)[0] for game in games], games)
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Take the learners' actions."""
+        self._actions = actions
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Play the actions; games that end start afresh at once."""
+        result = self._play(self._actions)
+        over = result.terminated | result.truncated
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        ended = np.flatnonzero(over)
+        if len(ended):
+            last, numbers = self._see(ended), self._infos(result, ended)
+            rows = (ended[:, None] * self._rows + np.arange(self._rows)).ravel().tolist()
+            for place, row in enumerate(rows):
+                infos[row] = numbers[place] | {
+                    "terminal_observation": of_game(last, place),
+                    "TimeLimit.truncated": bool(result.truncated[row // self._rows]),
+                }
+            self._restart(ended)
+        seen, rewards = self._see(np.arange(self.num_games)), result.rewards.astype(np.float32).ravel()
+        return seen, rewards, np.repeat(over, self._rows), infos
+
+    def _see(self, games: NDArray[np.int64]) -> Observations:
+        return self._games.observe(games)
+
+    def _play(self, actions: NDArray[Any]) -> StepResult:
+        raise NotImplementedError
+
+    def _infos(self, result: StepResult | None, games: NDArray[np.int64]) -> list[dict[str, Any]]:
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """End the threads."""
+        self._games.batch.close()
+
+    def get_images(self) -> list[NDArray[np.uint8] | None]:
+        """Draw every row's game."""
+        pictures = [draw(self._games.batch.simulator, game) for game in range(self.num_games)]
+        return [picture for picture in pictures for _ in range(self._rows)]
+
+
+def make_games(
+    kind: Callable[..., Games], wrapper: type, config: GameConfig | None, num_games: int, keywords: dict[str, Any]
+) -> Games:
+    """Return a batch of some kind from a wrapper's keywords: those of the batch, and rules."""
+    parameters = inspect.signature(kind).parameters.values()
+    names = [parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY]
+    options = {name: keywords.pop(name) for name in names if name in keywords}
+    return kind(resolve(config, keywords, wrapper, names), num_games, **options)
+
+
+class SwarmVecEnv(GamesVecEnv):
     """E games at once, a learner in each, opponents answered in one batch.
 
     Infos are empty until a game ends; then they hold ``terminal_observation``, ``TimeLimit.truncated`` and the numbers
@@ -52,42 +134,17 @@ class SwarmVecEnv(BatchVecEnv):
     Parameters
     ----------
     num_envs : int
-    config, opponent, side, action, action_cells, max_cycles, **rules
-        As of `swarm_pz.envs.gymnasium_env.DuelEnv`; `opponent` may be a sequence, dealt to the games in turn.
-    threads : int
     seed : int, optional
+    config, opponent, side, action, action_cells, threads, max_cycles, **rules
+        As of `swarm_pz.envs.gymnasium_vector_env.DuelVectorEnv`.
     """
 
     def __init__(
-        self,
-        config: GameConfig | None = None,
-        num_envs: int = 64,
-        *,
-        opponent: Opponents = "uniform",
-        side: Literal["random", "red", "blue"] = "random",
-        action: ActionKind = "normalised",
-        action_cells: int | None = None,
-        threads: int = 1,
-        seed: int | None = None,
-        max_cycles: int | None = None,
-        **rules: Any,
+        self, config: GameConfig | None = None, num_envs: int = 64, *, seed: int | None = None, **keywords: Any
     ) -> None:
-        # The base class asks for attributes while it initialises, so ours come first.
-        self.duel = DuelBatch(
-            resolve(config, rules, type(self)),
-            num_envs,
-            opponent=opponent,
-            side=side,
-            action=action,
-            action_cells=action_cells,
-            threads=threads,
-            max_cycles=max_cycles,
-        )
-        self.render_mode = "rgb_array"
-        self.num_envs = num_envs
+        self.duel = make_games(DuelBatch, type(self), config, num_envs, keywords)
+        super().__init__(self.duel, 1, self.duel.format.observation_space, self.duel.format.action_space)
         self.seed(seed)
-        self._actions: NDArray[np.float32] = np.zeros(0, np.float32)
-        super().__init__(num_envs, self.duel.format.observation_space, self.duel.format.action_space)
 
     @property
     def opponent_names(self) -> list[str]:
@@ -99,68 +156,22 @@ class SwarmVecEnv(BatchVecEnv):
         """Names of discrete actions; none for actions of other kinds."""
         return self.duel.format.command_names
 
-    def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """Seed the games that `reset` starts next; each has a stream of its own."""
-        stream = np.random.SeedSequence() if seed is None else check_seed(seed)
-        self._streams = stream.spawn(self.num_envs)
-        return [seed] * self.num_envs
-
     def deal(self, opponent: Opponents, names: Sequence[str] | None = None) -> None:
         """Give other opponents to the games that start from now on, as of `DuelBatch.deal`."""
         self.duel.deal(opponent, names)
 
-    def _restart(self, rows: NDArray[np.int64]) -> None:
-        """Start some games afresh, each with the next seed of its stream."""
-        self.duel.reset([self._streams[row].spawn(1)[0] for row in rows], rows)
+    def _play(self, actions: NDArray[Any]) -> StepResult:
+        return self.duel.step(actions)
 
-    def reset(self) -> VecEnvObs:
-        """Start all games afresh."""
-        self._restart(np.arange(self.num_envs))
-        self.reset_infos = by_game(self.duel.infos())
-        return self.duel.observe()  # type: ignore[no-any-return]
-
-    def step_async(self, actions: NDArray[np.float32]) -> None:
-        """Take the learners' actions."""
-        self._actions = actions
-
-    def step_wait(self) -> VecEnvStepReturn:
-        """Play the actions; games that end start afresh at once."""
-        duel = self.duel
-        result = duel.step(self._actions)
-        dones = result.terminated | result.truncated
-        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        ended = np.flatnonzero(dones)
-        if len(ended):
-            last, numbers = duel.observe(ended), by_game(duel.infos(result, ended))
-            for place, row in enumerate(ended.tolist()):
-                infos[row] = numbers[place] | {
-                    "terminal_observation": of_game(last, place),
-                    "TimeLimit.truncated": bool(result.truncated[row]),
-                }
-            self._restart(ended)
-        return duel.observe(), result.rewards.astype(np.float32), dones, infos
-
-    def close(self) -> None:
-        """End the threads."""
-        self.duel.batch.close()
-
-    def get_images(self) -> list[NDArray[np.uint8] | None]:
-        """Draw every game."""
-        return [draw(self.duel.batch.simulator, row) for row in range(self.num_envs)]
+    def _infos(self, result: StepResult | None, games: NDArray[np.int64]) -> list[dict[str, Any]]:
+        return by_game(self.duel.infos(result, games))
 
 
 class StackedVecEnv(BatchVecEnv):
-    """Batches of games of different rules, seen and answered as one.
-
-    Parameters
-    ----------
-    parts : sequence of SwarmVecEnv
-        At least one, all with the same spaces.
-    """
+    """Batches of games of different rules, at least one and all with the same spaces, seen and answered as one."""
 
     def __init__(self, parts: Sequence[SwarmVecEnv]) -> None:
         self.parts = list(parts)
-        self.render_mode = "rgb_array"
         bounds = np.cumsum([0, *(part.num_envs for part in self.parts)])
         self._rows = [slice(*pair) for pair in itertools.pairwise(bounds.tolist())]
         super().__init__(int(bounds[-1]), self.parts[0].observation_space, self.parts[0].action_space)
@@ -202,8 +213,3 @@ class StackedVecEnv(BatchVecEnv):
         """End the threads."""
         for part in self.parts:
             part.close()
-
-    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return an attribute of each game's part."""
-        every = [getattr(part, attr_name) for part in self.parts for _ in range(part.num_envs)]
-        return [every[index] for index in self._get_indices(indices)]

@@ -43,6 +43,7 @@ def train(
         games: Games of the evaluation at the end, even.
     """
     need("train", "torch", "stable_baselines3", "matplotlib")
+    from swarm_pz.evaluation.match import paired_difference
     from swarm_pz.film import film_game
     from swarm_pz.training.ppo import Training
     from swarm_pz.training.report import compare, plot_learning_curve
@@ -56,17 +57,15 @@ def train(
             say(f"training for {config.total_steps:,} steps in {out} (Ctrl-C stops, the same command goes on)")
         with stops_at_safe_points() as should_stop:
             trained = run.run(should_stop)
-        plot_learning_curve(run.history, config.opponents[0], out / "learning_curve.png")
+        plot_learning_curve(run.state.records, config.opponents[0], out / "learning_curve.png")
         say(f"evaluating over {games} games against uniform coverage, beside the baselines")
-        match, comparisons = compare(trained, untrained, config.game, games=games, seed=0, threads=config.threads)
+        match, baselines = compare(trained, untrained, config.game, games=games, seed=0, threads=config.threads)
         match.write(out / "evaluation.json", command())
         trained.with_results(match.summary()).write(out)
-        tables.print_matches([match, *(comparison.match for comparison in comparisons)])
-        for comparison in comparisons:
-            print(
-                f"share above {comparison.match.policy:<10} {comparison.difference:+.3f} "
-                f"(95 % interval {comparison.low:+.3f} to {comparison.high:+.3f})"
-            )
+        tables.print_matches([match, *baselines])
+        for baseline in baselines:
+            above, low, high = paired_difference(match, baseline)
+            print(f"share above {baseline.policy:<10} {above:+.3f} (95 % interval {low:+.3f} to {high:+.3f})")
         with in_seconds() as show:
             standing = film_game(
                 trained, "uniform", out / "game.mp4", config=config.game, seed=1, speed=4.0, progress=show

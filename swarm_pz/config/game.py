@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -186,18 +186,19 @@ def resolve(
     config: GameConfig | Mapping[str, Any] | None,
     overrides: Mapping[str, Any],
     wrapper: type,
+    more: Iterable[str] = (),
 ) -> GameConfig:
     """Return a configuration, or its dict, with a wrapper's keywords: fields to replace, and `preset` in its place.
 
-    Raises an UnknownNameError if a keyword is unknown, with those that the wrapper's constructor takes, and a
-    ConfigError if a value is out of range, or config and preset are both given.
+    Raises an UnknownNameError if a keyword is unknown, with those that the wrapper's constructor takes and
+    `more`, and a ConfigError if a value is out of range, or config and preset are both given.
     """
     fields = dict(overrides)
     preset = fields.pop("preset", None)
     for name in fields:
         if name not in GameConfig.__dataclass_fields__:
             named = inspect.signature(wrapper).parameters.values()
-            known = {"preset", *GameConfig.__dataclass_fields__}
+            known = {"preset", *more, *GameConfig.__dataclass_fields__}
             known |= {parameter.name for parameter in named if parameter.kind is not parameter.VAR_KEYWORD}
             # Python's own words: libraries look for them to find out what they may leave away.
             argument = f"{wrapper.__name__}() got an unexpected keyword argument {name!r}"

@@ -44,7 +44,7 @@ def test_exploration_fades_and_the_actor_is_held_while_the_critic_learns_first(t
     run.learn(160, watch)
     assert [step for step, _ in watch.explored] == [0, 32, 64, 96, 128]
     assert [spread for _, spread in watch.explored] == pytest.approx([-0.5, -0.9, -1.3, -1.7, -2.1])
-    assert run.exploration() == pytest.approx(math.exp(-2.5))
+    assert run.state.exploration(160) == pytest.approx(math.exp(-2.5))
     assert moves(watch.actor) == [False, False, True, True] and moves(watch.critic) == [True] * 4
 
 
@@ -71,15 +71,14 @@ def begin(callback, step=0):
 
 def test_running_figures_are_of_the_latest_256_games_and_the_time_of_all_sittings(clock):
     state = RunState(TINY, seconds=100.0)
-    assert (state.training_win_rate(), state.training_share()) == (0.0, 0.0)
+    assert state.training_means() == (0.0, 0.0)
     account = begin(Account(state))
     clock.seconds += 7.0
     games = [{"outcome": -1, "share": 0.0}] * 300 + [{"outcome": 0, "share": 0.75}] * 192
     account.locals = {"infos": [*games, {}, *[{"outcome": 1, "share": 1.0}] * 64]}
     assert account.on_step()
     assert state.seconds == 107.0
-    assert state.training_win_rate() == pytest.approx(0.25)  # a draw is not won
-    assert state.training_share() == pytest.approx((192 * 0.75 + 64) / 256)
+    assert state.training_means() == pytest.approx((0.25, (192 * 0.75 + 64) / 256))  # a draw is not won
     assert state.exploration(10**6) == pytest.approx(math.exp(TINY.final_log_std))
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from swarm_pz.cli import main
 from swarm_pz.training.callbacks import Account
-from swarm_pz.training.checkpoint import CHECKPOINT, read_story
+from swarm_pz.training.checkpoint import CHECKPOINT, read
 
 SMALL = {"num-envs": 4, "rollout": 8, "width": 8, "threads": 1, "evaluation-games": 2}
 SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
@@ -69,11 +69,11 @@ def stop_and_go_on(capsys, monkeypatch):
         monkeypatch.setattr(Account, "_on_step", step)
         status, said = run(command, capsys)
         assert status == 130 and f"{folder} is saved at step {steps} of {total}" in said
-        assert read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] == steps
+        assert read(Path(folder) / CHECKPOINT)[0]["learner"]["steps"] == steps
         assert not list(Path("runs").rglob(".*draft*"))
         assert line_that_goes_on(said) == command
         status, _ = run(command, capsys)
-        assert status == 0 and read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] >= total
+        assert status == 0 and read(Path(folder) / CHECKPOINT)[0]["learner"]["steps"] >= total
 
     return stop_and_go_on
 

@@ -53,13 +53,15 @@ def test_two_seeded_runs_agree_and_another_seed_differs(trained, tmp_path):
 def test_the_folder_holds_the_policy_with_its_story_and_how_the_run_went(trained):
     run, policy, folder = trained
     history, card = (json.loads((folder / name).read_text()) for name in ("history.json", "policy.json"))
-    assert [record["step"] for record in history["records"]] == [0, 32, 64] and history["records"] == run.history
+    assert [record["step"] for record in history["records"]] == [0, 32, 64] and history["records"] == run.state.records
     assert TrainConfig.from_dict(json.loads((folder / "config.json").read_text())) == TINY
     assert list((folder / "tensorboard").iterdir())
     found = play_match(policy, "uniform", games=2, seed=1_000_000, config=TINY.game).summary()
     expected = {"win_rate": found["win_rate"], "loss_rate": found["losses"] / 2, "share": found["mean_share"]}
     expected |= dict(zip(("win_rate_low", "win_rate_high"), found["win_rate_ci95"], strict=True))
-    assert run.history[-1].items() >= expected.items(), "of what is written, on seeds that are those of no training"
+    assert run.state.records[-1].items() >= expected.items(), (
+        "of what is written, on seeds that are those of no training"
+    )
     assert (card["config_hash"], card["steps"], policy.name) == (TINY.game.hash, 64, "tiny")
     for story in (policy.card, card, history):
         assert GameConfig.from_dict(story["rules"]).rules_hash == story["rules_hash"] == TINY.game.rules_hash

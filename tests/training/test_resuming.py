@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from swarm_pz.training.checkpoint import CHECKPOINT, read_story
+from swarm_pz.training.checkpoint import CHECKPOINT, read
 from swarm_pz.training.ppo import Training
 from swarm_pz.training.vec_env import SwarmVecEnv
 from tests.training.runs import TINY, assert_same_weights, have_same_weights, quiet, stop
@@ -33,12 +33,12 @@ def test_a_resumed_run_has_the_learner_and_the_history_of_its_checkpoint(tmp_pat
     assert_same_weights(resumed.policy(), run.policy())
     assert all(map(torch.equal, optimizer_of(resumed), optimizer_of(run))) and optimizer_of(run)
     assert (resumed.model.num_timesteps, resumed.model._n_updates) == (64, run.model._n_updates)
-    assert (resumed.history, resumed.state.recent, resumed.state.seconds) == (
-        run.history, run.state.recent, run.state.seconds
+    assert (resumed.state.records, resumed.state.recent, resumed.state.seconds) == (
+        run.state.records, run.state.recent, run.state.seconds
     )  # fmt: skip
     assert resumed.model.lr_schedule(1.0) == run.model.lr_schedule(1.0)
     resumed.run()
-    assert [record["step"] for record in resumed.history] == [0, 64, 128, 160]
+    assert [record["step"] for record in resumed.state.records] == [0, 64, 128, 160]
     assert not have_same_weights(resumed.policy(), run.policy()) and resumed.is_finished
 
 
@@ -51,7 +51,7 @@ def test_a_killed_run_goes_on_from_its_last_checkpoint(tmp_path):
     run = Training(RUN, tmp_path, say=quiet)
     with pytest.raises(KeyboardInterrupt):
         run.run(kill)
-    assert read_story(tmp_path / CHECKPOINT)["learner"]["steps"] == 64
+    assert read(tmp_path / CHECKPOINT)[0]["learner"]["steps"] == 64
     run = Training(RUN, tmp_path, say=quiet)
     run.run()
     assert run.model.num_timesteps == 160

@@ -60,7 +60,7 @@ def test_opponents_are_dealt_as_often_as_their_weights_say_in_an_order_that_chan
     for member, score in zip(league.pool.members, (9.0, 5.0, 2.0, 4.0), strict=True):
         member.score = score
     dealt = []
-    monkeypatch.setattr(league.main, "deal", lambda players, names: dealt.append((players, names)))
+    monkeypatch.setattr(league.main.env, "deal", lambda players, names: dealt.append((players, names)))
     for steps in (0, 0, 64):
         league.main.model.num_timesteps = steps
         league._deal()
@@ -80,14 +80,14 @@ def test_opponents_are_dealt_as_often_as_their_weights_say_in_an_order_that_chan
 def test_snapshots_explore_as_the_learner_does_and_named_opponents_do_not(tmp_path, monkeypatch):
     dealt = []
     league = League(ONE_DEAL.replace(scripts=()), tmp_path, say=quiet)
-    monkeypatch.setattr(league.main, "deal", lambda players, names: dealt.append(players[0]))
+    monkeypatch.setattr(league.main.env, "deal", lambda players, names: dealt.append(players[0]))
     league._deal()
     league.main.learn(32)
     league._deal()
     assert set(kinds_of(league)) == {"snapshot"}, "who plays nobody else plays itself"
     first, later = dealt
     assert first.noise == pytest.approx(np.exp(LEARNER.log_std))
-    assert later.noise == pytest.approx(league.main.exploration()) and later.noise < 0.99 * first.noise
+    assert later.noise == pytest.approx(league.main.state.exploration(32)) and later.noise < 0.99 * first.noise
     league.pool.members = [Member("hunter", "hunter", "initial")]
     league._deal()
     assert dealt[-1].name == "hunter" and dealt[-1].noise == 0.0
@@ -129,7 +129,7 @@ NOTHING = SimpleNamespace(unpack=lambda _: None)
 def test_each_game_against_a_pattern_is_played_by_the_pattern_that_it_counts_for(tmp_path, monkeypatch):
     dealt = []
     league = League(ONE_DEAL.replace(pattern_share=0.5, seats=16), tmp_path, say=quiet)
-    monkeypatch.setattr(league.main, "deal", lambda *given: dealt.append(given))
+    monkeypatch.setattr(league.main.env, "deal", lambda *given: dealt.append(given))
     league._deal()
     ((players, names),) = dealt
     patterns = [(seat, name) for seat, name in enumerate(names) if name.startswith("pattern:")]
@@ -143,22 +143,23 @@ def test_each_game_against_a_pattern_is_played_by_the_pattern_that_it_counts_for
         np.testing.assert_allclose(shared.act(seen[rows], rows), alone.act(seen[rows], rows), atol=1e-3)
 
 
-@pytest.mark.parametrize(("score", "joins"), [(0.5, False), (0.51, True)])
-def test_an_exploiter_joins_the_pool_only_if_it_beats_its_target(tmp_path, monkeypatch, score, joins):
-    match = SimpleNamespace(score=lambda: score, standing=lambda: "so and so")
+@pytest.mark.parametrize(("share", "joins"), [(0.5, False), (0.51, True)])
+def test_an_exploiter_joins_the_pool_only_if_it_takes_more_than_half_of_the_drones(tmp_path, monkeypatch, share, joins):
+    """It joined by points, and the pool counted these among the shares of the drones."""
+    match = SimpleNamespace(share=lambda: share, score=lambda: 1.0 - share, standing=lambda: "so and so")
     monkeypatch.setattr(selfplay, "respond", lambda *_: (match, NOTHING))
     league = League(ONE_DEAL.replace(exploiter_steps=32, exploiter_every=32), tmp_path, say=quiet)
     league.run()
     assert league.pool.exploiters == 1
     joined = [member for member in league.pool.members if member.kind == "exploiter"]
     assert [member.name for member in joined] == (["exploiter_000"] if joins else [])
-    assert all(member.beaten == pytest.approx(1.0 - score) for member in joined)
+    assert all(member.beaten == pytest.approx(1.0 - share) for member in joined)
 
 
 def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_a_killed_one_is_begun_again(tmp_path, monkeypatch):
     learner = LEARNER.replace(total_steps=160, seed=5)
     config = LEAGUE.replace(learner=learner, exploiter_steps=48, snapshot_every=10_000, snapshot_score=1.0)
-    calls, match = [], SimpleNamespace(score=lambda: 0.25, standing=lambda: "1-0-3")
+    calls, match = [], SimpleNamespace(share=lambda: 0.25, standing=lambda: "1-0-3")
 
     def killed(*given):
         calls.append(given)
