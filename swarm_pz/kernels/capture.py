@@ -73,11 +73,13 @@ class Boards(NamedTuple):
 
 
 def empty_boards(largest_occupancy: int) -> Boards:
-    """Return an empty board of each team, and weights, of types that hold so many ticks of all trails together."""
-    is_small = largest_occupancy <= np.iinfo(np.int16).max
+    """Return an empty board of each team, and weights, of types that hold so many ticks on a ring, and its field."""
+    weights = FIELD_UNIT // RING_COUNTS
+    small, whole = (np.iinfo(one).max for one in (np.int16, np.int32))
+    is_small = largest_occupancy <= min(small, whole // int(weights.max()))
     return Boards(
         np.zeros((2, FRAMED_CELLS**2), np.int16 if is_small else np.int32),
-        (FIELD_UNIT // RING_COUNTS).ravel().astype(np.int32 if is_small else np.int64),
+        weights.ravel().astype(np.int32 if is_small else np.int64),
     )
 
 
