@@ -41,7 +41,7 @@ from swarm_pz.training.config import RECIPES
 from swarm_pz.training.networks import GridPolicy, as_policy
 from swarm_pz.training.vec_env import SwarmVecEnv
 
-RECIPE = RECIPES["quick"].replace(threads=1)
+RECIPE = RECIPES["quick"].replace(threads=1, batch_size=1024, epochs=3)
 SCRIPTS = ("noise", "ring", "halo", "wavefront", "corners")
 """Opponents of all methods, besides `uniform`, when they are evaluated."""
 EVALUATION_SEED = 1_000

@@ -92,11 +92,11 @@ class TrainConfig(Config):
     critic_steps: StepsOrNone = 0
     action_cells: Annotated[int, Range(2, 50)] = 5
     width: Annotated[int, Range(8, 512)] = 32
-    total_steps: Steps = 2_400_000
+    total_steps: Steps = 1_900_000
     num_envs: GamesAtOnce = 320
     rollout: Annotated[int, Range(2, 65536)] = 32
-    batch_size: Annotated[int, Range(2, 10**7)] = 1024
-    epochs: Annotated[int, Range(1, 1000)] = 3
+    batch_size: Annotated[int, Range(2, 10**7)] = 512
+    epochs: Annotated[int, Range(1, 1000)] = 2
     learning_rate: Share = 6e-4
     gamma: Share = 0.98
     gae_lambda: Share = 0.95
@@ -133,7 +133,7 @@ class TrainConfig(Config):
 
 RECIPES = {
     "quick": TrainConfig(),
-    "long": TrainConfig(total_steps=3_000_000, num_envs=160, rollout=64, epochs=4, learning_rate=5e-4),
+    "long": TrainConfig(total_steps=3_000_000, num_envs=160, rollout=64, batch_size=1024, epochs=4, learning_rate=5e-4),
 }
 """Settings by name: `quick`, the default, takes under six minutes on two idle cores; `long` takes half an hour."""
 
