@@ -105,8 +105,9 @@ class TwoSides(*library_classes("multi_agent_env", "MultiAgentEnv", ("jaxmarl",)
         """As `swarm_pz.jax.step_once`, for the agents that there are."""
         densities = {agent: self._read(action) for agent, action in actions.items()}
         if self._opponent is not None:
-            shown = see(state, dataclasses.replace(self.params, grid=self._opponent.grid))[_BLUE]
-            densities[_BLUE] = self._opponent.act(key, shown)
+            player = self._opponent
+            shown = see(state, dataclasses.replace(self.params, grid=player.grid, motion=player.motion))[_BLUE]
+            densities[_BLUE] = player.act(key, shown)
         seen, after, rewards, dones, infos = step_once(state, densities, self.params)
         rewards = {agent: rewards[agent] for agent in self.agents}
         dones = {agent: dones[agent] for agent in (*self.agents, "__all__")}

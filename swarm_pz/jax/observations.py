@@ -1,4 +1,4 @@
-"""Observations as of `swarm_pz.spaces.observation`: the nine default channels, or lists of drones."""
+"""Observations as of `swarm_pz.spaces.observation`: the nine default channels, also with those of motion, or lists."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import jax
 from jax import numpy as jnp
 
-from swarm_pz.config import GRID_CELLS, GameConfig
+from swarm_pz.config import GRID_CELLS, SOON, GameConfig
 from swarm_pz.jax.fields import cells_of
 from swarm_pz.jax.params import Array, Params
 from swarm_pz.jax.state import State
@@ -18,7 +18,7 @@ _BRIGHTNESS = brightness_of_ages(GameConfig().trail_ticks)
 
 
 def observe(state: State, fields: Array, limits: Array, side: int, params: Params) -> Any:
-    """Return a side's observation: uint8 images (9, grid, grid), or a dict of lists of drones.
+    """Return a side's observation: uint8 images (9 or 13, grid, grid), or a dict of lists of drones.
 
     Of both capture fields (2, 50, 50), cells above `limits` (2,) capture.
     """
@@ -36,6 +36,9 @@ def observe(state: State, fields: Array, limits: Array, side: int, params: Param
         jnp.full((grid, grid), params.shares[own]),
         jnp.full((grid, grid), time_left),
     ]
+    if params.motion:
+        soon = state.positions + SOON * state.velocities
+        planes += [_shared(places, its, grid) for places in (state.positions, soon) for its in is_its]
     return jnp.stack(planes)
 
 
@@ -48,6 +51,17 @@ def _coarse(cells: Array, grid: int) -> Array:
 def _positions(positions: Array, is_its: Array, grid: int) -> Array:
     """Add 64 for each drone to its cell, up to 255."""
     image = jnp.zeros(grid * grid, jnp.int32).at[_coarse(cells_of(positions), grid)].add(POSITION_STEP * is_its)
+    return jnp.minimum(image, 255).astype(jnp.uint8).reshape(grid, grid)
+
+
+def _shared(places: Array, is_its: Array, grid: int) -> Array:
+    """Share 64 for each drone out among the four cells whose centres are around its place, up to 255."""
+    at = (jnp.clip(places, 0.0, 1.0) * grid - 0.5).T
+    low = jnp.floor(at)
+    x, y = jnp.clip(jnp.stack([low, low + 1.0], axis=1), 0.0, grid - 1.0).astype(jnp.int32)
+    of_x, of_y = jnp.stack([1.0 - (at - low), at - low], axis=1)
+    parts = (POSITION_STEP * of_y[:, None] * of_x + 0.5).astype(jnp.int32)
+    image = jnp.zeros(grid * grid, jnp.int32).at[y[:, None] * grid + x].add(parts * is_its)
     return jnp.minimum(image, 255).astype(jnp.uint8).reshape(grid, grid)
 
 

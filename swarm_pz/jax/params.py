@@ -13,7 +13,7 @@ import jax
 import numpy as np
 from jax import numpy as jnp
 
-from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
+from swarm_pz.config import CHANNELS, MOTION_CHANNELS, CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.config.base import check, check_count
 
 Array = Any
@@ -31,7 +31,7 @@ _MAY_DIFFER = ("drones_per_team", "time_limit", "command_period", "capture", "ob
 @partial(
     jax.tree_util.register_dataclass,
     data_fields=["sizes", "step_ticks", "limit_ticks", "threshold", "times_left", "shares"],
-    meta_fields=["drones", "grid", "pallas"],
+    meta_fields=["drones", "grid", "motion", "pallas"],
 )
 @dataclass(frozen=True)
 class Params:
@@ -53,6 +53,8 @@ class Params:
     """Places for drones, N. Static: another value compiles anew."""
     grid: int
     """Cells a side of the observed images; 0: lists of drones. Static."""
+    motion: bool
+    """True: images show `MOTION_CHANNELS` after `CHANNELS`. Static."""
     pallas: bool
     """True: `swarm_pz.jax.kernel` plays. Static."""
 
@@ -78,6 +80,7 @@ def make_params(config: GameConfig | None = None, *, drones: int | None = None, 
     places = total if drones is None else check_count(drones, "drones", total, MOST_DRONES)
     check(not pallas or places <= MOST_FOR_PALLAS, "drones", places, f"at most {MOST_FOR_PALLAS} with pallas")
     limit = rules.limit_ticks
+    grid, motion = _images_of(rules.observation)
 
     def dimness(tick: int) -> int:
         return -int(255.0 * (1.0 - tick / limit) + 0.5)
@@ -90,16 +93,24 @@ def make_params(config: GameConfig | None = None, *, drones: int | None = None, 
         times_left=jnp.array([bisect_right(range(limit + 1), -k, key=dimness) - 1 for k in range(1, 256)], jnp.int32),
         shares=jnp.array(np.minimum(255.0 * np.arange(places + 1) / total + 0.5, 255.0).astype(np.uint8)),
         drones=places,
-        grid=_grid_of(rules.observation),
+        grid=grid,
+        motion=motion,
         pallas=pallas,
     )
 
 
-def _grid_of(observation: ObservationConfig | tuple[ObservationConfig, ObservationConfig]) -> int:
-    """Return the cells a side of the images asked for, or 0 for lists of drones."""
-    expected = f"the default channels on a grid of {', '.join(map(str, GRIDS))}, or entities, the same for both sides"
+def _images_of(observation: ObservationConfig | tuple[ObservationConfig, ObservationConfig]) -> tuple[int, bool]:
+    """Return the cells a side of the images asked for, 0 for lists of drones, and whether they show motion."""
     if isinstance(observation, ObservationConfig) and observation.kind == "entities":
-        return 0
-    found = [grid for grid in GRIDS if observation == ObservationConfig(grid=grid)]
-    check(bool(found), "observation", observation, expected)
-    return found[0]
+        return 0, False
+    known = {
+        ObservationConfig(grid=grid, channels=channels): (grid, channels != CHANNELS)
+        for grid in GRIDS
+        for channels in (CHANNELS, CHANNELS + MOTION_CHANNELS)
+    }
+    expected = (
+        f"the default channels, or these and then {', '.join(MOTION_CHANNELS)}, on a grid of "
+        f"{', '.join(map(str, GRIDS))}, or entities, the same for both sides"
+    )
+    check(observation in known, "observation", observation, expected)
+    return known[observation]

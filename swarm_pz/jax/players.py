@@ -13,7 +13,7 @@ from jax import numpy as jnp
 from safetensors import SafetensorError
 from safetensors.numpy import load_file
 
-from swarm_pz.config import CHANNELS, GameConfig
+from swarm_pz.config import CHANNELS, MOTION_CHANNELS, GameConfig
 from swarm_pz.errors import CheckpointError
 from swarm_pz.jax.network import Weights, decide, density_of, features_of
 from swarm_pz.jax.params import GRIDS, Array
@@ -24,10 +24,15 @@ _X, _Y = (jnp.asarray(axis, jnp.float32) for axis in cell_centres(GameConfig().c
 
 
 class Player(NamedTuple):
-    """A player: `act` maps a key and uint8 images (9, grid, grid) to a density (10, 10) in [0, 1]."""
+    """A player: `act` maps a key and uint8 images (9, grid, grid), or (13, grid, grid) with `motion`, to a density.
+
+    Densities (10, 10) are in [0, 1].
+    """
 
     grid: int
     act: Callable[[Array, Array], Array]
+    motion: bool = False
+    """Whether it sees `MOTION_CHANNELS`, too."""
 
 
 def _uniform(key: Array, seen: Array) -> Array:
@@ -68,14 +73,14 @@ SCRIPTS = {
 """Those of `swarm_pz.policies.scripted` that play here, too."""
 
 
-def player_of(weights: Weights, grid: int) -> Player:
+def player_of(weights: Weights, grid: int, *, motion: bool = False) -> Player:
     """Return the player that plays a network's mean action."""
 
     def act(key: Array, seen: Array) -> Array:
         del key
         return density_of(decide(weights, features_of(weights, seen[None] / np.float32(255.0)))[0])
 
-    return Player(grid, act)
+    return Player(grid, act, motion)
 
 
 def load(name: str | Path) -> Player:
@@ -94,9 +99,11 @@ def load(name: str | Path) -> Player:
             f"a player must be one of {', '.join(SCRIPTS)}, or a learned policy's name or folder, got {str(name)!r}: "
             f"{error}"
         ) from error
-    if card.get("channels") != list(CHANNELS) or card.get("grid") not in GRIDS:
+    shown = [list(CHANNELS), [*CHANNELS, *MOTION_CHANNELS]]
+    if card.get("channels") not in shown or card.get("grid") not in GRIDS:
         raise CheckpointError(
-            f"{name} must look at the default channels on a grid of {', '.join(map(str, GRIDS))}, which is what games "
-            f"in JAX show; its card says {card.get('channels')} and {card.get('grid')}"
+            f"{name} must look at the default channels, also followed by {', '.join(MOTION_CHANNELS)}, on a grid of "
+            f"{', '.join(map(str, GRIDS))}, which is what games in JAX show; its card says {card.get('channels')} and "
+            f"{card.get('grid')}"
         )
-    return player_of(weights, card["grid"])
+    return player_of(weights, card["grid"], motion=card["channels"] == shown[1])

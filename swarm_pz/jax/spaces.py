@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import jax
 from jax import numpy as jnp
 
-from swarm_pz.config import CHANNELS, GameConfig
+from swarm_pz.config import CHANNELS, MOTION_CHANNELS, GameConfig
 from swarm_pz.config.base import check
 from swarm_pz.jax.params import Array, Params
 from swarm_pz.spaces.actions import LARGEST_MODE, mode_waves
@@ -90,7 +90,7 @@ def make_actions(kind: ActionKind) -> Actions:
 def make_observations(params: Params, *, is_vector: bool) -> Box:
     """Return the space of images, or of the same as a vector in [0, 1]; raise a ConfigError for lists of drones."""
     check(params.grid > 0, "observation.kind", "entities", "'grids' here, an image of one shape")
-    shape = (len(CHANNELS), params.grid, params.grid)
+    shape = (len(CHANNELS) + params.motion * len(MOTION_CHANNELS), params.grid, params.grid)
     if is_vector:
         return Box(0.0, 1.0, (shape[0] * params.grid**2,), jnp.float32)
     return Box(0.0, 255.0, shape, jnp.uint8)
