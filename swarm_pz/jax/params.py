@@ -103,14 +103,15 @@ def _images_of(observation: ObservationConfig | tuple[ObservationConfig, Observa
     """Return the cells a side of the images asked for, 0 for lists of drones, and whether they show motion."""
     if isinstance(observation, ObservationConfig) and observation.kind == "entities":
         return 0, False
-    known = {
-        ObservationConfig(grid=grid, channels=channels): (grid, channels != CHANNELS)
+    found = [
+        (grid, channels != CHANNELS)
         for grid in GRIDS
         for channels in (CHANNELS, CHANNELS + MOTION_CHANNELS)
-    }
+        if observation == ObservationConfig(grid=grid, channels=channels)
+    ]
     expected = (
         f"the default channels, or these and then {', '.join(MOTION_CHANNELS)}, on a grid of "
         f"{', '.join(map(str, GRIDS))}, or entities, the same for both sides"
     )
-    check(observation in known, "observation", observation, expected)
-    return known[observation]
+    check(bool(found), "observation", observation, expected)
+    return found[0]

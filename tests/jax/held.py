@@ -14,6 +14,7 @@ from swarm_pz.config import (
     CHANNELS,
     CONTROL_PERIOD,
     GRID_CELLS,
+    MOTION_CHANNELS,
     TICKS_PER_CONTROL_PERIOD,
     GameConfig,
     ObservationConfig,
@@ -26,7 +27,11 @@ LARGEST = 40
 PLACES = 2 * LARGEST
 PERIODS = 100
 """Control periods that are compared at once: games of all lengths share what was compiled."""
-SEEN = (ObservationConfig(grid=10), ObservationConfig(grid=25), ObservationConfig(kind="entities"))
+SEEN = (
+    ObservationConfig(grid=10, channels=CHANNELS + MOTION_CHANNELS),
+    ObservationConfig(grid=25),
+    ObservationConfig(kind="entities"),
+)
 CLOSE = {"positions": 1e-6, "velocities": 1e-5, "accelerations": 1e-4, "memory": 1e-4, "memory_weight": 1e-5}
 """Largest differences of floats from the simulator's; whole numbers must be the same."""
 
@@ -137,20 +142,20 @@ def compare(seed, seconds, found, *, pallas=False):
             for side, agent in enumerate(AGENTS):
                 for row, view in enumerate(views):
                     one = jax.tree.map(lambda values, row=row: np.asarray(values[row]), shown[agent])
-                    compare_views(one, jax.tree.map(lambda values: values[0], view[number][side]), rules, found)
+                    compare_views(one, jax.tree.map(lambda values: values[0], view[number][side]), observation, found)
     return found
 
 
-def compare_views(mine, theirs, rules, found):
-    """Compare what a side sees in both; kernels round halves of fields either way, as the processor multiplies."""
+def compare_views(mine, theirs, observation, found):
+    """Compare what a side sees in both; halves are rounded either way, as the processor multiplies."""
     if isinstance(theirs, dict):
         for name, values in theirs.items():
             shown = mine[name][: len(values)]
             found["other lists"] += not np.allclose(shown, values, rtol=0, atol=1e-6) or mine[name][len(values) :].any()
         return
-    for channel, one, other in zip(CHANNELS, mine, theirs, strict=True):
+    for channel, one, other in zip(observation.channels, mine, theirs, strict=True):
         far = np.abs(one.astype(int) - other)
-        if channel.endswith("capture_field") or channel == "own_target":
+        if channel.endswith(("capture_field", "own_target", "now", "soon")):
             found[f"{channel}, by 1"] += int((far == 1).sum())
             far = far * (far > 1)
         found[f"other {channel}"] += bool(far.any())

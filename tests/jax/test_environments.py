@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from jax import numpy as jnp
 
-from swarm_pz.config import AGENTS, CHANNELS, GameConfig, ObservationConfig
+from swarm_pz.config import AGENTS, CHANNELS, MOTION_CHANNELS, GameConfig, ObservationConfig
 from swarm_pz.jax import make_params, spaces
 from swarm_pz.jax.environments import OneSide, TwoSides
 from swarm_pz.jax.players import SCRIPTS, Player
@@ -18,20 +18,21 @@ from swarm_pz.spaces.actions import make_actions as simulator_actions
 
 GAME = GameConfig(drones_per_team=2, time_limit=0.2, command_period=0.1, observation=ObservationConfig(grid=10))
 PARAMS = make_params(GAME)
+MOTION = make_params(GAME.replace(observation=ObservationConfig(grid=10, channels=CHANNELS + MOTION_CHANNELS)))
 KEY, EVEN = jax.random.key(0), jnp.ones((10, 10))
 
 
 @pytest.mark.parametrize(
     ("options", "agents", "shape"),
     [
-        ({}, AGENTS, (9, 10, 10)),
+        ({"params": MOTION}, AGENTS, (13, 10, 10)),
         ({"action": "modes", "final_observation": True}, AGENTS, (9, 10, 10)),
         ({"action": "discrete", "observation": "vector"}, AGENTS, (900,)),
         ({"action": "discrete", "observation": "vector", "opponent": SCRIPTS["halo"]}, AGENTS[:1], (900,)),
     ],
 )
 def test_steps_have_the_shapes_of_the_spaces(options, agents, shape):
-    env = TwoSides(PARAMS, **options)
+    env = TwoSides(**{"params": PARAMS} | options)
     count = len(agents)
     assert env.agents == list(agents) and env.num_agents == count
     actions = {agent: env.action_space(agent).sample(KEY) for agent in agents}
@@ -117,7 +118,7 @@ def test_values_beyond_a_density_are_clipped_and_counted_by_side(both_sides):
 def test_a_learner_meets_the_player_and_sees_the_end(both_sides):
     both, state, _ = both_sides
     corner = jnp.zeros((10, 10)).at[0, 0].set(1.0)
-    env = OneSide(Player(25, lambda key, seen: corner * (seen.shape == (9, 25, 25))))
+    env = OneSide(Player(25, lambda key, seen: corner * (seen.shape == (13, 25, 25)), motion=True))
     mine, step = env.action_space(PARAMS).sample(KEY), jax.jit(env.step)
     _, after, reward, terminated, truncated, info = step(KEY, state, mine, PARAMS)
     _, expected, rewards, _, _ = both(state, mine, corner)
