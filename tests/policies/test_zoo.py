@@ -22,6 +22,7 @@ AS_SHIPPED = {
     "champion": [[0.000, 0.003, 0.004, 0.000], [0.003, 1.000, 1.000, 0.003], [0.008, 1.000, 1.000, 0.004]],
     "finisher": [[0.000, 0.010, 0.006, 0.000], [0.008, 1.000, 1.000, 0.025], [0.020, 1.000, 1.000, 0.032]],
     "hunter": [[0.000, 0.010, 0.016, 0.000], [0.018, 1.000, 1.000, 0.019], [0.020, 0.948, 0.948, 0.044]],
+    "marshal": [[0.001, 0.001, 0.001, 0.001], [0.001, 0.047, 0.062, 0.001], [0.001, 0.032, 0.067, 0.001]],
     "scholar": [[0.040, 0.054, 0.141, 0.017], [0.082, 0.220, 0.613, 0.143], [0.159, 0.177, 0.309, 0.105]],
     "selfplay": [[0.001, 0.005, 0.007, 0.001], [0.003, 0.176, 0.394, 0.004], [0.005, 0.117, 0.194, 0.005]],
     "veteran": [[0.001, 0.007, 0.004, 0.001], [0.004, 0.792, 1.000, 0.004], [0.013, 0.465, 0.601, 0.009]],
@@ -39,7 +40,7 @@ def test_a_tactic_answers_as_it_did_when_it_was_trained_and_its_card_says_how(na
     np.testing.assert_allclose(policy.act(board, np.zeros(1, int))[0, :9:3, ::3], AS_SHIPPED[name], atol=2e-3)
     card = json.loads((FOLDER / name / "policy.json").read_text())
     assert about(name) == zoo._ABOUT.get(name, card["about"].splitlines()[0]) and about(name).endswith(".")
-    assert card["command"].startswith("swarm-pz ") and card["steps"] > 0 and card["seconds"] > 0
+    assert card["command"].startswith(("swarm-pz ", "python examples/")) and card["steps"] > 0 and card["seconds"] > 0
     TrainConfig.from_dict(card["training"])
     assert card["results"]["against"]["uniform"]["games"] >= 100
 
