@@ -1,9 +1,10 @@
 """The server answers a client as session.json has it; room.test.js compares the game in the page with the same file."""
 
 import asyncio
-import dataclasses
 import json
 from pathlib import Path
+
+import numpy as np
 
 from swarm_pz.play import protocol
 from tests.play.server.test_client_handler import Guest, Hall
@@ -26,15 +27,21 @@ def heard(guest):
 
 
 async def test_a_session_goes_as_in_the_page(tmp_path):
-    hall = Hall(tmp_path)
-    hall.context = dataclasses.replace(hall.context, countdown_s=0.5)
+    hall, counted_down = Hall(tmp_path), asyncio.Event()
+
+    async def answer(seat):
+        await counted_down.wait()
+        return np.ones((10, 10))
+
+    hall.context.workers.answer = answer  # the game waits for it: no countdown is over before all is said in it
     guest = Guest(hall)
     try:
         for number, step in enumerate(STEPS):
             if "say" in step:
                 guest.handler.hear(json.dumps(step["say"]))
-            else:
-                await asyncio.sleep(step["pause_ms"] / 1000 if "hear" not in step else 0)
+            elif "hear" not in step:
+                counted_down.set()
+                await asyncio.sleep(step["pause_ms"] / 1000)
             if "hear" in step:
                 await until(lambda: heard(guest) == step["hear"])  # noqa: B023
                 assert heard(guest) == step["hear"], (number, step)
