@@ -3,6 +3,7 @@
 import importlib.util
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -10,10 +11,11 @@ import pytest
 from jax import numpy as jnp
 from safetensors.numpy import load_file
 
-from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
+from swarm_pz.config import CHANNELS, MOTION_CHANNELS, GameConfig, ObservationConfig
 from swarm_pz.jax.network import decide, density_of, features_of
 from swarm_pz.policies import load
 from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.policies.pattern import KINDS, PatternPlayer
 
 GAME = GameConfig(drones_per_team=2, time_limit=3.0, observation=ObservationConfig(grid=10))
 SEEN = np.random.default_rng(0).integers(0, 256, (4, len(CHANNELS), 10, 10), dtype=np.uint8)
@@ -21,21 +23,26 @@ SEEN = np.random.default_rng(0).integers(0, 256, (4, len(CHANNELS), 10, 10), dty
 
 @pytest.fixture(scope="module")
 def examples():
-    """Return both examples as modules of few and short games, compiled quickly: of PPO, and in the shape of IPPO."""
+    """Return the examples as modules of few and short games, compiled quickly: PPO, IPPO and a league."""
     modules = []
-    for name in ("jax_ppo", "jax_ippo"):
+    for name in ("jax_ppo", "jax_ippo", "jax_league"):
         spec = importlib.util.spec_from_file_location(name, Path(__file__).parents[2] / "examples" / f"{name}.py")
         modules.append(importlib.util.module_from_spec(spec))
         sys.modules[name] = modules[-1]  # where `NamedTuple` looks for its fields' types
         spec.loader.exec_module(modules[-1])
-    ppo, ippo = modules
+    ppo, ippo, league = modules
     ppo.RECIPE = ppo.RECIPE.replace(game=GAME, total_steps=16, num_envs=2, rollout=2, batch_size=4)
     ippo.GAME, ippo.GAMES, ippo.STEPS, ippo.EPOCHS, ippo.BATCHES = GAME, 2, 3, 1, 2
     ippo.OPPONENTS = ("uniform",)
+    rules = GAME.replace(observation=ObservationConfig(grid=10, channels=CHANNELS + MOTION_CHANNELS))
+    league.CONFIG = league.CONFIG.replace(game=rules, num_envs=16, rollout=4, batch_size=8, epochs=1)
+    league.EXPLOITERS, league.SLOTS, league.PATTERNS, league.WARM, league.YOUNG = 2, 2, 3, 1, 2
+    league.DEAL = league.SNAPSHOT = league.LIFE = 2
     jax.config.update("jax_disable_most_optimizations", True)
-    yield ppo, ippo
+    yield ppo, ippo, league
     jax.config.update("jax_disable_most_optimizations", False)
-    del sys.modules["jax_ppo"], sys.modules["jax_ippo"]
+    for module in modules:
+        del sys.modules[module.__name__]
 
 
 def test_what_is_trained_plays_the_same_everywhere(examples, tmp_path, monkeypatch, capsys):
@@ -52,7 +59,7 @@ def test_what_is_trained_plays_the_same_everywhere(examples, tmp_path, monkeypat
 
 
 def test_a_turned_board_is_worth_as_much_and_answered_as_turned(examples):
-    ppo, _ = examples
+    ppo, *_ = examples
     network = ppo.begin(ppo.RECIPE, jax.random.key(3), ppo.make_params(GAME)).network
     answer = jax.jit(ppo.answer)
     means, values = answer(network, SEEN)
@@ -71,7 +78,7 @@ def test_nothing_is_expected_after_an_end(examples):
 
 
 def test_ippo_learns_and_plays(examples, monkeypatch, capsys):
-    _, ippo = examples
+    _, ippo, _ = examples
     found, make_train = [], ippo.make_train
 
     def kept(env, updates, **options):
@@ -90,3 +97,44 @@ def test_ippo_learns_and_plays(examples, monkeypatch, capsys):
     env = ippo.TwoSides(ippo.make_params(GAME), action="discrete", observation="vector")
     network, _ = jax.eval_shape(make_train(env, 1, world_state=False), jax.random.key(0))
     assert network["critic"][0][0].shape == (900, 64)
+
+
+def test_a_league_meets_patterns_and_policies_as_they_are(examples):
+    """Else it learns to beat players that nobody else meets."""
+    league, game = examples[2], examples[2].CONFIG.game
+    network = league.widened("hunter", league.CONFIG, np.random.default_rng(0))
+    assert network["head.weight"].shape[1] == 8 and network["trunk.near.0.weight"].shape[1] == 14
+    seen = np.random.default_rng(1).integers(0, 256, (4, 13, 10, 10), dtype=np.uint8)
+    answer = jax.jit(lambda seen: density_of(decide(network, features_of(network, seen / np.float32(255)))))
+    assert np.abs(np.asarray(answer(seen)) - load("hunter", game).act(seen[:, :9], np.arange(4))).max() <= 1e-5
+
+    numbers, rows = np.array([list(kind.values()) for kind in KINDS.values()]), np.arange(len(KINDS))
+    cells = np.random.default_rng(2).integers(0, 25, (20, 2))  # at their centres, images show the mean as it is
+    teams = np.repeat([0, 1], 10)
+    images = np.zeros((2, 25, 25), np.uint8)
+    for (x, y), team in zip(cells, teams, strict=True):
+        images[1 - team, y, x] += 64
+    player = PatternPlayer(numbers, game)
+    player.reset(rows, rows)
+    towards = (cells[:10].mean(axis=0) + 0.5) / 25 - 0.5
+    for second in range(3):
+        state = SimpleNamespace(tick=30 * second, positions=(cells + 0.5) / 25, teams=teams)
+        expected = player.act(np.broadcast_to(images, (len(rows), *images.shape)), rows)
+        for one, answer in zip(numbers, expected, strict=True):
+            mine = league.fly(
+                np.append(one, [0.0] * 4), np.arctan2(*towards[::-1]), state, SimpleNamespace(step_ticks=30)
+            )
+            assert np.abs(np.asarray(mine) - answer).max() < 1e-3
+
+
+def test_a_league_deals_counts_and_leaves_a_player(examples, tmp_path, monkeypatch, capsys):
+    asked = ["--commands", "128", "--opponents", "hunter", "veteran", "--games", "16", "--out", str(tmp_path)]
+    monkeypatch.setattr(sys, "argv", ["jax_league.py", *asked])
+    examples[2].main()
+    said = capsys.readouterr().out
+    assert "128 commands" in said and "3 patterns" in said and "2 exploiters" in said
+    policy, warden = load(str(tmp_path), GAME), load("warden", GAME)
+    seen = np.random.default_rng(1).integers(0, 256, (4, 13, 10, 10), dtype=np.uint8)
+    far = np.abs(policy.act(seen, np.arange(4)) - warden.act(seen, np.arange(4))).max()
+    assert 1e-6 < far < 0.3, "it begins with warden, and learns"
+    assert policy.card["steps"] == 128 and policy.card["ancestors"][0]["name"] == "warden"

@@ -1,0 +1,414 @@
+"""A league on one accelerator: a learner, learners that exploit it, its past selves, and patterns that evolve.
+
+python examples/jax_league.py --pallas --seconds 550     # which made `marshal` on an H200
+
+The folder that it leaves is a player: swarm-pz evaluate runs/jax_league --opponent veteran
+
+In an update all games go on for some commands, and the learner and its exploiters learn from them. Every few updates
+the opponents are dealt anew: those from which the learner takes least come most often.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+import optax
+from jax import lax, random
+from jax import numpy as jnp
+from jax_ppo import CRITIC_FEATURES, LARGEST_GRADIENT, Step, advantages, answer, log_prob, loss_of
+
+from swarm_pz import GameConfig, ObservationConfig, policies
+from swarm_pz.config import AGENTS, BLUE, CHANNELS, MOTION_CHANNELS, RED
+from swarm_pz.evaluation.provenance import provenance
+from swarm_pz.jax import Params, State, make_params, reset, step
+from swarm_pz.jax.network import Weights, decide, density_of, features_of
+from swarm_pz.policies.learned import ANCESTORS, FORMAT, LearnedPolicy, lineage
+from swarm_pz.policies.pattern import KINDS, numbers_of, points_of
+from swarm_pz.policies.symmetry import ORIENTATIONS
+from swarm_pz.spaces.densities import cell_centres
+from swarm_pz.training.config import TrainConfig
+
+CONFIG = TrainConfig(
+    game=GameConfig(observation=ObservationConfig(grid=10, channels=(*CHANNELS, *MOTION_CHANNELS))),
+    num_envs=4096,
+    rollout=32,
+    batch_size=8192,
+    epochs=2,
+    width=64,
+    learning_rate=4e-4,
+    gamma=0.995,
+    log_std=-2.0,
+    final_log_std=-3.0,
+)
+GIVEN = ["warden", "veteran", "finisher", "champion", "selfplay", "hunter", "scholar"]
+EXPLOITERS, SLOTS, PATTERNS = 4, 24, 192
+"""Learners that play the learner alone; opponents from the pool at a time; patterns at a time."""
+SHARES = (0.125, 0.4375)
+"""Of the games: those against exploiters, and against the pool. The others are against patterns."""
+LATE = 8
+"""In one game of so many, the learner's commands come one command late."""
+WARM, DEAL, SNAPSHOT, YOUNG, LIFE = 20, 4, 50, 20, 100
+"""Updates in which only the critic learns, and then the learning rate grows; between two deals; between two snapshots;
+that an exploiter has at least; and at most."""
+PRIOR, REMEMBERED, TRIED, EASY = 10.0, 300.0, 40.0, 0.85
+"""Games at an even score that an opponent begins with; games from which on older ones fade; games that tell how hard a
+pattern is; and the learner's mean share from which on a pattern goes."""
+SECOND = 0.3
+"""Largest amplitude of the second harmonic of a pattern's path."""
+_X, _Y = (jnp.asarray(axis, jnp.float32) for axis in cell_centres(CONFIG.game.command_cells))
+
+
+class Learner(NamedTuple):
+    """A network with its critic, and its optimizer's state."""
+
+    network: dict[str, Any]
+    optimizer: Any
+
+
+class Games(NamedTuple):
+    """All games: their states, what both sides see, and what players remember."""
+
+    states: State
+    seen: dict[str, jax.Array]
+    held: jax.Array  # the learner's last densities, for those that are late
+    angles: jax.Array  # where patterns first saw their opponents
+
+
+class Deal(NamedTuple):
+    """The opponents of the pool: networks (SLOTS, ...), and the numbers (games, 17) of patterns."""
+
+    networks: Weights
+    patterns: jax.Array
+
+
+def sections(config: TrainConfig) -> tuple[int, int]:
+    """Return the number of games against exploiters, and of those against networks at all."""
+    first = int(SHARES[0] * config.num_envs) // EXPLOITERS * EXPLOITERS
+    return first, first + int(SHARES[1] * config.num_envs) // SLOTS * SLOTS
+
+
+def optimizer() -> optax.GradientTransformation:
+    """Return Adam; the learning rate is multiplied later."""
+    return optax.chain(optax.clip_by_global_norm(LARGEST_GRADIENT), optax.scale_by_adam(eps=1e-5))
+
+
+def learner_of(actor: Weights, key: jax.Array) -> Learner:
+    """Return a learner with an actor and a critic that knows nothing."""
+    to_kernel, to_worth = random.split(key)
+    features, cells = actor["head.weight"].shape[1], actor["trunk.whole.0.weight"].shape[-1]
+    shape = (CRITIC_FEATURES, features, ORIENTATIONS, cells, cells)
+    worth = random.normal(to_worth, (CRITIC_FEATURES,))
+    critic = {
+        "kernel": random.normal(to_kernel, shape) * np.sqrt(2 / np.prod(shape[1:])),
+        "bias": jnp.zeros(CRITIC_FEATURES),
+        "worth": worth / jnp.linalg.norm(worth),
+    }
+    network = {"actor": jax.tree.map(jnp.asarray, actor), "critic": critic}
+    return Learner(network, optimizer().init(network))
+
+
+def learn(config: TrainConfig, learner: Learner, steps: Step, last: jax.Array, key, std, rate, acts) -> Learner:
+    """Improve a learner by its rows (T, n, ...); where `acts` is 0, its critic alone."""
+    count = steps.rewards.size
+    gains = advantages(config, steps, last)
+    data = jax.tree.map(lambda kept: kept.reshape(count, *kept.shape[2:]), (steps, gains))
+
+    def improve(carried, rows):
+        network, state = carried
+        part, gains = jax.tree.map(lambda kept: kept[rows], data)
+        gradients, told = jax.grad(loss_of, has_aux=True)(network, part, gains, std, config.clip_range)
+        changes, state = optimizer().update(gradients, state)
+        changes["actor"] = jax.tree.map(lambda change: acts * change, changes["actor"])
+        return (optax.apply_updates(network, jax.tree.map(lambda change: -rate * change, changes)), state), told
+
+    orders = jax.vmap(random.permutation, (0, None))(random.split(key, config.epochs), count)
+    learned, told = lax.scan(improve, tuple(learner), orders.reshape(-1, min(config.batch_size, count // 4)))
+    return Learner(*learned), jax.tree.map(jnp.mean, told)
+
+
+def fly(numbers: jax.Array, angle: jax.Array, state: State, params: Params) -> jax.Array:
+    """Return a pattern's density (10, 10): as `swarm_pz.policies.pattern`, on a path of two harmonics."""
+    x, y, lean, home, radius, width, along, across, period, start, look, ground, core = numbers[:13]
+    turn = 2.0 * jnp.pi * (state.tick // params.step_ticks) / period
+    begun = 2.0 * jnp.pi * start + jnp.where(look >= 0.5, angle, 0.0)
+    second = jnp.array([jnp.cos(2.0 * turn), jnp.sin(2.0 * turn)])
+    u = along * jnp.cos(turn) + numbers[13:15] @ second
+    v = across * jnp.sin(turn) + numbers[15:17] @ second
+    path = jnp.array([u * jnp.cos(begun) - v * jnp.sin(begun), u * jnp.sin(begun) + v * jnp.cos(begun)])
+    place = jnp.array([x, y]) + lean * (mean_of(state, RED) - 0.5) + home * (mean_of(state, BLUE) - 0.5)
+    px, py = jnp.clip(place + path, 0.0, 1.0)
+    distance = jnp.hypot(_X - px, _Y - py)
+    found = jnp.exp(-(((distance - radius) / width) ** 2)) + core * jnp.exp(-((distance / width) ** 2))
+    found = ground + found / jnp.maximum(found.max(), 1e-30)
+    return found / found.max()
+
+
+def mean_of(state: State, team: int) -> jax.Array:
+    """Return the mean position (2,) of a team."""
+    is_its = (state.teams == team)[:, None]
+    return jnp.where(is_its, state.positions, 0.0).sum(axis=0) / jnp.maximum(is_its.sum(), 1)
+
+
+@partial(jax.jit, static_argnames="config")
+def begin(config: TrainConfig, key: jax.Array, params: Params) -> Games:
+    """Return games at their starts."""
+    seen, states = jax.vmap(reset, (0, None))(random.split(key, config.num_envs), params)
+    cells = config.game.command_cells
+    return Games(states, seen, jnp.ones((config.num_envs, cells, cells)), jnp.zeros(config.num_envs))
+
+
+@partial(jax.jit, static_argnames="config", donate_argnames=("main", "exploiters", "games"))
+def update(config, main: Learner, exploiters: Learner, games: Games, deal: Deal, params: Params, key, schedule):
+    """Play all games for some commands, and learn from what the learner and its exploiters did."""
+    std, rate, acts = schedule
+    first, second = sections(config)
+    red, blue = AGENTS
+    is_late = (jnp.arange(config.num_envs) % LATE == 0)[:, None, None]
+    to_games, to_main, to_exploiters = random.split(key, 3)
+
+    def by(count: int, values: jax.Array) -> jax.Array:
+        return values.reshape(count, -1, *values.shape[1:])
+
+    def act(network, seen: jax.Array, key: jax.Array):
+        means, values = answer(network, seen)
+        actions = means + std * random.normal(key, means.shape)
+        return actions, log_prob(actions, means, std), values
+
+    def answer_of(weights: Weights, seen: jax.Array) -> jax.Array:
+        return density_of(decide(weights, features_of(weights, seen / np.float32(255))))
+
+    def play(games: Games, key):
+        to_main, to_others, to_starts = random.split(key, 3)
+        states, seen = games.states, games.seen
+        own, logs, values = act(main.network, seen[red], to_main)
+        asked = density_of(own)
+        begun = (states.tick == 0)[:, None, None]
+        command = jnp.where(is_late, jnp.where(begun, 1.0, games.held), asked)
+        rows = by(EXPLOITERS, seen[blue][:first])
+        theirs = jax.vmap(act)(exploiters.network, rows, random.split(to_others, EXPLOITERS))
+        looks = jax.vmap(mean_of, (0, None))(states, RED) - 0.5
+        angles = jnp.where(states.tick == 0, jnp.arctan2(looks[:, 1], looks[:, 0]), games.angles)
+        those = jax.tree.map(lambda values: values[second:], states)
+        parts = [
+            density_of(theirs[0]),
+            jax.vmap(answer_of)(deal.networks, by(SLOTS, seen[blue][first:second])),
+            jax.vmap(fly, (0, 0, 0, None))(deal.patterns, angles[second:], those, params)[None],
+        ]
+        against = jnp.concatenate([part.reshape(-1, *part.shape[2:]) for part in parts])
+        starts = random.split(to_starts, config.num_envs)
+        after = jax.vmap(step, (0, 0, 0, None))(starts, states, {red: command, blue: against}, params)
+        now, states, rewards, dones, infos = after
+        over = dones["__all__"]
+        kept = Step(seen[red], own, logs, values, rewards[red], over)
+        other = Step(rows, *theirs, by(EXPLOITERS, rewards[blue][:first]), by(EXPLOITERS, over[:first]))
+        shares = jnp.where(over, infos["size"][:, 0] / params.sizes.sum(), 0.0)
+        return Games(states, now, asked, angles), (kept, other, over, shares)
+
+    games, (rows, theirs, over, shares) = lax.scan(play, games, random.split(to_games, config.rollout))
+    _, last = answer(main.network, games.seen[red])
+    main, told = learn(config, main, rows, last, to_main, std, rate, acts)
+    _, last = jax.vmap(answer)(exploiters.network, by(EXPLOITERS, games.seen[blue][:first]))
+    theirs = jax.tree.map(lambda values: values.swapaxes(0, 1), theirs)
+    teach = jax.vmap(partial(learn, config), (0, 0, 0, 0, None, None, None))
+    exploiters, _ = teach(exploiters, theirs, last, random.split(to_exploiters, EXPLOITERS), std, rate, 1.0)
+    return main, exploiters, games, told, over.sum(axis=0), shares.sum(axis=0)
+
+
+@dataclass
+class Member:
+    """An opponent, and what the learner took from it of late."""
+
+    name: str
+    content: Any
+    games: float = PRIOR
+    score: float = PRIOR / 2
+
+    @property
+    def taken(self) -> float:
+        """Return the learner's mean share of the drones."""
+        return self.score / self.games
+
+    def count(self, games: float, score: float) -> None:
+        """Count games, and the sum of the learner's shares in them."""
+        fade = REMEMBERED / max(self.games + games, REMEMBERED)
+        self.games, self.score = (self.games + games) * fade, (self.score + score) * fade
+
+
+def widened(name: str, config: TrainConfig, generator: np.random.Generator) -> Weights:
+    """Return the weights of a policy as those of a network with more channels and features that does the same.
+
+    Features are copied, and what follows takes a part of each copy, drawn at random: else copies would learn the same.
+    """
+    channels, width, found = len(config.game.observations[0].channels), config.width // ORIENTATIONS, {}
+    for key, tensor in policies.load(name, config.game).weights().items():
+        values = tensor.numpy()
+        if key == "trunk.near.0.weight":  # its last input is the distance from the centre
+            values = np.insert(values, [values.shape[1] - 1] * (channels + 1 - values.shape[1]), 0.0, axis=1)
+        elif key.endswith("weight"):
+            parts = generator.uniform(0.3, 0.7, (width // values.shape[1], *values.shape))
+            values = np.concatenate(list(values * parts / parts.sum(axis=0)), axis=1)
+        if not key.startswith("head"):
+            values = np.tile(values, (width // len(values), *[1] * (values.ndim - 1)))
+        found[key] = jnp.asarray(values, jnp.float32)
+    return found
+
+
+def new_pattern(parents: list[Member], generator: np.random.Generator) -> Member:
+    """Return a variation of a hard pattern, or of one that has a name, or one drawn from all."""
+    kind, named = generator.random(), list(KINDS.values())
+    if kind < 0.5 and parents:
+        weights = np.array([(1.0 - one.taken) ** 2 + 0.01 for one in parents])
+        numbers = parents[generator.choice(len(parents), p=weights / weights.sum())].content
+        point = points_of(numbers[None, :13])[0] + generator.choice([0.02, 0.06]) * generator.normal(size=13)
+        second = numbers[13:] + generator.choice([0.0, 0.04]) * generator.normal(size=4)
+    else:
+        point = points_of(np.array([list(named[generator.integers(len(named))].values())]))[0]
+        point = generator.random(13) if kind > 0.8 else point + 0.12 * generator.normal(size=13)
+        second = generator.choice([0.0, 0.1]) * generator.normal(size=4)
+    numbers = np.concatenate([numbers_of(point[None])[0], np.clip(second, -SECOND, SECOND)])
+    return Member("", numbers)
+
+
+class Pool:
+    """The opponents, and what is counted of them; on the host."""
+
+    def __init__(self, config: TrainConfig, given: list[Member], generator: np.random.Generator) -> None:
+        self.networks, self.given, self.generator = given, len(given), generator
+        self.first, self.second = sections(config)
+        self.exploiters = [Member("", None) for _ in range(EXPLOITERS)]
+        self.births = [-LIFE * i // EXPLOITERS for i in range(EXPLOITERS)]
+        self.patterns = [new_pattern([], generator) for _ in range(PATTERNS)]
+        self.seats = np.arange(config.num_envs - self.second) % PATTERNS
+        self.slots = np.zeros(SLOTS, int)
+
+    def deal(self) -> Deal:
+        """Draw networks, half of them from those that were given; easy patterns make room for new ones."""
+        weights = np.array([(1.0 - one.taken) ** 3 + 0.005 for one in self.networks])
+        for part in (weights[: self.given], weights[self.given :]):
+            part /= part.sum() or 1.0
+        places = (self.generator.random() + np.arange(SLOTS)) / SLOTS
+        self.slots = np.searchsorted(np.cumsum(weights / weights.sum()), places * 0.999999)
+        self.patterns = [one for one in self.patterns if one.games < TRIED or one.taken < EASY]
+        hard = [one for one in self.patterns if one.games >= TRIED]
+        self.patterns += [new_pattern(hard, self.generator) for _ in range(PATTERNS - len(self.patterns))]
+        numbers = jnp.array([one.content for one in self.patterns], jnp.float32)[self.seats]
+        return Deal(stacked([self.networks[i].content for i in self.slots]), numbers)
+
+    def count(self, over: np.ndarray, shares: np.ndarray) -> None:
+        """Count the games that ended: how many of each place, and the learner's shares in them."""
+        of_exploiters = np.split(np.arange(self.first), EXPLOITERS)
+        of_networks = np.split(np.arange(self.first, self.second), SLOTS)
+        members = self.exploiters + [self.networks[i] for i in self.slots]
+        for member, places in zip(members, of_exploiters + of_networks, strict=True):
+            member.count(float(over[places].sum()), float(shares[places].sum()))
+        sums = [np.bincount(self.seats, kept[self.second :], PATTERNS) for kept in (over, shares)]
+        for member, games, score in zip(self.patterns, *sums, strict=True):
+            member.count(games, score)
+
+    def succeed(self, number: int, main: Learner, exploiters: Learner) -> Learner:
+        """Let exploiters that have learned enough, or nothing, join the pool or go, and others begin."""
+        for i, member in enumerate(self.exploiters):
+            age = number - self.births[i]
+            if age < YOUNG or (age < LIFE and member.taken > 0.3):
+                continue
+            if member.taken < 0.52:
+                actor = jax.tree.map(lambda values, i=i: jnp.copy(values[i]), exploiters.network["actor"])
+                self.networks.append(Member(f"exploiter {number}", actor, PRIOR, PRIOR * member.taken))
+            older = self.networks[self.generator.integers(len(self.networks))]
+            start = main.network["actor"] if self.generator.random() < 0.5 else older.content
+            new = learner_of(start, random.key(int(self.generator.integers(2**31))))
+            exploiters = jax.tree.map(lambda values, one, i=i: values.at[i].set(one), exploiters, new)
+            self.exploiters[i], self.births[i] = Member("", None), number
+        return exploiters
+
+    def standing(self) -> str:
+        """Return the least that the learner takes."""
+        parts = []
+        for name in ("networks", "patterns", "exploiters"):
+            hard = sorted(getattr(self, name), key=lambda one: one.taken)
+            parts.append(f"{len(hard)} {name}, " + ", ".join(f"{one.name} {one.taken:.2f}".strip() for one in hard[:4]))
+        return "; ".join(parts)
+
+
+def stacked(trees: list[Any]) -> Any:
+    """Return trees of arrays as one, with an axis before all others."""
+    return jax.tree.map(lambda *values: jnp.stack(values), *trees)
+
+
+def train(config: TrainConfig, seconds: float, *, pallas: bool) -> LearnedPolicy:
+    """Return a policy that plays the mean action of what the learner learned."""
+    began, generator, key = time.monotonic(), np.random.default_rng(config.seed), random.key(config.seed)
+    pool = Pool(config, [Member(name, widened(name, config, generator)) for name in config.opponents], generator)
+    main = learner_of(widened(str(config.start_from), config, generator), key)
+    exploiters = stacked([learner_of(main.network["actor"], random.key(1 + i)) for i in range(EXPLOITERS)])
+    params, count = make_params(config.game, pallas=pallas), config.num_envs * config.rollout
+    games, updates, number, done = begin(config, key, params), config.total_steps // count, 0, 0.0
+    while done < 1.0:
+        if number % DEAL == 0:
+            deal = pool.deal()
+        if number == WARM:
+            main = Learner(main.network, optimizer().init(main.network))
+        std = float(np.exp(config.log_std + done * (config.final_log_std - config.log_std)))
+        grown = min((number - WARM + 1) / WARM, 1.0) if number >= WARM else 1.0
+        schedule = (std, config.learning_rate * max(1.0 - done, 0.05) * grown, float(number >= WARM))
+        key, part = random.split(key)
+        main, exploiters, games, told, *ended = update(config, main, exploiters, games, deal, params, part, schedule)
+        pool.count(*map(np.asarray, ended))
+        number += 1
+        gone = time.monotonic() - began
+        done = max(number / updates, gone / seconds if seconds else 0.0)
+        if number % SNAPSHOT == 0:
+            pool.networks.append(Member(f"at {number}", jax.tree.map(jnp.copy, main.network["actor"])))
+        exploiters = pool.succeed(number, main, exploiters)
+        if number % 25 == 1 or done >= 1.0:
+            print(
+                f"{number * count:>11,} commands, {gone:.0f} s: value error {told['error']:.4f}, KL {told['kl']:.4f}, "
+                f"clipped {told['clipped']:.0%}, taken from {pool.standing()}",
+                flush=True,
+            )
+    view, rules = config.game.observations[0], config.game
+    card = {"format": FORMAT, "channels": list(view.channels), "grid": view.grid, "action_cells": config.action_cells}
+    card |= {"width": config.width, "config_hash": rules.hash, "training": config.to_dict(), "steps": number * count}
+    own, *older = lineage(policies.load(str(config.start_from), rules).card)
+    card |= {"seconds": round(gone, 1), ANCESTORS: [own | {"name": config.start_from}, *older]}
+    card |= provenance(rules, " ".join(["python", *sys.argv]))
+    return LearnedPolicy(card, jax.tree.map(np.array, main.network["actor"]), rules, "jax_league")
+
+
+def main() -> None:
+    """Train, and save."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "--start-from", default="warden", help="a learned policy, with whose weights the learner begins"
+    )
+    parser.add_argument(
+        "--opponents", nargs="+", default=GIVEN, help="learned policies that are in the pool from the start"
+    )
+    parser.add_argument("--commands", type=int, default=10**9, help="commands of the learner to stop after")
+    parser.add_argument("--seconds", type=float, default=0.0, help="seconds to stop after; 0: no limit")
+    parser.add_argument("--games", type=int, default=CONFIG.num_envs, help="games at once")
+    parser.add_argument("--pallas", action="store_true", help="play in a kernel for NVIDIA's GPUs")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, default=Path("runs/jax_league"))
+    asked = parser.parse_args()
+    config = CONFIG.replace(
+        start_from=asked.start_from,
+        opponents=tuple(asked.opponents),
+        total_steps=asked.commands,
+        num_envs=asked.games,
+        seed=asked.seed,
+    )
+    train(config, asked.seconds, pallas=asked.pallas).write(asked.out)
+    print(f"policy: {asked.out}")
+
+
+if __name__ == "__main__":
+    main()
