@@ -25,11 +25,12 @@ from jax import lax, random
 from jax import numpy as jnp
 from jax_ppo import CRITIC_FEATURES, LARGEST_GRADIENT, Step, advantages, answer, log_prob, loss_of
 
-from swarm_pz import GameConfig, ObservationConfig, policies
+from swarm_pz import GameConfig, ObservationConfig
 from swarm_pz.config import AGENTS, BLUE, CHANNELS, MOTION_CHANNELS, RED
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.jax import Params, State, make_params, reset, step
 from swarm_pz.jax.network import Weights, decide, density_of, features_of
+from swarm_pz.policies import load
 from swarm_pz.policies.learned import ANCESTORS, FORMAT, LearnedPolicy, lineage
 from swarm_pz.policies.pattern import KINDS, numbers_of, points_of
 from swarm_pz.policies.symmetry import ORIENTATIONS
@@ -248,7 +249,7 @@ def widened(name: str, config: TrainConfig, generator: np.random.Generator) -> W
     Features are copied, and what follows takes a part of each copy, drawn at random: else copies would learn the same.
     """
     channels, width, found = len(config.game.observations[0].channels), config.width // ORIENTATIONS, {}
-    for key, tensor in policies.load(name, config.game).weights().items():
+    for key, tensor in load(name, config.game).weights().items():
         values = tensor.numpy()
         if key == "trunk.near.0.weight":  # its last input is the distance from the centre
             values = np.insert(values, [values.shape[1] - 1] * (channels + 1 - values.shape[1]), 0.0, axis=1)
@@ -377,7 +378,7 @@ def train(config: TrainConfig, seconds: float, *, pallas: bool) -> LearnedPolicy
     view, rules = config.game.observations[0], config.game
     card = {"format": FORMAT, "channels": list(view.channels), "grid": view.grid, "action_cells": config.action_cells}
     card |= {"width": config.width, "config_hash": rules.hash, "training": config.to_dict(), "steps": number * count}
-    own, *older = lineage(policies.load(str(config.start_from), rules).card)
+    own, *older = lineage(load(str(config.start_from), rules).card)
     card |= {"seconds": round(gone, 1), ANCESTORS: [own | {"name": config.start_from}, *older]}
     card |= provenance(rules, " ".join(["python", *sys.argv]))
     return LearnedPolicy(card, jax.tree.map(np.array, main.network["actor"]), rules, "jax_league")
