@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.kernels.controllers.ergodic import saturate
+from swarm_pz.kernels.controllers.ergodic import TOGETHER, saturate
 from swarm_pz.kernels.step import solve
 from swarm_pz.simulator import Simulator
 from tests.reference import ControllerReference, RuleReference, target_coefficients
@@ -86,7 +86,8 @@ def controller_errors(
             targets.astype(float),
         )
         accelerations = np.zeros((count, 2), np.float32)
-        by_drone = np.ascontiguousarray(np.moveaxis(memory, 0, -1))
+        by_drone = np.zeros((10, 10, -(-count // TOGETHER) * TOGETHER), np.float32)
+        by_drone[..., :count] = np.moveaxis(memory, 0, -1)
         game = simulator.games._replace(
             positions=positions[None],
             velocities=velocities[None],
@@ -101,7 +102,7 @@ def controller_errors(
         saturate_all(accelerations, simulator.controller.max_acceleration)
         limited = saturate_reference(expected)
         errors[1, state] = np.abs(accelerations - limited).max() / np.abs(limited).max()
-        np.testing.assert_allclose(np.moveaxis(by_drone, -1, 0), expected_memory, atol=1e-4)
+        np.testing.assert_allclose(np.moveaxis(by_drone[..., :count], -1, 0), expected_memory, atol=1e-4)
     return errors[0], errors[1]
 
 

@@ -138,7 +138,7 @@ def simulate(
         if teams is not None:
             turned = simulator.games.teams[0] != teams[tick]
             simulator.games.teams[0] = teams[tick]
-            simulator.games.memory[0][:, :, turned] = 0.0  # as captures do
+            simulator.games.memory[0][:, :, np.flatnonzero(turned)] = 0.0  # as captures do
             simulator.games.memory_weight[0, turned] = 0.0
         simulator.advance(1)
         places.append(simulator.positions[0].copy())

@@ -105,7 +105,7 @@ def hand_over(simulator: Simulator, drones: NDArray[np.bool_]) -> None:
     """
     games = simulator.snapshot()
     games.teams[drones] = RED + BLUE - games.teams[drones]
-    np.moveaxis(games.memory, -1, 1)[drones] = 0.0
+    np.moveaxis(games.memory, -1, 1)[np.nonzero(drones)] = 0.0
     games.memory_weight[drones] = 0.0
     games.trails[:] = -1
     games.occupancy[:] = 0

@@ -53,7 +53,7 @@ class Games(NamedTuple):
     peaks: Int64s
     """(E, 2) cells where each team's capture field was highest when that mattered last."""
     memory: Float32s
-    """(E, K, K, N) the controller's decayed sums of F_k over the past."""
+    """(E, K, K, N') the controller's decayed sums of F_k over the past; N' is N, up to whole vectors of `lanes`."""
     memory_weight: Float32s
     """(E, N) their weight."""
     plans: Float32s
@@ -158,21 +158,13 @@ def has_loser(teams: Int8s) -> bool:
 
 
 @loop
-def forget(
-    trails: Int16s,
-    memory: Float32s,
-    memory_weight: Float32s,
-    drone: int,
-    team: int,
-    what: tuple[bool, bool],
-    boards: Boards,
-) -> None:
+def forget(games: Games, e: int, drone: int, what: tuple[bool, bool], boards: Boards) -> None:
     """Empty a drone's trail and the controller's memory of it, as far as asked."""
     if what[0]:
-        forget_trail(trails, drone, team, boards)
+        forget_trail(games.trails[e], drone, games.teams[e, drone], boards)
     if what[1]:
-        memory[:, :, drone] = 0.0
-        memory_weight[drone] = 0.0
+        games.memory[e, :, :, drone] = 0.0
+        games.memory_weight[e, drone] = 0.0
 
 
 @kernel
@@ -187,11 +179,11 @@ def take_up_commands(games: Games, e: int, variants: RuleVariants, boards: Board
         if what[0] or what[1]:
             for i in range(games.teams.shape[1]):
                 if games.teams[e, i] == team:
-                    forget(games.trails[e], games.memory[e], games.memory_weight[e], i, team, what, boards)
+                    forget(games, e, i, what, boards)
 
 
 @kernel
-def fail_and_repair(games: Games, e: int, variants: RuleVariants) -> None:
+def fail_and_repair(games: Games, e: int, variants: RuleVariants, boards: Boards) -> None:
     """Let drones fail, at rest, with an empty memory and no plan, and let others return to work."""
     for i in range(games.teams.shape[1]):
         chance = draw(games.seeds[e], FAILURE, games.ticks[e], i, 0)
@@ -200,11 +192,9 @@ def fail_and_repair(games: Games, e: int, variants: RuleVariants) -> None:
         else:
             games.failed[e, i] = chance < variants.failure_chance
         if games.failed[e, i]:
-            games.velocities[e, i] = 0.0
-            games.accelerations[e, i] = 0.0
-            games.memory[e, :, :, i] = 0.0
-            games.memory_weight[e, i] = 0.0
+            games.velocities[e, i] = games.accelerations[e, i] = 0.0
             games.plans[e, i] = 0.0
+            forget(games, e, i, (False, True), boards)
 
 
 @kernel
@@ -229,25 +219,20 @@ def pass_on_commands(games: Games, e: int, unit: float) -> None:
 
 @kernel
 def solve_with_variants(
-    games: Games,
-    e: int,
-    swarm: Swarm,
-    variants: RuleVariants,
-    controller: ErgodicParameters,
-    scratch: Scratch,
-    boards: Boards,
+    games: Games, e: int, variants: RuleVariants, controller: ErgodicParameters, scratch: Scratch, boards: Boards
 ) -> None:
     """Choose all accelerations, where variants have a say.
 
     Where anybody needs it, the ergodic controller runs for all drones, since memories and coefficients are kept of
     whoever is flown by another one, too; those then get what they were given, and no plan: they will not follow it.
     """
+    swarm = swarm_of(games, e, controller.warm_start)
     if variants.is_given:
         pass_on_commands(games, e, variants.unit)
     if games.followed.shape[2]:
         take_up_commands(games, e, variants, boards)
     if variants.can_fail:
-        fail_and_repair(games, e, variants)
+        fail_and_repair(games, e, variants, boards)
     if not variants.is_ergodic:
         swarm = with_teams(swarm, at_work(swarm.teams, games.failed[e]))
         swarm.accelerations[:] = np.float32(0.0)
@@ -273,7 +258,6 @@ def find_captured_with_variants(
     threshold: float,
     variants: RuleVariants,
     boards: Boards,
-    peaks: Int64s,
     fields: FieldScratch,
     captured: Bools,
 ) -> bool:
@@ -284,7 +268,7 @@ def find_captured_with_variants(
         cells[i] = cell_of(positions[i, 0], positions[i, 1])
     if variants.reconstructs:
         return find_captured_by_density(cells, teams, games.reconstruction[e], threshold, captured)
-    return find_captured(cells, teams, boards, threshold, peaks, fields, captured)
+    return find_captured(cells, teams, boards, threshold, games.peaks[e], fields, captured)
 
 
 @kernel
@@ -297,7 +281,7 @@ def change_team(
     forgets = (False, True)
     if variants is not None:
         forgets = variants.capture_forgets
-    forget(games.trails[e], games.memory[e], games.memory_weight[e], drone, loser, forgets, boards)
+    forget(games, e, drone, forgets, boards)
     if not forgets[0]:
         hand_over_trail(games.trails[e], drone, loser, winner, boards)
     games.teams[e, drone] = winner
@@ -333,7 +317,7 @@ def advance_game(
             if variants is None:
                 ergodic(swarm, games.coefficients[e], controller, scratch)
             else:
-                solve_with_variants(games, e, swarm, variants, controller, scratch, boards)
+                solve_with_variants(games, e, variants, controller, scratch, boards)
             saturate(accelerations, controller.max_acceleration)
         move(motion[0], motion[1], motion[2], rules.tick, rules.drift, rules.min_speed)
         slot = games.ticks[e] % trails.shape[0]
@@ -349,7 +333,7 @@ def advance_game(
         if variants is None:
             found = find_captured(trails[slot], teams, boards, threshold, peaks, fields, captured)
         else:
-            found = find_captured_with_variants(games, e, threshold, variants, boards, peaks, fields, captured)
+            found = find_captured_with_variants(games, e, threshold, variants, boards, fields, captured)
         if not found:
             continue
         for i in range(num_drones):

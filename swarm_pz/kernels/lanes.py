@@ -40,17 +40,6 @@ def store(lanes: Lanes, array: Float32s, *place: int) -> None:
     array[place[:-1]][place[-1] : place[-1] + WIDTH] = lanes
 
 
-def load_some(count: int, array: Float32s, *place: int) -> Lanes:
-    """Return numbers of an array (..., n) from a place on, where only `count` are; the other lanes are zero."""
-    there = array[place[:-1]][place[-1] : place[-1] + min(count, WIDTH)]
-    return np.pad(there, (0, WIDTH - len(there)))
-
-
-def store_some(count: int, lanes: Lanes, array: Float32s, *place: int) -> None:
-    """Write the first `count` lanes into an array (..., n), from a place on."""
-    array[place[:-1]][place[-1] : place[-1] + min(count, WIDTH)] = lanes[:count]
-
-
 def spread(number: np.float32) -> Lanes:
     """Return sixteen of the same number."""
     return np.full(WIDTH, number, np.float32)
@@ -116,12 +105,6 @@ def _pointer(context: Any, builder: Any, kinds: Any, array: Any, *place: Any) ->
     return builder.bitcast(item, _VECTOR.as_pointer())
 
 
-def _mask(builder: Any, count: Any) -> Any:
-    """Return which lanes are below a number, an int64."""
-    most, kind = _repeat(builder, builder.trunc(count, ir.IntType(32))), ir.VectorType(ir.IntType(32), WIDTH)
-    return builder.icmp_signed("<", ir.Constant(kind, list(range(WIDTH))), most)
-
-
 def _define(function: Callable[..., Any], result: Any, *kinds: Any) -> Callable[[Callable[..., Any]], None]:
     """Let kernels call a function with arguments of these kinds, and return a decorator of what compiles it.
 
@@ -169,19 +152,6 @@ def _load(context: Any, builder: Any, kinds: Any, *place: Any) -> Any:
 @_define(store, types.none, _Type, types.Array)
 def _store(context: Any, builder: Any, kinds: Any, lanes: Any, *place: Any) -> Any:
     builder.store(lanes, _pointer(context, builder, kinds[1:], *place), align=4)
-
-
-@_define(load_some, _LANES, types.Integer, types.Array)
-def _load_some(context: Any, builder: Any, kinds: Any, count: Any, *place: Any) -> Any:
-    pointer, align = _pointer(context, builder, kinds[1:], *place), ir.Constant(ir.IntType(32), 4)
-    zeros = ir.Constant(_VECTOR, [0.0] * WIDTH)
-    return _call(builder, "llvm.masked.load.v16f32.p0", _VECTOR, pointer, align, _mask(builder, count), zeros)
-
-
-@_define(store_some, types.none, types.Integer, _Type, types.Array)
-def _store_some(context: Any, builder: Any, kinds: Any, count: Any, lanes: Any, *place: Any) -> Any:
-    pointer, align = _pointer(context, builder, kinds[2:], *place), ir.Constant(ir.IntType(32), 4)
-    _call(builder, "llvm.masked.store.v16f32.p0", ir.VoidType(), lanes, pointer, align, _mask(builder, count))
 
 
 _define(spread, _LANES, types.Float)(lambda _, builder, __, number: _repeat(builder, number))

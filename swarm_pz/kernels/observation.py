@@ -239,10 +239,7 @@ def paint_grids(
 
 @exact
 def list_entities(
-    ticks: Int64s,
-    positions: Float32s,
-    velocities: Float32s,
-    teams: Int8s,
+    games: Shown,
     rows: Int64s,
     sides: Int64s,
     limit: int,
@@ -261,15 +258,15 @@ def list_entities(
     """
     for place in range(len(rows)):
         e, count = rows[place], np.zeros(2, np.int64)
-        for drone in range(teams.shape[1]):
-            side = 0 if teams[e, drone] == sides[place] else 1
+        for drone in range(games.teams.shape[1]):
+            side = 0 if games.teams[e, drone] == sides[place] else 1
             number = count[side]
             for axis in range(2):
-                places[side, place, number, axis] = positions[e, drone, axis]
-                speeds[side, place, number, axis] = min(max(velocities[e, drone, axis], -fastest), fastest)
+                places[side, place, number, axis] = games.positions[e, drone, axis]
+                speeds[side, place, number, axis] = min(max(games.velocities[e, drone, axis], -fastest), fastest)
             masks[side, place, number] = 1
             count[side] += 1
-        shares[place, 0], times[place, 0] = count[0] / teams.shape[1], time_left(ticks[e], limit)
+        shares[place, 0], times[place, 0] = count[0] / games.teams.shape[1], time_left(games.ticks[e], limit)
 
 
 @exact

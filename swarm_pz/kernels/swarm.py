@@ -18,7 +18,7 @@ class Swarm(NamedTuple):
     teams: Int8s
     """(N,) 0 red, 1 blue; -1 for a drone that takes no part."""
     memory: Float32s
-    """(K, K, N) each drone's decayed sums of F_k over the past; the ergodic controller keeps them."""
+    """(K, K, N') each drone's decayed sums of F_k over the past; the ergodic controller keeps them."""
     memory_weight: Float32s
     """(N,) their weight."""
     accelerations: Float32s

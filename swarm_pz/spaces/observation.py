@@ -164,12 +164,11 @@ def _entities(
     simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64], limit: int
 ) -> dict[str, NDArray[Any]]:
     """List each side's drones first to last, padded with zeros; a mask says which are there."""
-    games, shape = simulator.games, (2, len(rows), simulator.config.num_drones)
+    shape = 2, len(rows), simulator.config.num_drones
     places, speeds = np.zeros((*shape, 2), np.float32), np.zeros((*shape, 2), np.float32)
     masks, (shares, times) = np.zeros(shape, np.int8), np.empty((2, len(rows), 1), np.float32)
     fastest = np.float32(top_speed(simulator.config))
-    moving = games.ticks, games.positions, games.velocities, games.teams
-    list_entities(*moving, rows, teams, limit, fastest, places, speeds, masks, shares, times)
+    simulator.call(list_entities, simulator.shown, rows, teams, limit, fastest, places, speeds, masks, shares, times)
     entries: dict[str, NDArray[Any]] = {}
     for side, name in enumerate(("own", "opposing")):
         entries[f"{name}_positions"], entries[f"{name}_velocities"] = places[side], speeds[side]

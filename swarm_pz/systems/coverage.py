@@ -68,7 +68,7 @@ class Coverage(Densities):
             response=float(self.response),
             speed_factor=float(config.dynamics.speed_factor),
         )
-        cover(*flight, make_grid(self.grid, config.command_cells), parameters, accelerations)
+        cover(flight, make_grid(self.grid, config.command_cells), parameters, accelerations)
         return accelerations
 
 

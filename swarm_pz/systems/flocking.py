@@ -130,15 +130,7 @@ class Flocking(ControlSystem):
         current = np.minimum(flight.age / config.flocking.dwell, MOST - 1).astype(np.int64)
         attractors = flight.commands[np.arange(len(current)), current].astype(np.float32)
         accelerations = np.zeros_like(flight.positions)
-        flocking(
-            flight.positions,
-            flight.velocities,
-            flight.own,
-            flight.heard,
-            attractors,
-            flocking_parameters(config),
-            accelerations,
-        )
+        flocking(flight, attractors, flocking_parameters(config), accelerations)
         return accelerations
 
 

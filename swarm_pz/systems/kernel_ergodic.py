@@ -58,5 +58,5 @@ class KernelErgodic(Densities):
             damping=float(self.damping),
             speed_factor=factor,
         )
-        descend(*flight[:5], ahead, parameters, accelerations)
+        descend(flight, ahead, parameters, accelerations)
         return accelerations

@@ -86,5 +86,5 @@ class PotentialField(ControlSystem):
         """Add up the forces; see `swarm_pz.kernels.controllers.potential_field.repel`."""
         accelerations = np.zeros(flight.positions.shape)
         parameters = PotentialParameters(**{field.name: float(getattr(self, field.name)) for field in fields(self)})
-        repel(*flight[:5], parameters, accelerations)
+        repel(flight, parameters, accelerations)
         return accelerations

@@ -51,7 +51,7 @@ def state_of(games, places=PLACES):
         "teams": np.append(teams, np.full(empty, -1)).astype(np.int8),
         "trails": np.pad(trails, ((0, 0), (0, empty)), constant_values=-1).astype(np.int16),
         "occupancy": occupancy.reshape(2, GRID_CELLS, GRID_CELLS),
-        "memory": np.pad(games.memory[0], ((0, 0), (0, 0), (0, empty))),
+        "memory": np.pad(games.memory[0, ..., : len(teams)], ((0, 0), (0, 0), (0, empty))),
         "memory_weight": np.pad(games.memory_weight[0], (0, empty)),
         "targets": games.targets[0].astype(np.float32),
         "capture_ticks": np.pad(captured, (0, empty), constant_values=never),

@@ -54,7 +54,7 @@ def put(simulator: Simulator, state: State, seeds: Any = None) -> None:
     """Start all games of a simulator from a state."""
     scenario = {"positions": state.positions, "velocities": state.velocities, "teams": state.teams}
     simulator.reset(range(simulator.num_games) if seeds is None else seeds, scenario=scenario)
-    simulator.games.memory[:] = np.moveaxis(state.memory, 0, -1)
+    simulator.games.memory[..., : len(state.teams)] = np.moveaxis(state.memory, 0, -1)
     simulator.games.memory_weight[:] = state.memory_weight
     for team in range(2):
         simulator.command(team, np.repeat(state.commands[None, team], simulator.num_games, axis=0))

@@ -124,7 +124,7 @@ def test_the_controllers_memory_is_forgotten_as_asked(tau, forgotten_on):
             weight[went] = 0.0
         np.testing.assert_allclose(simulator.games.memory_weight[0], weight, rtol=1e-4)
         # The mode k = 0 is 1 everywhere: its sum is the weight.
-        np.testing.assert_allclose(simulator.games.memory[0, 0, 0], weight, rtol=1e-4)
+        np.testing.assert_allclose(simulator.games.memory[0, 0, 0, : len(weight)], weight, rtol=1e-4)
         if simulator.decided[0]:
             break
     assert captured > 0

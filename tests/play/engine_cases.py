@@ -109,7 +109,7 @@ def game_case(seed, *, seconds, every):
             for team in (0, 1):
                 simulator.command(team, told["commands"][-1][None, team])
         if tick % TICKS_PER_CONTROL_PERIOD == 0:
-            told["memory"].append(games.memory[0].transpose(2, 0, 1).copy())
+            told["memory"].append(games.memory[0, ..., : games.teams.shape[1]].transpose(2, 0, 1).copy())
             told["weights"].append(games.memory_weight[0].copy())
         simulator.advance(1)
         told["accelerations"].append(games.accelerations[0].copy())

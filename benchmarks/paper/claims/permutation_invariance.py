@@ -35,7 +35,6 @@ ROUNDING = 1e-6
 """Largest difference in map widths after one control period: some roundings of float32."""
 SAME = 0.0001
 """Difference of the ergodic metric that counts as none."""
-_LAST_AXIS = ("trails", "memory")
 _SECOND_AXIS = (
     "positions", "velocities", "accelerations", "altitudes", "teams", "memory_weight", "plans", "capture_ticks",
     "failed",
@@ -45,8 +44,9 @@ _SECOND_AXIS = (
 def permuted(games: Games, order: NDArray[np.int64]) -> Games:
     """Return games in which drone i is the former drone `order[i]`."""
     changed = {name: getattr(games, name)[:, order] for name in _SECOND_AXIS}
-    changed |= {name: np.ascontiguousarray(getattr(games, name)[..., order]) for name in _LAST_AXIS}
-    return games._replace(**changed)
+    memory = games.memory.copy()
+    memory[..., : len(order)] = games.memory[..., order]
+    return games._replace(**changed, memory=memory, trails=np.ascontiguousarray(games.trails[..., order]))
 
 
 def distance(one: Simulator, other: Simulator, order: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -43,15 +43,14 @@ def find_own_coefficients(
     tables.x[0], tables.y[0] = positions[i, 0], positions[i, 1]
     tabulate(tables, parameters.modes, 1)
     memory_weight[i] = parameters.decay * memory_weight[i] + np.float32(1.0)
-    horizon = len(parameters.times) - 1
-    share = np.float32(1.0) / (memory_weight[i] + np.float32(horizon))
+    share = np.float32(1.0) / (memory_weight[i] + np.float32(len(parameters.times) - 1))
     for k1 in range(modes):
         for k2 in range(modes):
             memory[k1, k2, i] = parameters.decay * memory[k1, k2, i] + tables.cos_x[k1, 0] * tables.cos_y[k2, 0]
     look_ahead(drone, swarm, parameters, tables)
     sums = scratch.sums[0]
     sums[:] = np.float32(0.0)
-    add_expected(drone, 1, memory_weight, horizon, parameters.modes, tables, sums)
+    add_expected(drone, 1, memory_weight, parameters, tables, sums)
     add_up(sums, parameters.modes, scratch.totals, own)
     for k1 in range(modes):
         for k2 in range(modes):

@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from swarm_pz.config.system import Flight
 from swarm_pz.kernels import entry_point, kernel
-from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int64s
+from swarm_pz.kernels.arrays import Float32s, Float64s, Int64s
 
 _TIE = 1e-12
 """Squared distances that differ by less are equal: a grid point belongs to all that are so near."""
@@ -300,15 +301,9 @@ def follow_neighbours(i: int, cells: Cells, density: Float64s, grid: Grid) -> tu
 
 @kernel
 def steer(
-    i: int,
-    cells: Cells,
-    velocity: Float32s,
-    density: Float64s,
-    grid: Grid,
-    parameters: CoverageParameters,
-    acceleration: Float64s,
+    i: int, cells: Cells, velocity: Float32s, density: Float64s, grid: Grid, parameters: CoverageParameters, u: Float64s
 ) -> None:
-    """Write the acceleration that brings the i-th of some drones to the velocity that the law asks for."""
+    """Write into `u` the acceleration that brings the i-th of some drones to the velocity that the law asks for."""
     wanted_x, wanted_y = cells.first[i, 0], cells.first[i, 1]
     if parameters.neighbours:
         more_x, more_y = follow_neighbours(i, cells, density, grid)
@@ -316,27 +311,17 @@ def steer(
         wanted_y += more_y
     fast = math.sqrt(wanted_x * wanted_x + wanted_y * wanted_y)
     scale = min(1.0, parameters.speed / max(fast, parameters.speed)) / parameters.speed_factor
-    acceleration[0] = (wanted_x * scale - velocity[0]) / parameters.response
-    acceleration[1] = (wanted_y * scale - velocity[1]) / parameters.response
+    u[0] = (wanted_x * scale - velocity[0]) / parameters.response
+    u[1] = (wanted_y * scale - velocity[1]) / parameters.response
 
 
 @entry_point
-def cover(
-    positions: Float32s,
-    velocities: Float32s,
-    own: Bools,
-    heard: Bools,
-    commands: Float64s,
-    former: Float64s,
-    age: Float64s,
-    grid: Grid,
-    parameters: CoverageParameters,
-    accelerations: Float64s,
-) -> None:
+def cover(flight: Flight, grid: Grid, parameters: CoverageParameters, accelerations: Float64s) -> None:
     """Steer every own drone of n games towards the centroid of its cell among the drones that it hears.
 
-    Arrays up to `age` are those of `swarm_pz.config.system.Flight`; accelerations (n, N, 2) are written for own drones.
+    Accelerations (n, N, 2) are written for own drones.
     """
+    positions, velocities, own, heard, commands, former, age = flight
     side, image = grid.centres.shape[0], commands.shape[1]
     density, rate = np.empty((image, image)), np.empty((image, image))
     sums, rates = np.empty((2, side, side + 1)), np.empty((2, side, side + 1))

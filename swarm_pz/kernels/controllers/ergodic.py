@@ -16,11 +16,13 @@ from swarm_pz.kernels import kernel, loop
 from swarm_pz.kernels.arrays import Float32s, Float64s, Int8s, Int64s
 from swarm_pz.kernels.controllers.plans import follow_plans, make_plans
 from swarm_pz.kernels.fourier import PI, fill_harmonics
-from swarm_pz.kernels.lanes import WIDTH, Lanes, larger, load, load_some, spread, store, store_some, sum_rows
+from swarm_pz.kernels.lanes import WIDTH, Lanes, larger, load, spread, store, sum_rows
 from swarm_pz.kernels.swarm import Swarm
 
 _PLACES = 352
 """Places tabulated together: as many as the processor's inner caches hold."""
+TOGETHER = 2 * WIDTH
+"""Drones whose memories are extended together; there is room for so many, or twice or three times as many."""
 _LINE = 64
 """Bytes that caches keep together: vectors that lie in two such lines take twice as long to load."""
 
@@ -180,32 +182,38 @@ def remember(swarm: Swarm, sizes: tuple[int, int], parameters: ErgodicParameters
     memory, memory_weight = swarm.memory, swarm.memory_weight
     num_drones, horizon, rows = positions.shape[0], np.float32(len(parameters.times) - 1), even(parameters.modes)
     tables, sums = scratch.tables, scratch.sums
-    for first in range(0, num_drones, _PLACES):
-        count = min(_PLACES, num_drones - first)
-        for j in range(count):
+    for first in range(0, num_drones, TOGETHER):
+        for j in range(0, TOGETHER, WIDTH):  # what fills the tables up counts for nothing
+            store(spread(np.float32(0.5)), tables.x, j)
+            store(spread(np.float32(0.5)), tables.y, j)
+            store(spread(np.float32(0.0)), tables.one, j)
+            store(spread(np.float32(0.0)), tables.other, j)
+        for j in range(min(TOGETHER, num_drones - first)):
             i = first + j
             tables.x[j], tables.y[j] = positions[i, 0], positions[i, 1]
             memory_weight[i] = parameters.decay * memory_weight[i] + np.float32(1.0)
             share = np.float32(1.0) / (np.float32(sizes[teams[i]]) * (memory_weight[i] + horizon))
             tables.one[j] = np.float32(0.0) if teams[i] else share
             tables.other[j] = share if teams[i] else np.float32(0.0)
-        store(spread(np.float32(0.0)), tables.one, count)
-        store(spread(np.float32(0.0)), tables.other, count)
-        tabulate(tables, parameters.modes, count)
+        tabulate(tables, parameters.modes, TOGETHER)
+        red, more_red = load(tables.one, 0), load(tables.one, WIDTH)
+        blue, more_blue = load(tables.other, 0), load(tables.other, WIDTH)
         for k2 in range(len(parameters.modes)):  # the outer one: what was just stored is not to be loaded at once
+            along, more_along = load(tables.cos_y, k2, 0), load(tables.cos_y, k2, WIDTH)
             for k1 in range(len(parameters.modes)):
                 place = (k1 * rows + k2) * WIDTH
+                present, more_present = load(tables.cos_x, k1, 0) * along, load(tables.cos_x, k1, WIDTH) * more_along
+                whole = parameters.decay * load(memory, k1, k2, first) + present
+                more = parameters.decay * load(memory, k1, k2, first + WIDTH) + more_present
+                store(whole, memory, k1, k2, first)
+                store(more, memory, k1, k2, first + WIDTH)
                 of_red, of_blue = spread(np.float32(0.0)), spread(np.float32(0.0))
                 if first:
                     of_red, of_blue = load(sums, 0, place), load(sums, 1, place)
-                for j in range(0, count, WIDTH):
-                    present = load(tables.cos_x, k1, j) * load(tables.cos_y, k2, j)
-                    whole = parameters.decay * load_some(count - j, memory, k1, k2, first + j) + present
-                    store_some(count - j, whole, memory, k1, k2, first + j)
-                    of_red += load(tables.one, j) * whole
-                    of_blue += load(tables.other, j) * whole
-                store(of_red, sums, 0, place)
-                store(of_blue, sums, 1, place)
+                of_red += red * whole
+                of_blue += blue * whole
+                store(of_red + more_red * more, sums, 0, place)
+                store(of_blue + more_blue * more, sums, 1, place)
 
 
 @loop
@@ -230,16 +238,11 @@ def look_ahead(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tabl
 
 @loop
 def add_expected(
-    drones: Int64s,
-    size: int,
-    memory_weight: Float32s,
-    horizon: int,
-    modes: tuple[int, ...],
-    tables: Tables,
-    sums: Float32s,
+    drones: Int64s, size: int, memory_weight: Float32s, parameters: ErgodicParameters, tables: Tables, sums: Float32s
 ) -> None:
     """Add what drones will see to the sums of their team, which has that size: steps 3 and 4."""
-    count, rows, places = drones.shape[0], even(modes), fill_up(horizon * drones.shape[0])
+    count, horizon, rows = drones.shape[0], len(parameters.times) - 1, even(parameters.modes)
+    places = fill_up(horizon * count)
     for j in range(count):
         tables.one[j] = np.float32(1.0) / (np.float32(size) * (memory_weight[drones[j]] + np.float32(horizon)))
     for h in range(horizon):
@@ -288,13 +291,16 @@ def integrate_costate(drones: Int64s, swarm: Swarm, parameters: ErgodicParameter
     for r in range(0, places, WIDTH):
         gradient_x = wall_gradient(load(tables.x, r), parameters.wall_margin, parameters.wall_weight)
         gradient_y = wall_gradient(load(tables.y, r), parameters.wall_margin, parameters.wall_weight)
-        for k1 in range(len(parameters.modes)):
-            along_x, along_y = spread(scratch.slope_x[k1, 0]), spread(np.float32(0.0))  # cos 0 = 1, sin 0 = 0
+        for k1 in range(1, len(parameters.modes)):  # one axis after the other, so that its tables stay in registers
+            along = spread(scratch.slope_x[k1, 0])  # cos 0 = 1
             for k2 in range(1, len(parameters.modes)):
-                along_x += scratch.slope_x[k1, k2] * load(tables.cos_y, k2, r)
-                along_y += scratch.slope_y[k1, k2] * load(tables.sin_y, k2, r)
-            gradient_x -= load(tables.sin_x, k1, r) * along_x
-            gradient_y -= load(tables.cos_x, k1, r) * along_y
+                along += scratch.slope_x[k1, k2] * load(tables.cos_y, k2, r)
+            gradient_x -= load(tables.sin_x, k1, r) * along
+        for k1 in range(len(parameters.modes)):
+            along = spread(np.float32(0.0))  # sin 0 = 0
+            for k2 in range(1, len(parameters.modes)):
+                along += scratch.slope_y[k1, k2] * load(tables.sin_y, k2, r)
+            gradient_y -= load(tables.cos_x, k1, r) * along
         store(gradient_x, tables.one, r)
         store(gradient_y, tables.other, r)
     scale = -parameters.inverse_control_weight * times[1]
@@ -341,11 +347,11 @@ def most_at_once(parameters: ErgodicParameters) -> int:
 @loop
 def expect(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tables: Tables, sums: Float32s) -> None:
     """Add what a team's drones will see to its sums: steps 2 to 4."""
-    size, most, horizon = drones.shape[0], most_at_once(parameters), len(parameters.times) - 1
+    size, most = drones.shape[0], most_at_once(parameters)
     for first in range(0, size, most):
         some = drones[first : min(first + most, size)]
         look_ahead(some, swarm, parameters, tables)
-        add_expected(some, size, swarm.memory_weight, horizon, parameters.modes, tables, sums)
+        add_expected(some, size, swarm.memory_weight, parameters, tables, sums)
 
 
 @loop

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
+from swarm_pz.config.system import Flight
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s
 from swarm_pz.kernels.fourier import normalise
@@ -93,15 +94,7 @@ def turn_to(pull: tuple[float, float], velocity: Float32s, max_turn: float) -> t
 
 
 @entry_point
-def flocking(
-    positions: Float32s,
-    velocities: Float32s,
-    own: Bools,
-    heard: Bools,
-    attractors: Float32s,
-    parameters: FlockingParameters,
-    accelerations: Float32s,
-) -> None:
+def flocking(flight: Flight, attractors: Float32s, parameters: FlockingParameters, accelerations: Float32s) -> None:
     """Steer one team of each of n games.
 
     With neighbours j, the team-mates that it hears within the communication radius,
@@ -113,9 +106,9 @@ def flocking(
     period, and u = (speed * heading - v) / period. Accelerations are not yet saturated. (Weights and
     terms as published; that speed is constant follows Hauert et al., the units are chosen here.)
 
-    Drone i hears drone j where `heard[e, i, j]`; attractors (n, 3) are x, y, weight. Accelerations (n, N, 2) are
-    overwritten for own drones.
+    Attractors (n, 3) are x, y, weight. Accelerations (n, N, 2) are overwritten for own drones.
     """
+    positions, velocities, own, heard = flight[:4]
     for e in range(own.shape[0]):
         for i in range(own.shape[1]):
             if not own[e, i]:

@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from swarm_pz.config.system import Flight
 from swarm_pz.kernels import entry_point, kernel
-from swarm_pz.kernels.arrays import Bools, Float32s, Float64s
+from swarm_pz.kernels.arrays import Bools, Float64s
 
 
 class KernelErgodicParameters(NamedTuple):
@@ -64,21 +65,13 @@ def pull_of_density(x: float, y: float, density: Float64s, parameters: KernelErg
 
 
 @entry_point
-def descend(
-    positions: Float32s,
-    velocities: Float32s,
-    own: Bools,
-    heard: Bools,
-    commands: Float64s,
-    ahead: Float64s,
-    parameters: KernelErgodicParameters,
-    accelerations: Float64s,
-) -> None:
+def descend(flight: Flight, ahead: Float64s, parameters: KernelErgodicParameters, accelerations: Float64s) -> None:
     """Steer every own drone of n games down the metric.
 
-    Arrays up to `commands` are those of `swarm_pz.config.system.Flight`. `ahead` (H + 1,) are the times of the next
-    points, as factors of a velocity; accelerations (n, N, 2) are written for own drones.
+    `ahead` (H + 1,) are the times of the next points, as factors of a velocity; accelerations (n, N, 2) are written for
+    own drones.
     """
+    positions, velocities, own, heard, commands = flight[:5]
     last = ahead.shape[0] - 1
     points = np.empty((positions.shape[1], last + 1, 2))
     for e in range(positions.shape[0]):

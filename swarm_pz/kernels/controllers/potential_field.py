@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from swarm_pz.config.system import Flight
 from swarm_pz.kernels import entry_point, kernel, reduction
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s
 
@@ -89,20 +90,9 @@ def push_of_walls(place: float, softening: float) -> float:
 
 
 @entry_point
-def repel(
-    positions: Float32s,
-    velocities: Float32s,
-    own: Bools,
-    heard: Bools,
-    commands: Float64s,
-    parameters: PotentialParameters,
-    accelerations: Float64s,
-) -> None:
-    """Add up the forces on every own drone of n games.
-
-    Arrays up to `commands` are those of `swarm_pz.config.system.Flight`; accelerations (n, N, 2) are written for own
-    drones.
-    """
+def repel(flight: Flight, parameters: PotentialParameters, accelerations: Float64s) -> None:
+    """Add up the forces on every own drone of n games; accelerations (n, N, 2) are written for those."""
+    positions, velocities, own, heard, commands = flight[:5]
     charges = np.empty(commands.shape[2:])
     for e in range(positions.shape[0]):
         find_charges(commands[e], parameters, charges)

@@ -272,7 +272,7 @@ def test_a_drone_that_is_handed_over_has_a_new_team_and_no_past_and_nobody_else_
     np.testing.assert_array_equal(games.teams != before.teams, chosen)
     for drones, kept in ((chosen, 0.0), (~chosen, 1.0)):
         for game in range(2):
-            now, then = (one.memory[game][..., drones[game]] for one in (games, before))
+            now, then = (one.memory[game][..., np.flatnonzero(drones[game])] for one in (games, before))
             np.testing.assert_array_equal(now, kept * then)
         np.testing.assert_array_equal(games.memory_weight[drones], kept * before.memory_weight[drones])
     simulator.advance(30)
