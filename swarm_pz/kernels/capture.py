@@ -153,21 +153,6 @@ def capture_limit(maximum: int, threshold: float) -> int:
 
 
 @loop
-def mark_captured(
-    cells: Int16s, teams: Int8s, boards: Boards, team: int, threshold: float, peak: int, captured: Bools
-) -> bool:
-    """Mark a team's opponents that its field captures if it is highest at a cell; return whether there are any."""
-    board = boards.occupancy[np.uint64(team)]
-    limit = capture_limit(value_at(board, boards.ring_weights, peak), threshold)
-    found = False
-    for i in range(cells.shape[0]):
-        if teams[i] != team:
-            captured[i] = value_at(board, boards.ring_weights, cells[i]) > limit
-            found |= captured[i]
-    return found
-
-
-@loop
 def find_captured(
     cells: Int16s, teams: Int8s, boards: Boards, threshold: float, peaks: Int64s, scratch: FieldScratch, captured: Bools
 ) -> bool:
@@ -176,10 +161,18 @@ def find_captured(
     `peaks` (2,) are any cells; they are updated to those of the maxima once that matters. Since a field is nowhere
     higher than at its maximum, most tests fail already against where it was lately, and no field need be computed.
     """
+    occupancy, weights = boards.occupancy, boards.ring_weights
+    red_limit = capture_limit(value_at(occupancy[0], weights, peaks[0]), threshold)
+    blue_limit = capture_limit(value_at(occupancy[1], weights, peaks[1]), threshold)
+    tempted = 0
+    for i in range(cells.shape[0]):  # without branches, which nobody could predict
+        value = value_at(occupancy[np.uint64(1 - teams[i])], weights, cells[i])
+        captured[i] = value > (red_limit if teams[i] else blue_limit)
+        tempted |= captured[i] << teams[i]
     found = False
     for team in range(2):
-        if mark_captured(cells, teams, boards, team, threshold, peaks[team], captured):
-            peaks[team] = fill_field(boards.occupancy[team], boards.ring_weights, scratch)
+        if tempted >> (1 - team) & 1:
+            peaks[team] = fill_field(occupancy[np.uint64(team)], weights, scratch)
             limit = capture_limit(scratch.field[peaks[team]], threshold)
             for i in range(cells.shape[0]):
                 if captured[i] and teams[i] != team:
