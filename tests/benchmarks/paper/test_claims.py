@@ -253,7 +253,8 @@ def test_a_permutation_moves_every_drone_with_all_that_is_its_own():
     order = np.random.default_rng(0).permutation(13)
     there = permutation_invariance.permuted(simulator.snapshot(), order)
     back = permutation_invariance.permuted(there, np.argsort(order))
-    for name, one, moved, again in zip(there._fields, simulator.games, there, back, strict=True):
+    shown = (games._replace(memory=games.memory[..., :13]) for games in (simulator.games, there, back))
+    for name, one, moved, again in zip(there._fields, *shown, strict=True):
         axes = [axis for axis, length in enumerate(one.shape) if axis and length == 13]
         np.testing.assert_array_equal(moved, np.take(one, order, axes[0]) if axes else one, name)
         np.testing.assert_array_equal(again, one, name)
