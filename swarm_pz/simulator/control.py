@@ -226,6 +226,7 @@ class Control:
         system = self.systems[number]
         flight = self.flight_of(games, rows, team, number)
         own = flight.own.copy()  # a system that writes there flies no more drones for it
+        may_compile = not self._spent[number]
         began, busy = time.perf_counter(), time.thread_time()
         with flight_errors(team, system, rows):
             answer = as_floats(system.solve(flight, self.config), "must answer accelerations as numbers")
@@ -241,7 +242,8 @@ class Control:
             )
             raise flight_error(team, system, rows[broken.any(axis=1)], said)
         games.given[rows] = np.where(own[:, :, None], answer, games.given[rows])
-        self._time(team, system, rows, number, time.perf_counter() - began, time.thread_time() - busy)
+        spent = time.perf_counter() - began, time.thread_time() - busy
+        self._time(team, system, rows, number, *((0.0, 0.0) if may_compile else spent))
 
     def flight_of(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> Flight:
         """Return a system's view of one team of some games."""
@@ -265,13 +267,14 @@ class Control:
     def _time(
         self, team: int, system: ControlSystem, rows: NDArray[np.int64], number: int, seconds: float, busy: float
     ) -> None:
-        """Store the time of a solve, and raise if the system is slower than the game; its first solve may compile.
+        """Store the time of a solve, and raise if the system is slower than the game.
 
         It is if its mean processor time is too long, or every single solve: one may have waited for a busy machine.
+        Solves that began before any had ended may have compiled, and count as nothing.
         """
         spent, period = self._spent[number], CONTROL_PERIOD * len(rows)
         with _TIMING:  # the simulator's threads fly games of their own with the same systems
-            spent.append((seconds / period, busy / period) if spent else (0.0, 0.0))
+            spent.append((seconds / period, busy / period))
             if len(spent) < _SOLVES:
                 return
             took = max(min(waited for waited, _ in spent), sum(worked for _, worked in spent) / _SOLVES)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -46,8 +47,8 @@ class Faulty(Magnet):
         return wrong[self.fault]
 
 
-def games(swapped=(False, True), **options) -> Simulator:
-    simulator = Simulator(GameConfig(**(MIXED | options)), num_games=len(swapped))
+def games(swapped=(False, True), threads=1, **options) -> Simulator:
+    simulator = Simulator(GameConfig(**(MIXED | options)), num_games=len(swapped), threads=threads)
     simulator.reset(range(len(swapped)), swapped=np.array(swapped))
     return simulator
 
@@ -195,6 +196,23 @@ def test_a_system_that_cannot_keep_up_is_named(waits, works, swapped, ends_at, m
     with pytest.raises(FlightError, match=r"magnet, which flies red, took 0\.1\d s"):
         simulator.advance(90)
     assert simulator.games.ticks[0] in ends_at, "its first solve may compile"
+
+
+def test_both_threads_may_compile_in_their_first_solve(monkeypatch):
+    spent, both = threading.local(), threading.Barrier(2)
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    monkeypatch.setattr("swarm_pz.simulator.control.time.thread_time", lambda: getattr(spent, "seconds", 0.0))
+
+    def solve(self, flight, config):
+        if not hasattr(spent, "seconds"):
+            both.wait(10)
+            spent.seconds = 30.0
+        return self.gain * (flight.commands[:, None] - flight.positions)
+
+    monkeypatch.setattr(Magnet, "solve", solve)
+    simulator = games(swapped=(False, False), threads=2)
+    simulator.advance(60)
+    assert (simulator.games.ticks == 60).all()
 
 
 @pytest.mark.parametrize("system", ["ergodic", "coverage", "potential_field"])
