@@ -1,6 +1,6 @@
 """PPO against itself in one file, as PureJaxRL has it: games, network and learning are one function under `jit`.
 
-python examples/jax_ppo.py --commands 786432
+python examples/jax_ppo.py --commands 393216
 
 The folder that it leaves is a player: swarm-pz evaluate runs/jax_ppo --opponent ring
 """
@@ -34,9 +34,9 @@ RECIPE = TrainConfig(
     game=GameConfig(observation=ObservationConfig(grid=10)),
     num_envs=64,  # games, each of which gives two rows a step: what either side sees and does
     rollout=64,
-    batch_size=1024,
+    batch_size=512,
     epochs=3,
-    learning_rate=6e-4,  # at the start; it falls linearly to a twentieth
+    learning_rate=8e-4,  # at the start; it falls linearly to a twentieth
     gamma=0.98,
     gae_lambda=0.95,
     clip_range=0.2,
@@ -208,7 +208,7 @@ def train(config: TrainConfig) -> LearnedPolicy:
 def main() -> None:
     """Train, save, and play matches."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--commands", type=int, default=786_432, help="commands to learn from, of both sides")
+    parser.add_argument("--commands", type=int, default=393_216, help="commands to learn from, of both sides")
     parser.add_argument("--games", type=int, default=100, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/jax_ppo"))
