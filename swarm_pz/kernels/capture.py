@@ -164,14 +164,14 @@ def find_captured(
     occupancy, weights = boards.occupancy, boards.ring_weights
     red_limit = capture_limit(value_at(occupancy[0], weights, peaks[0]), threshold)
     blue_limit = capture_limit(value_at(occupancy[1], weights, peaks[1]), threshold)
-    tempted = 0
+    candidates = 0  # a bit for each losing team: 1 for red, 2 for blue
     for i in range(cells.shape[0]):  # without branches, which nobody could predict
         value = value_at(occupancy[np.uint64(1 - teams[i])], weights, cells[i])
         captured[i] = value > (red_limit if teams[i] else blue_limit)
-        tempted |= captured[i] << teams[i]
+        candidates |= captured[i] << teams[i]
     found = False
     for team in range(2):
-        if tempted >> (1 - team) & 1:
+        if candidates >> (1 - team) & 1:
             peaks[team] = fill_field(occupancy[np.uint64(team)], weights, scratch)
             limit = capture_limit(scratch.field[peaks[team]], threshold)
             for i in range(cells.shape[0]):

@@ -22,7 +22,7 @@ from swarm_pz.kernels.swarm import Swarm
 _PLACES = 352
 """Places tabulated together: as many as the processor's inner caches hold."""
 TOGETHER = 2 * WIDTH
-"""Drones whose memories are extended together; there is room for so many, or twice or three times as many."""
+"""Drones whose memories are extended at once. The memories of a game have room for a multiple of this number."""
 _LINE = 64
 """Bytes that caches keep together: vectors that lie in two such lines take twice as long to load."""
 
