@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.kernels.controllers.ergodic import TOGETHER, saturate
+from swarm_pz.kernels.controllers.ergodic import room_for, saturate
 from swarm_pz.kernels.step import solve
 from swarm_pz.simulator import Simulator
 from tests.reference import ControllerReference, RuleReference, target_coefficients
@@ -86,7 +86,7 @@ def controller_errors(
             targets.astype(float),
         )
         accelerations = np.zeros((count, 2), np.float32)
-        by_drone = np.zeros((10, 10, -(-count // TOGETHER) * TOGETHER), np.float32)
+        by_drone = np.zeros((10, 10, room_for(count)), np.float32)
         by_drone[..., :count] = np.moveaxis(memory, 0, -1)
         game = simulator.games._replace(
             positions=positions[None],

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_pz.errors import ConfigError, ResultsError
-from swarm_pz.files import read_toml
+from swarm_pz.files import draft_of, read_toml
 from swarm_pz.policy import load, registered
 from swarm_pz.policy.identity import identity_of
 from swarm_pz.standard import Entry as MeasuredEntry
@@ -130,7 +130,8 @@ def attack(
             continue
         with tempfile.TemporaryDirectory(prefix="swarm-pz-") as folder:
             if meet(report, other.policies, newcomers, Path(folder), protocol=protocol, pool=pool):
-                (other.folder / REPORT).write_text(encode(report))
+                with draft_of(other.folder / REPORT) as draft:
+                    draft.write_text(encode(report))
                 continue
         say(f"{name} beats {other.name} more than anybody before")
         play(place, protocol, work, [other.name], pool=pool, say=say, **how)

@@ -53,7 +53,7 @@ class Games(NamedTuple):
     peaks: Int64s
     """(E, 2) cells where each team's capture field was highest when that mattered last."""
     memory: Float32s
-    """(E, K, K, N') the controller's decayed sums of F_k over the past; N' is N, up to a multiple of `TOGETHER`."""
+    """(E, K, K, N') the controller's decayed sums of F_k over the past; N' is `room_for(N)`."""
     memory_weight: Float32s
     """(E, N) their weight."""
     plans: Float32s

@@ -16,7 +16,7 @@ from swarm_pz.config.values import describe
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels import code_for
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, capture_fields
-from swarm_pz.kernels.controllers.ergodic import TOGETHER, ergodic_parameters
+from swarm_pz.kernels.controllers.ergodic import ergodic_parameters, room_for
 from swarm_pz.kernels.fourier import Aims, make_targets
 from swarm_pz.kernels.game import GIVEN, Games, are_decided, take_up
 from swarm_pz.kernels.observation import Shown
@@ -125,7 +125,7 @@ class Simulator:
             trails=np.zeros((e, self.config.trail_ticks, n), np.int16),
             occupancy=np.zeros((e, 2, FRAMED_CELLS, FRAMED_CELLS), board.dtype),
             peaks=np.zeros((e, 2), np.int64),
-            memory=np.zeros((e, modes, modes, -(-n // TOGETHER) * TOGETHER), np.float32),
+            memory=np.zeros((e, modes, modes, room_for(n)), np.float32),
             memory_weight=np.zeros((e, n), np.float32),
             plans=np.zeros((e, n, horizon if self.config.controller.warm_start else 0, 2), np.float32),
             targets=np.zeros((e, 2, cells, cells), np.float64),

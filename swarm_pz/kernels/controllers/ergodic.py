@@ -22,7 +22,7 @@ from swarm_pz.kernels.swarm import Swarm
 _PLACES = 352
 """Places tabulated together: as many as the processor's inner caches hold."""
 TOGETHER = 2 * WIDTH
-"""Drones whose memories are extended at once. The memories of a game have room for a multiple of this number."""
+"""Drones whose memories are extended at once."""
 _LINE = 64
 """Bytes that caches keep together: vectors that lie in two such lines take twice as long to load."""
 
@@ -74,6 +74,11 @@ def ergodic_parameters(config: GameConfig) -> ErgodicParameters:
         max_acceleration=np.float32(controller.max_acceleration),
         warm_start=True if controller.warm_start else None,
     )
+
+
+def room_for(num_drones: int) -> int:
+    """Return the number of drones that the memories of a game have room for: a multiple of `TOGETHER`."""
+    return -(-num_drones // TOGETHER) * TOGETHER
 
 
 class Tables(NamedTuple):
