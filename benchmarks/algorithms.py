@@ -3,7 +3,7 @@
     python -m benchmarks.algorithms                                          # docs/tables/algorithms.csv
     python -m benchmarks.algorithms --commands 20480 --games 10 --seeds 1 --table runs/try.csv
 
-A run that has ended is not repeated. Its folder, METHOD-SEED, is a policy.
+Finished runs are not repeated. A run's folder, METHOD-SEED, is a policy.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ SCRIPTS = ("noise", "ring", "halo", "wavefront", "corners")
 """Opponents of all methods, besides `uniform`, when they are evaluated."""
 EVALUATION_SEED = 1_000
 SELVES, PAST = 30, 8
-"""Selves that self-play keeps in a run; the latest of them, which are its opponents."""
+"""Snapshots that self-play takes in a run; the number of the latest ones that are its opponents."""
 
 Line = dict[str, Any]
 
 
 class DroneSets(BaseFeaturesExtractor):
-    """Deep sets (Zaheer et al., NeurIPS 2017): each drone by the same layers, then mean and maximum of each side."""
+    """Deep sets (Zaheer et al., NeurIPS 2017): shared layers for a side's drones, then mean and maximum."""
 
     def __init__(self, observation_space: Any, width: int = 64) -> None:
         super().__init__(observation_space, 4 * width + 2)
@@ -68,7 +68,7 @@ class DroneSets(BaseFeaturesExtractor):
     def _summary(self, side: str, observations: dict[str, Tensor]) -> Tensor:
         place, speed, mask = (observations[f"{side}_{name}"] for name in ("positions", "velocities", "mask"))
         there = mask.reshape(*place.shape[:2], 1).to(place.dtype)
-        features = getattr(self, side)(torch.cat([2.0 * place - 1.0, 4.0 * speed], dim=2)) * there  # ReLU: 0 is least
+        features = getattr(self, side)(torch.cat([2.0 * place - 1.0, 4.0 * speed], dim=2)) * there  # ReLU: minimum is 0
         mean = features.sum(dim=1) / there.sum(dim=1).clamp(min=1.0)
         return torch.cat([mean, features.amax(dim=1)], dim=1)
 
@@ -97,7 +97,7 @@ def make_dqn(games: SwarmVecEnv, seed: int) -> BaseAlgorithm:
 
 
 class Method(NamedTuple):
-    """A method: its learner from games and a seed, its observations, and options of `SwarmVecEnv` for its actions."""
+    """A method: a maker of the learner from games and a seed, observations, and action options of `SwarmVecEnv`."""
 
     learner: Callable[[SwarmVecEnv, int], BaseAlgorithm]
     observation: ObservationConfig = RECIPE.game.observations[0]
@@ -129,7 +129,7 @@ METHODS = {
 
 
 def learned(model: BaseAlgorithm, name: str, seed: int, commands: int) -> LearnedPolicy:
-    """Return the policy of the recipe's network as it is now."""
+    """Return the model's present network as a policy."""
     config = RECIPE.replace(seed=seed, total_steps=commands)
     network = cast("GridPolicy", model.policy)
     return as_policy(
@@ -138,7 +138,7 @@ def learned(model: BaseAlgorithm, name: str, seed: int, commands: int) -> Learne
 
 
 class ExploringLess(BaseCallback):
-    """Lowers PPO's standard deviation as the recipe does, and deals self-play its own past as opponents."""
+    """Lowers PPO's standard deviation as the recipe does, and gives self-play its own snapshots as opponents."""
 
     def __init__(self, games: SwarmVecEnv, seed: int, commands: int, meets_itself: bool) -> None:
         super().__init__()
@@ -163,9 +163,9 @@ class ExploringLess(BaseCallback):
 
 
 def evaluate(player: Path, games: int) -> dict[str, dict[str, float]]:
-    """Play a written policy against `uniform`, and a fifth as many games against each script.
+    """Play `games` games of a policy's folder against `uniform`, and a fifth as many against each script.
 
-    A score is the share of games won; `ms` are milliseconds a command.
+    A score is the share of games won; `ms` are milliseconds per command.
     """
     found = {}
     for opponent in ("uniform", *SCRIPTS):
@@ -177,7 +177,7 @@ def evaluate(player: Path, games: int) -> dict[str, dict[str, float]]:
 
 
 def run(name: str, seed: int, commands: int, games: int, out: Path) -> Line:
-    """Train a method from a seed, write the policy, play, and return the figures; an ended run is read."""
+    """Train a method from a seed, write and evaluate its policy, and return the figures, or those of a finished run."""
     folder, line = out / f"{name}-{seed}", out / f"{name}-{seed}.json"
     wanted = {"method": name, "seed": seed, "commands": commands, "games": games}
     if line.exists() and (found := json.loads(line.read_text())).items() >= wanted.items():
@@ -196,7 +196,7 @@ def run(name: str, seed: int, commands: int, games: int, out: Path) -> Line:
         learned(model, folder.name, seed, commands).write(folder)
     else:
         export_model(model.policy, method.game, method.game.team_systems[0], folder, folder.name)
-    network = getattr(model.policy, "q_net", model.policy)  # without DQN's target, a copy
+    network = getattr(model.policy, "q_net", model.policy)  # without DQN's target network, which is a copy
     weights = sum(values.numel() for values in network.parameters())
     line.write_text(json.dumps(wanted | costs | {"weights": weights, "final": evaluate(folder, games)}))
     return dict(json.loads(line.read_text()))

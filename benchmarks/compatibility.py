@@ -1,7 +1,7 @@
-"""Tries of the environments with other libraries, each in a fresh environment with its newest version.
+"""Tests the environments with other libraries, each in a fresh virtual environment and in its newest version.
 
-scripts/compatibility                # tries all, and writes docs/tables/compatibility.csv
-scripts/compatibility torchrl rllib  # tries some; writes nothing
+scripts/compatibility                # tests all, and writes docs/tables/compatibility.csv
+scripts/compatibility torchrl rllib  # tests some; writes nothing
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ import swarm_pz
 ROOT = Path(__file__).parents[1]
 TABLE = ROOT / "docs" / "tables" / "compatibility.csv"
 ID = "swarm_pz/Capture-v0"
-ANSWER = "swarm-pz compatibility: "  # starts the line of a row's process; libraries print their own
+ANSWER = "swarm-pz compatibility: "  # starts the result line of a row's process; libraries print other lines
 SMALL: dict[str, Any] = {"drones_per_team": 3, "max_cycles": 5}
 SHORT: dict[str, Any] = {"n_steps": 8, "batch_size": 8, "n_epochs": 1}
 FEW: dict[str, Any] = {"buffer_size": 50, "learning_starts": 8, "batch_size": 8}
-REQUIRED = {  # beside swarm-pz and its extra `train`
+REQUIRED = {  # besides swarm-pz and its extra `train`
     "stable_baselines3": ("gymnasium[torch]", "sb3-contrib"),
     "gymnasium": ("gymnasium[torch]", "moviepy"),
     "pettingzoo": (),
@@ -43,7 +43,7 @@ REQUIRED = {  # beside swarm-pz and its extra `train`
 
 
 class Row(NamedTuple):
-    """Something that users of a library do."""
+    """One way in which users use a library."""
 
     library: str
     what: str
@@ -54,7 +54,7 @@ ROWS: list[Row] = []
 
 
 def row(library: str, what: str) -> Callable[[Callable[[], Any]], None]:
-    """Add a function to the rows."""
+    """Return a decorator that adds a function to `ROWS`."""
     return lambda run: ROWS.append(Row(library, what, run))
 
 
@@ -73,7 +73,7 @@ def batch(**keywords: Any) -> Any:
 
 
 def flat() -> Any:
-    """Return a game whose images SuperSuit writes as float vectors, and whose actions are short vectors."""
+    """Return a game whose images SuperSuit flattens to float vectors, and whose actions are short vectors."""
     import supersuit
 
     env = supersuit.flatten_v0(swarm_pz.parallel_env(action="modes", **SMALL))
@@ -81,7 +81,7 @@ def flat() -> Any:
 
 
 def play(env: Any, steps: int = 12) -> None:
-    """Play random actions, over the ends of games."""
+    """Play random actions, and continue after games end."""
     env.reset(seed=0)
     for _ in range(steps):
         results = env.step(env.action_space.sample())
@@ -209,7 +209,7 @@ def run_here(one: Row) -> None:
 
 
 def ask(place: int, python: Path) -> tuple[str | None, str]:
-    """Run a row in a process of its own; return its error, None if it works, and versions."""
+    """Run a row in its own process; return its error, or None if it works, and versions."""
     settings = {"PYTHONPATH": str(ROOT), "SDL_VIDEODRIVER": "dummy", "CUDA_VISIBLE_DEVICES": ""}
     command = [str(python), "-m", "benchmarks.compatibility", "--row", str(place)]
     with tempfile.TemporaryDirectory() as folder:
@@ -222,7 +222,7 @@ def ask(place: int, python: Path) -> tuple[str | None, str]:
 
 
 def main() -> None:
-    """Make environments, run rows in them, and write the table if all were run."""
+    """Make virtual environments, run rows in them, and write the table if all rows were run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("libraries", nargs="*", choices=[[], *REQUIRED], help="all if not given")
     parser.add_argument("--row", type=int, help=argparse.SUPPRESS)

@@ -1,4 +1,4 @@
-"""Tables of pages, as CSV files."""
+"""Tables of the documentation, as CSV files."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ from swarm_pz.files import draft_of
 
 
 def write_csv(path: Path, rows: Iterable[Sequence[Any]]) -> None:
-    """Write the rows of a table, its head among them."""
+    """Write the rows of a table, including its header."""
     with draft_of(path) as draft, draft.open("w", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(rows)

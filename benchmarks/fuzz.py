@@ -1,4 +1,4 @@
-"""Random legal configurations, played for two steps each: none may end its process, raise or warn, or show NaN.
+"""Plays two steps of random legal configurations: none may crash, raise, warn or show non-finite values.
 
 python -m benchmarks.fuzz 100000
 """
@@ -22,16 +22,16 @@ from swarm_pz.envs.parallel_env import CaptureEnv
 from swarm_pz.errors import CommandError, ConfigError
 
 GRAINS = {"time_limit": 0.1, "command_period": 0.1, "trail": 1 / 30}
-"""Numbers that are whole multiples of something."""
+"""Fields that must be whole multiples of a number, and that number."""
 OTHERS = ("drones_per_team", "controllers", "observation", "modes", "horizon")
-"""Fields that `draw` sets itself: new modes and horizons are compiled anew."""
+"""Fields that `draw` sets itself; new modes and horizons need a compilation."""
 ROOT = Path(__file__).parents[1]
 _PART = 250
-"""Configurations of one process."""
+"""Configurations per process."""
 
 
 def draw_value(kind: type[Config], name: str, rng: np.random.Generator) -> object:
-    """Draw a field's value; of numbers the ends of their range, or one between them, uniform in its logarithm."""
+    """Draw a field's value; a number is an end of its range, or log-uniform between the ends."""
     hint = hints_of(kind)[name]  # type: ignore[arg-type]
     is_number = typing.get_origin(hint) is typing.Annotated
     choices = [True, False] if hint is bool else [hint] if is_number else typing.get_args(hint)
@@ -45,7 +45,7 @@ def draw_value(kind: type[Config], name: str, rng: np.random.Generator) -> objec
 
 
 def draw_fields(config: Config, rng: np.random.Generator) -> Config:
-    """Return a configuration with some fields drawn anew, and those of its sections, as far as they fit the others."""
+    """Return a configuration with some fields, also of its sections, redrawn; values that conflict are dropped."""
     share = rng.random()
     for name in (entry.name for entry in dataclasses.fields(config)):
         old = getattr(config, name)
@@ -57,7 +57,7 @@ def draw_fields(config: Config, rng: np.random.Generator) -> Config:
 
 
 def draw(rng: np.random.Generator, rare: float = 0.1) -> GameConfig:
-    """Draw a configuration; a few have other modes and horizons."""
+    """Draw a configuration; with probability `rare` it has unusual modes and an unusual horizon."""
     config = draw_fields(GameConfig.preset(rng.choice(list(PRESETS))), rng)
     modes, horizon = ((2, 100), (16, 2))[rng.integers(2)] if rng.random() < rare else (10, 10)
     systems = [draw_fields(system_of(name), rng) for name in rng.choice(sorted(registered()), 2).tolist()]
@@ -71,7 +71,7 @@ def draw(rng: np.random.Generator, rare: float = 0.1) -> GameConfig:
 
 
 def play(number: int, rare: float = 0.1) -> None:
-    """Play two steps of the configuration of a number, from a random start and with random commands."""
+    """Play two steps of the configuration that a number seeds, from a random start and with random commands."""
     rng = np.random.default_rng(number)
     env = CaptureEnv(draw(rng, rare))
     shape = (env.config.num_drones, 2)
@@ -90,7 +90,7 @@ def play(number: int, rare: float = 0.1) -> None:
 
 
 def watch(first: int, count: int = _PART, rare: float = 0.1) -> int:
-    """Have a process play some numbers, and another go on after one that ended it; return how many did."""
+    """Play some numbers in a process, continue in a new one after each failure, and return the number of failures."""
     last, failures = first + count, 0
     while first < last:
         code = f"for i in range({first}, {last}): print(i, flush=True); play(i, {rare})"

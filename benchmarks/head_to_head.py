@@ -17,7 +17,7 @@ from swarm_pz.policy import kind_of, registered
 
 
 def against_uniform(games: int) -> list[dict[str, Any]]:
-    """Play all policies that send densities, but the planner, against uniform coverage on the same seeds."""
+    """Play all policies that send densities, except the planner, against uniform coverage on the same seeds."""
     names = sorted(
         name
         for name, point in registered().items()

@@ -1,7 +1,7 @@
 """Effects of a least airspeed on teams that rest, for three accelerations, as a table and a picture.
 
-At speed v and acceleration a a drone turns with the radius v² / a. Rows that the table has are not played again, so a
-sweep that was stopped goes on. docs/parking.md says what the criteria ask.
+At speed v and acceleration a, a drone turns with radius v² / a. Rows in the table are not played again, so a stopped
+sweep continues. docs/parking.md explains the criteria.
 
 python -m benchmarks.least_airspeed --games 20 --preset-games 100
 """
@@ -27,7 +27,7 @@ SPEEDS = (0.0, 0.15, 0.2, 0.3, 0.4, 0.5)
 ACCELERATIONS = (0.5, 1.0, 2.0)
 UNIFORM, VETERAN = Side(player="uniform"), Side(player="veteran")
 ORDER = (Side(player="noise"), UNIFORM, Side(player="ring"), Side(player="halo"), VETERAN)
-"""Players, each of which should take more points from `uniform` than those before; the first two may be even."""
+"""Players in order: each should take more points from `uniform` than those before; the first two may be even."""
 RESTING = (
     Side(player="hold", system="formation"),
     Side(player="hold", system="potential_field"),
@@ -37,7 +37,7 @@ PAIRINGS = [(one, UNIFORM) for one in (*ORDER, *RESTING)] + [(VETERAN, one) for 
 
 
 class Row(NamedTuple):
-    """A row of the table: a setting, a pairing and what came out, seen from the first."""
+    """A row of the table: a setting, a pairing, and the results of its first side."""
 
     speed: float
     acceleration: float
@@ -66,7 +66,7 @@ Table = dict[tuple[Any, ...], Row]
 
 
 def read(path: Path) -> Table:
-    """Return the rows that are there."""
+    """Return the rows of the table; none if there is no file."""
     if not path.exists():
         return {}
     with path.open(newline="") as file:
@@ -76,7 +76,7 @@ def read(path: Path) -> Table:
 
 
 def sweep(table: Table, path: Path, games: int, preset_games: int) -> None:
-    """Play what the table lacks, the preset first, and write every row as soon as it is there."""
+    """Play the rows that the table lacks, the preset's first, and write the table after each."""
     settings = sorted(itertools.product(SPEEDS, ACCELERATIONS), key=lambda at: (at != PRESET, at[1] != PRESET[1], at))
     for (speed, acceleration), (first, second) in itertools.product(settings, PAIRINGS):
         key = (speed, acceleration, first.name, second.name)
@@ -119,7 +119,7 @@ def print_criteria(table: Table) -> None:
 
 
 def draw(table: Table, path: Path) -> None:
-    """Draw the criteria over the least airspeed, with the preset's acceleration: all against `uniform` but one."""
+    """Draw the criteria over the least airspeed at the preset's acceleration, against `uniform` except in one panel."""
 
     def lines(axes: Any, pairs: list[tuple[Side, Side]], value: str, title: str) -> None:
         for (first, second), marker in zip(pairs, "svDPX", strict=False):

@@ -1,4 +1,4 @@
-"""The mirrors at full length: rules over many long games, controller over many random states.
+"""Compares kernels with slow references: rules over many long games, the controller over many random states.
 
 python -m benchmarks.mirror
 """
@@ -22,14 +22,14 @@ from tests.reference import saturate as saturate_reference
 
 @njit
 def saturate_all(accelerations: NDArray[np.float32], limit: np.float32) -> None:
-    """Call the kernel, as Python cannot."""
+    """Call the kernel, which Python cannot call directly."""
     saturate(accelerations, limit)
 
 
 def mismatches(seed: int, seconds: int, largest_team: int = 40) -> int:
-    """Play a game of random commands and team sizes tick by tick beside the slow rules.
+    """Play a game with random commands and team sizes, tick by tick, and compare it with the slow rules.
 
-    Returns the drones whose team differs in any tick, summed over ticks: it must be 0.
+    Returns the number of drones whose team differs, summed over ticks: it must be 0.
     """
     generator = np.random.default_rng(seed)
     red, blue = (int(size) for size in generator.integers(1, largest_team + 1, size=2))
@@ -57,8 +57,8 @@ def controller_errors(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Solve random states with the kernel and with the slow float64 controller.
 
-    Returns the largest difference of an acceleration over the reference's largest (states,), before and after
-    saturation.
+    Returns the largest difference of an acceleration, divided by the reference's largest one (states,), before and
+    after saturation.
     """
     generator = np.random.default_rng(seed)
     simulator = Simulator()
@@ -70,7 +70,7 @@ def controller_errors(
         velocities = (generator.normal(size=(count, 2)) * 0.4).astype(np.float32)
         teams = generator.integers(2, size=count).astype(np.int8)
         weight = (generator.random(count) * 40).astype(np.float32)
-        # A past that could have been: sums of the basis over random places.
+        # A possible memory: sums of the basis over random places.
         k = np.arange(10)
         places = generator.random((count, 8, 2))
         basis = np.einsum("nra,nrb->nab", np.cos(np.pi * places[..., :1] * k), np.cos(np.pi * places[..., 1:] * k))
@@ -107,7 +107,7 @@ def controller_errors(
 
 
 def main() -> None:
-    """Run both mirrors and print what differed."""
+    """Run both comparisons and print the differences."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--games", type=int, default=200)
     parser.add_argument("--seconds", type=int, default=60)

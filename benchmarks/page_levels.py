@@ -1,6 +1,6 @@
-"""Every opponent of the page against one ring, drawn once, and against the idea that the page teaches.
+"""Plays every opponent of the page against a ring, drawn once, and against the idea that the page teaches.
 
-Ideas are drawn as a person draws: what they answer is a second old, and the hand is off by a fortieth of the board.
+Ideas are drawn as a person would: a second late, and with a random error of a fortieth of the board.
 
 python -m benchmarks.page_levels > docs/tables/page_levels.csv
 """
@@ -27,17 +27,17 @@ from swarm_pz.simulator.spawn import Seed
 
 MIDDLE = np.array([0.5, 0.5])
 SIGMA = 0.025
-"""Of the hand, in map widths."""
+"""Standard deviation of the hand's error, in map widths."""
 IDEAS: dict[str, dict[str, Any]]
 LEVELS: dict[str, str]
-"""From opponents to ideas."""
+"""The idea that the page teaches against each opponent."""
 _TEXT = (STATIC / "levels.js").read_text()
 IDEAS = json.loads(_TEXT[_TEXT.index("IDEAS = ") + 8 : _TEXT.rindex(";")])
 LEVELS = dict(re.findall(r"^  (\w+): \{ face.*idea: \"(\w+)\"", _TEXT, re.MULTILINE))
 
 
 def drawing(idea: dict[str, Any], number: int, they: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points (60, 2) of an idea's drawing by its number, from the mean place of the opponents."""
+    """Return the points (60, 2) of an idea's drawing `number`; `they` is the opponents' mean position."""
     middle, half = idea.get("begins", 0) + idea.get("turn", 0) * number, idea.get("length", 360) / 2
     centre = {"they": they, "across": 1 - they}.get(idea.get("centre"), MIDDLE)
     angles = np.radians(np.linspace(middle - half, middle + half, 60))
@@ -45,7 +45,7 @@ def drawing(idea: dict[str, Any], number: int, they: NDArray[np.float64]) -> NDA
 
 
 class Person:
-    """Draws an idea, from the second second of a game on."""
+    """Draws an idea; the first command of a game is uniform."""
 
     name, answers = "person", "density"
     observation = ObservationConfig(grid=25, channels=("opposing_positions",))

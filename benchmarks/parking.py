@@ -111,7 +111,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
 
 
 def rows(games: int) -> Iterator[tuple[str, str, str, list[Game]]]:
-    """Play row after row: what it shows, its two sides and its games."""
+    """Play the rows one by one, and yield each one's title, two sides and games."""
     parked = Side(player="hold", system="formation")
     for rules, changed in VARIANTS.items():
         for name in LEARNED if not rules else LEARNED[:1]:

@@ -1,8 +1,8 @@
-"""swarm-pz beside other multi-agent simulators: same machine, same cores, each at its best number of games.
+"""Speed of swarm-pz and other multi-agent simulators: same machine, same cores, each at its best number of games.
 
-A drone-step of swarm-pz holds an optimal-control solve with a look-ahead, three ticks of physics and the rules of
-capture; an agent-step of the others is one agent for one step of their world. Every simulator runs in a process of its
-own, is compiled first, and takes random actions that were drawn beforehand.
+A drone-step of swarm-pz includes an optimal-control solve with a look-ahead, three ticks of physics and the rules of
+capture. An agent-step of the others is one agent in one step of their simulation. Every simulator runs in its own
+process, is compiled first, and takes random actions that were drawn beforehand.
 
     scripts/peers        # in an environment of its own, since the others need other versions
 """
@@ -29,9 +29,9 @@ SECONDS = 1.5
 """Shortest time of one measurement."""
 REPEATS = 3
 SIZES = (1, 16, 64, 256, 1024, 4096)
-"""Numbers of games at once, of which the fastest counts."""
+"""Numbers of games at once; the fastest one counts."""
 MARK = "swarm-pz peers: "
-"""Begins the line with the result of a simulator's process, which may print other lines."""
+"""Begins the result line of a simulator's process, which may print other lines."""
 
 Step = Callable[[], object]
 
@@ -98,7 +98,7 @@ def magent_battle(_games: int, _threads: int) -> tuple[Step, int]:
 
 
 def jaxmarl(name: str, games: int, _threads: int) -> tuple[Step, int]:
-    """Return a function that takes 32 steps of a JaxMARL environment, by all cores, and the agent-steps in them."""
+    """Return a function that takes 32 steps of a JaxMARL environment, on all cores, and the agent-steps in them."""
     import jax
     from jaxmarl import make
 
@@ -121,7 +121,7 @@ def jaxmarl(name: str, games: int, _threads: int) -> tuple[Step, int]:
             keys, state = carry
             split = jax.vmap(jax.random.split)(keys)
             observations, state, rewards, _, _ = jax.vmap(env.step)(split[:, 0], state, action)
-            # XLA does not compute unused outputs, so a trace of each is kept.
+            # XLA does not compute unused outputs, so the sum of each is used.
             used = sum(leaf.sum() for leaf in jax.tree.leaves((observations, rewards)))
             return (split[:, 1], state), used
 
@@ -145,11 +145,11 @@ CONTENDERS: dict[str, tuple[Callable[..., tuple[Step, int]], str, str, tuple[int
     ),
     "JaxMARL SMAX": (partial(jaxmarl, "SMAX"), "5 against 5", "agent-steps", SIZES),
 }  # fmt: skip
-"""By name: its maker from numbers of games and threads, its teams, the unit, numbers of games to choose from."""
+"""By name: a maker that takes numbers of games and threads, the teams, the unit, and numbers of games to try."""
 
 
 def rate(step: Step, count: int) -> float:
-    """Return the agent-steps taken a second."""
+    """Return the agent-steps per second."""
     began, calls = time.perf_counter(), 0
     while time.perf_counter() - began < SECONDS:
         step()
@@ -158,7 +158,7 @@ def rate(step: Step, count: int) -> float:
 
 
 def contend(name: str, threads: int) -> dict[str, Any]:
-    """Return the best number of games of a simulator, and its rates there."""
+    """Return a simulator's best number of games, and its rates with it."""
     make, _, _, sizes = CONTENDERS[name]
     found = []
     for games in sizes:

@@ -1,4 +1,4 @@
-"""Write the cards of the policies on the ladder: ratings of docs/tables/ladder.csv, pictures from a game each.
+"""Write the cards of the policies on the ladder: ratings from docs/tables/ladder.csv, and a picture of one game each.
 
 python -m benchmarks.policy_cards
 """
@@ -24,13 +24,13 @@ SECONDS = 6.0
 
 
 def ratings(table: str) -> dict[str, float]:
-    """Return the ratings of the ladder's table by name; only those without an argument, which cards are for."""
+    """Return the ladder's ratings by name, without policies that take an argument: these have no cards."""
     rows = csv.DictReader(table.splitlines())
     return {row["player"]: float(row["rating"]) for row in rows if ":" not in row["player"]}
 
 
 def picture(name: str) -> dict[str, object]:
-    """Return a policy's target and drones in its game against `uniform`, in which it is blue."""
+    """Return a policy's target and drones in a game that it plays as blue against `uniform`."""
     rollout = Rollout(name, "uniform", [game_number(0, TEAM_NAMES[BLUE])])
     rollout.play(SECONDS)
     simulator = rollout.simulator

@@ -1,4 +1,4 @@
-"""Starts, and wins of ring and noise against uniform coverage, for other numbers of the rules.
+"""Effects of the rules' numbers on a game's start, and on games of ring, noise and uniform against uniform coverage.
 
 python -m benchmarks.sensitivity --games 40
 python -m benchmarks.sensitivity --games 100 --variants "the rules" "teams apart"
@@ -33,11 +33,11 @@ VARIANTS: dict[str, GameConfig] = {
     "teams apart": GameConfig(spawn=SpawnConfig(layout="squares")),
 }
 NEAR, STARTS = 0.1, 1000
-"""Map widths within which an opponent is near; number of games of which the first second is played."""
+"""Distance in map widths within which an opponent is near; number of games whose first second is played."""
 
 
 def opening(config: GameConfig) -> tuple[float, float]:
-    """Return the share of drones that start near an opponent, and a game's captures in 1 s without commands."""
+    """Return the share of drones that start near an opponent, and the mean captures in 1 s without commands."""
     simulator = Simulator(config, num_games=STARTS)
     simulator.reset(range(STARTS))
     places, teams = simulator.positions.astype(float), simulator.teams

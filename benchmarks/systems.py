@@ -1,4 +1,4 @@
-"""Speed of control systems: drone-steps a second of processor time, both teams by the same system.
+"""Speed of control systems: drone-steps per second of processor time, with the same system for both teams.
 
 python -m benchmarks.systems
 """
@@ -17,7 +17,7 @@ from swarm_pz.simulator import CheckedCommands, Simulator
 
 
 def drone_steps(name: str, games: int, seconds: float, rounds: int = 5) -> float:
-    """Return the median number of drone-steps a second of one thread, in rounds of so many seconds in all."""
+    """Return the median drone-steps per second of one thread, over rounds that take `seconds` in all."""
     # Without captures, games do not end, and all systems fly the same number of drones.
     config = GameConfig(controllers=name, capture=CaptureConfig(enabled=False))
     simulator = Simulator(config, num_games=games)
@@ -33,7 +33,7 @@ def drone_steps(name: str, games: int, seconds: float, rounds: int = 5) -> float
     simulator.advance(30)  # compiles
     found = []
     for _ in range(rounds):
-        periods, began = 0, time.process_time()  # of this process: others may be at work, too
+        periods, began = 0, time.process_time()  # of this process alone: others may be busy
         while time.process_time() - began < seconds / rounds:
             simulator.advance(30)
             periods += 10

@@ -1,11 +1,11 @@
-"""Control systems compared: each is commanded by its best player, and all play all.
+"""Compares control systems: the best player of each commands it, and all play all.
 
 python -m benchmarks.systems_ladder                             # all of it; the same command continues a stopped run
 python -m benchmarks.systems_ladder --only ergodic              # chooses the players of a system, and prints them
 python -m benchmarks.systems_ladder --versus ergodic/finisher   # plays one entrant against the others of docs/tables
 
-The field is one player of each control system: the policy that was trained for it, or what the system does by itself.
-Every candidate plays it, on other seeds than those that count; the candidate that wins most commands its system.
+The field has one player of each control system: the policy that was trained for it, or else `hold` or `uniform`.
+Every candidate plays the field, on other seeds than the final games. The candidate that wins most commands its system.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def choice_pairs(entrants: Sequence[str], field: Sequence[str]) -> list[Pair]:
 
 
 def choose(contest: Contest, entrants: Sequence[str]) -> list[tuple[str, NDArray[np.float64]]]:
-    """Return entrants with games won, drawn and lost, those that win most of the field first."""
+    """Return entrants with games won, drawn and lost, sorted by the share of games won."""
     counts = [(one, contest.counts(one)) for one in entrants]
     return sorted(counts, key=lambda row: -row[1][0] / row[1].sum())
 
@@ -136,7 +136,7 @@ def standings(contest: Contest, track: str) -> tuple[list[str], NDArray[np.float
     """Return the entrants, the most successful first, their shares of wins, and the rows of the table."""
     order = [one for one, _ in choose(contest, contest.players)]
     shares = share_of_wins(contest, order)
-    mixture, _ = nash_average(shares)  # the equilibrium of wins less losses
+    mixture, _ = nash_average(shares)  # the Nash equilibrium of wins minus losses
     rows = []
     for one, part in zip(order, mixture, strict=True):
         won, drawn, lost = contest.counts(one)

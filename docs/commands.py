@@ -27,7 +27,7 @@ def page() -> str:
 
 
 def _listed(before: list[str]) -> list[tuple[str, str]]:
-    """Return the commands that a help lists, and the first paragraph on each without its link to a page."""
+    """Return the commands that a help text lists, each with its first paragraph without the link to a page."""
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.suppress(SystemExit):
         main([*before, "--help"])

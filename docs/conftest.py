@@ -1,4 +1,4 @@
-"""The pages' examples run in a folder of their own each."""
+"""Runs the examples of each page in a temporary folder of its own."""
 
 import warnings
 
@@ -10,5 +10,5 @@ collect_ignore = ["site_hooks.py"]  # MkDocs runs it
 @pytest.fixture(autouse=True)
 def _folder_of_its_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    # What torch.onnx.export does inside; here warnings are errors.
+    # torch.onnx.export itself causes this warning; here warnings are errors.
     warnings.filterwarnings("ignore", message=r"`isinstance\(treespec, LeafSpec\)`", category=FutureWarning)

@@ -32,7 +32,7 @@ _SCHEMA = "protocol.schema.json"
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Set fences called ``math`` as MathML, which browsers draw without a script; forges draw them, too."""
+    """Render fences called ``math`` as MathML, which needs no script; code hosts such as GitHub render them, too."""
     fence = {"name": "math", "class": "math", "format": _as_mathml}
     config.mdx_configs.setdefault("pymdownx.superfences", {})["custom_fences"] = [fence]
     return config
@@ -43,7 +43,7 @@ def _as_mathml(source: str, *_: Any, **__: Any) -> str:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Make a page of every file of the repository that is none itself and that a page links to; the board; the game."""
+    """Make pages of the repository's files that pages link to; add the board, the game and the protocol's schema."""
     for name, data in site_files().items():
         files.append(File.generated(config, f"game/{name}", content=data, inclusion=InclusionLevel.INCLUDED))
     for name, text in build(ENTRIES).items():
@@ -66,7 +66,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def _as_page(path: Path) -> str:
-    """Return a file's text as a page shows it: as code, a table, and a notebook cell by cell."""
+    """Return a file as Markdown: CSV as a table, a notebook cell by cell, anything else as code."""
     text = path.read_text()
     if path.suffix == ".csv":
         head, *rows = csv.reader(text.splitlines())
@@ -83,9 +83,9 @@ def _fenced(text: str, language: str) -> str:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Point links to such files at their pages; a link to nowhere stays one, and the build refuses it."""
+    """Point links to the repository's files at their pages; broken links stay, and the build refuses them."""
     if page.file.src_uri.startswith("api/"):
-        page.meta.setdefault("search", {"boost": 0.5})  # a search finds what explains before what lists
+        page.meta.setdefault("search", {"boost": 0.5})  # a search ranks explanations above the API reference
 
     def point(match: re.Match[str]) -> str:
         path = _outside(page.file.src_uri, match[1])
@@ -97,7 +97,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def _outside(page: str, target: str) -> str | None:
-    """Return the path from the repository's root of a file that a page links to, or None of what the site has."""
+    """Return a link's path from the repository's root, or None if it is outside, or the site has the file."""
     path = posixpath.normpath(posixpath.join("docs", posixpath.dirname(page), target))
     is_of_the_site = (
         path.startswith("docs/")

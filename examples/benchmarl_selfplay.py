@@ -28,7 +28,7 @@ asked = parser.parse_args()
 torch.set_num_threads(1)  # the networks are small
 
 
-class Capture(PettingZooClass):  # BenchMARL's own knows games that come with PettingZoo only
+class Capture(PettingZooClass):  # BenchMARL's class knows only the games that come with PettingZoo
     def get_env_fun(self, num_envs, continuous_actions, seed, device):
         seeds, groups = itertools.count(seed or 0), {"red": ["red_0"], "blue": ["blue_0"]}
 
@@ -53,7 +53,7 @@ experiment = Experiment(Capture("capture", {"max_cycles": 300}), ippo, network, 
 experiment.run()
 
 
-class Model:  # with spaces and `predict` it plays matches as it is
+class Model:  # matches need only the spaces and `predict`
     side = parallel_env(GAME, action="modes")
     observation_space, action_space = side.observation_space("red_0"), side.action_space("red_0")
 

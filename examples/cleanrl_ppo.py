@@ -1,4 +1,4 @@
-"""PPO in one file in the manner of CleanRL, on `gymnasium.make_vec`: everything in sight.
+"""PPO in one file, in the style of CleanRL, on `gymnasium.make_vec`.
 
 python examples/cleanrl_ppo.py --steps 393216
 """
@@ -32,7 +32,7 @@ def layer(inputs: int, outputs: int, gain: float = np.sqrt(2)) -> nn.Linear:
 
 
 class Agent(nn.Module):
-    """Actor and critic; with its spaces and `predict` it is a model that matches play as it is."""
+    """Actor and critic; its spaces and `predict` make it a model that matches can play."""
 
     def __init__(self, envs: gymnasium.vector.VectorEnv) -> None:
         super().__init__()
@@ -76,7 +76,7 @@ def advantages(rewards, values, following, ended, over):
 
 
 def train(steps: int, seed: int) -> tuple[Agent, int]:
-    """Return an agent, and how many commands it has given."""
+    """Train an agent; return it and the number of its commands."""
     torch.manual_seed(seed)
     envs = gymnasium.make_vec(
         "swarm_pz/Capture-v0",
@@ -104,7 +104,7 @@ def train(steps: int, seed: int) -> tuple[Agent, int]:
             commands = action.clamp(-1, 1).numpy().reshape(NUM_ENVS, *envs.single_action_space.shape)
             observation, reward, terminated, truncated, infos = envs.step(commands)
             over, last = terminated | truncated, observation
-            if over.any():  # what followed is the last of the old game, not the first of the new one
+            if over.any():  # what followed is the old game's last observation, not the new game's first
                 last = observation.copy()
                 last[over] = np.stack(list(infos["final_obs"][over]))
             with torch.no_grad():

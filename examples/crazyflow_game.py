@@ -1,9 +1,9 @@
-"""A game of 5 against 5 that Crazyflies of Crazyflow fly through the rosbridge, beside the same game of point masses.
+"""Crazyflies of Crazyflow fly a game of 5 against 5 through the rosbridge, compared with games of point masses.
 
-python -m venv ENV && ENV/bin/pip install crazyflow      # an environment of its own: it needs other versions
+python -m venv ENV && ENV/bin/pip install crazyflow      # a separate environment: crazyflow needs other versions
 python examples/crazyflow_game.py --python ENV/bin/python
 
-Captures are by the drones' true positions. It prints their tracking error and delay, writes a film, and compares
+The robots' measured positions decide captures. The program prints tracking error and delay, writes a film, and compares
 captures and ergodic metrics with 20 games of point masses under the same commands.
 """
 
@@ -26,7 +26,7 @@ from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 LAB = Path(__file__).resolve().with_name("crazyflow_lab.py")
 DRONES, COUNTDOWN_S = 5, 6
 GAMES, MODES, WINDOW_S = 20, 8, 10
-"""Games of point masses; modes a side, and seconds, of an ergodic metric."""
+"""Games of point masses; modes a side of an ergodic metric, and seconds of its window."""
 
 
 def fly(python: str, opponent: str, seconds: float, out: Path) -> Path:
@@ -84,7 +84,7 @@ def report_tracking(path: Path) -> None:
 
 
 def metric(places: np.ndarray, teams: np.ndarray, team: int, target: np.ndarray) -> float:
-    """Return the mean ergodic metric of a team over a game: of its drones' places of the last seconds (T, N, 2)."""
+    """Return a team's mean ergodic metric over all windows of `WINDOW_S` of a game with places (T, N, 2)."""
     k = np.arange(MODES)
     weights = (1.0 + k[:, None] ** 2 + k[None, :] ** 2) ** -1.5 * np.where(k, 2, 1)[:, None] * np.where(k, 2, 1)
     cells = (np.arange(len(target)) + 0.5) / len(target)
@@ -101,7 +101,7 @@ def metric(places: np.ndarray, teams: np.ndarray, team: int, target: np.ndarray)
 
 
 def read(path: Path) -> tuple[dict, np.ndarray, np.ndarray, list[tuple[int, int, np.ndarray]], int]:
-    """Return of a recording its header, places (T, N, 2), teams (T, N), commands in force and captures."""
+    """Return a recording's header, places (T, N, 2), teams (T, N), commands in force and captures."""
     header, *lines = [json.loads(line) for line in path.read_text().splitlines()]
     data = [base64.b64decode(line["data"]) for line in lines if line["type"] == "poses"]
     poses = [np.frombuffer(one, "<f4").reshape(-1, 4) for one in data]
@@ -125,7 +125,7 @@ def simulate(
 ) -> tuple[np.ndarray, int]:
     """Return places of point masses that follow the same commands, and their captures.
 
-    With teams (T, N), drones change sides when those do, and not by captures.
+    If `teams` (T, N) is given, drones are in these teams, and captures are off.
     """
     if teams is not None:
         game = game.replace(capture=game.capture.replace(enabled=False))

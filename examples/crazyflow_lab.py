@@ -1,4 +1,4 @@
-"""Crazyflies of Crazyflow that fly a game in real time. This process knows the game by its rosbridge alone.
+"""Flies simulated Crazyflies of Crazyflow in a game in real time, which it reaches only through the rosbridge.
 
 Run `python examples/crazyflow_game.py`: it starts this file beside a server, in an environment with crazyflow.
 """
@@ -17,7 +17,7 @@ from websockets.asyncio.client import ClientConnection, connect
 
 CAMERA_HZ, STEPS_HZ = 100, 500
 NOISE = 0.001
-"""Metres by which motion capture errs (standard deviation)."""
+"""Error of motion capture in metres (standard deviation)."""
 SPACING = 0.6
 """Metres between the robots on the floor."""
 TOPICS = ("/robots/setpoints", "/swarm/red/poses", "/swarm/blue/poses", "/clock", "/rosout")
@@ -69,7 +69,7 @@ class Lab:
         return [{"position": dict(zip("xyz", place, strict=True))} for place in seen.tolist()]
 
     def hear(self, topic: str, message: dict, now: float) -> None:
-        """Take what the game publishes."""
+        """Handle a message that the game publishes."""
         if topic == "/robots/setpoints":
             point = message["points"][0]
             parts = (("transforms", "translation", 0), ("velocities", "linear", 3), ("accelerations", "linear", 6))
@@ -84,7 +84,7 @@ class Lab:
             print(message["msg"], flush=True)
             if "the game is over" in message["msg"]:
                 self.outcome = message["msg"]
-        elif self.clock > 0.0:  # where a team's drones are shown
+        elif self.clock > 0.0:  # poses of a team's drones
             places = [[pose["position"][axis] for axis in "xy"] for pose in message["poses"]]
             self.shown.append((now, self.clock, np.array(places).reshape(-1, 2)))
 
@@ -116,7 +116,7 @@ async def publish(there: ClientConnection, topic: str, message: dict) -> None:
 
 
 async def read(lab: Lab, there: ClientConnection) -> None:
-    """Read what is published."""
+    """Read published messages."""
     async for data in there:
         message = json.loads(data)
         lab.hear(message["topic"], message["msg"], time.monotonic())

@@ -16,7 +16,7 @@ from motion_capture_tracking_interfaces.msg import NamedPoseArray
 from rclpy.qos import qos_profile_sensor_data
 
 SILENT_S, LANDING_S, LANDED_M = 0.5, 2.0, 0.04
-"""Seconds without setpoints after which a drone lands, seconds for that, and its height then."""
+"""Seconds without setpoints after which a drone lands, seconds of the landing, and its height in metres then."""
 SOLID = 7
 """Effect of the LED ring: one colour."""
 
@@ -50,7 +50,7 @@ class Bridge:
         self.states.publish(roslibpy.Message({"header": header, "joint_names": names, "points": [point]}))
 
     def step(self, now: float) -> bool:
-        """Send what was heard since the last step, and land drones without setpoints; return False after a stop."""
+        """Pass on new messages, and land drones without setpoints; return False after an emergency stop."""
         if self.heard.pop("stopped", {}).get("data"):
             self.node.emergency()
             return False
@@ -91,7 +91,7 @@ def number_of(name: str) -> int:
 
 
 def main() -> None:
-    """Pass on until Ctrl-C or an emergency stop."""
+    """Run the bridge until Ctrl-C or an emergency stop."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--host", default="127.0.0.1")
     parser.add_argument("--port", type=int, default=9090)

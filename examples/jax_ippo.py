@@ -1,7 +1,7 @@
 """IPPO in the shape of JaxMARL's baselines, in self-play: a small network chooses one of 57 named densities a second.
 
 python examples/jax_ippo.py                  # each side's critic sees what the side sees
-python examples/jax_ippo.py --world-state    # MAPPO: it sees both sides' images
+python examples/jax_ippo.py --world-state    # MAPPO: each critic sees both sides' images
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Step(NamedTuple):
 
 
 def init_layers(key: jax.Array, *sizes: int, last: float) -> list[tuple[jax.Array, jax.Array]]:
-    """Draw orthogonal layers, the last of a smaller scale."""
+    """Draw orthogonal layers, the last one with the scale `last`."""
     scales = [np.sqrt(2)] * (len(sizes) - 2) + [last]
     keys = random.split(key, len(scales))
     shapes = pairwise(sizes)
@@ -58,7 +58,7 @@ def apply(layers: list[tuple[jax.Array, jax.Array]], values: jax.Array) -> jax.A
 
 
 def make_train(env: TwoSides, updates: int, *, world_state: bool) -> Any:
-    """Return a function that trains from a key, and returns the network and what each update gained."""
+    """Return a function that trains from a key; it returns the network, and each update's captures and wins."""
     rows = env.num_agents * GAMES
     rate = optax.linear_schedule(RATE, 0.0, updates * EPOCHS * BATCHES)
     optimizer = optax.chain(optax.clip_by_global_norm(LARGEST_GRADIENT), optax.adam(rate, eps=1e-5))

@@ -1,11 +1,11 @@
 """A league on one accelerator: a learner, learners that exploit it, its past selves, and patterns that evolve.
 
-python examples/jax_league.py --pallas --seconds 550     # which made `marshal` on an H200
+python examples/jax_league.py --pallas --seconds 550     # made `marshal` on an H200
 
-The folder that it leaves is a player: swarm-pz evaluate runs/jax_league --opponent veteran
+The output folder is a player: swarm-pz evaluate runs/jax_league --opponent veteran
 
-In an update all games go on for some commands, and the learner and its exploiters learn from them. Every few updates
-the opponents are dealt anew: those from which the learner takes least come most often.
+In each update all games continue for some commands, and the learner and its exploiters learn from them. Every few
+updates opponents are drawn again: those against which the learner gets the smallest share come most often.
 """
 
 from __future__ import annotations
@@ -51,17 +51,17 @@ CONFIG = TrainConfig(
 )
 GIVEN = ["warden", "veteran", "finisher", "champion", "selfplay", "hunter", "scholar"]
 EXPLOITERS, SLOTS, PATTERNS = 4, 24, 192
-"""Learners that play the learner alone; opponents from the pool at a time; patterns at a time."""
+"""Learners that play only against the learner; opponents from the pool at a time; patterns at a time."""
 SHARES = (0.125, 0.4375)
-"""Of the games: those against exploiters, and against the pool. The others are against patterns."""
+"""Shares of the games against exploiters and against the pool. The other games are against patterns."""
 LATE = 8
-"""In one game of so many, the learner's commands come one command late."""
+"""In one of so many games, the learner's commands come one command late."""
 WARM, DEAL, SNAPSHOT, YOUNG, LIFE = 20, 4, 50, 20, 100
-"""Updates in which only the critic learns, and then the learning rate grows; between two deals; between two snapshots;
-that an exploiter has at least; and at most."""
+"""Updates in which only the critic learns, and then the learning rate grows; updates between two deals; between two
+snapshots; fewest and most updates of an exploiter."""
 PRIOR, REMEMBERED, TRIED, EASY = 10.0, 300.0, 40.0, 0.85
-"""Games at an even score that an opponent begins with; games from which on older ones fade; games that tell how hard a
-pattern is; and the learner's mean share from which on a pattern goes."""
+"""Games at an even score that an opponent begins with; games after which older ones fade; games needed to judge a
+pattern; and the learner's mean share from which on a pattern is replaced."""
 SECOND = 0.3
 """Largest amplitude of the second harmonic of a pattern's path."""
 _X, _Y = (jnp.asarray(axis, jnp.float32) for axis in cell_centres(CONFIG.game.command_cells))
@@ -79,8 +79,8 @@ class Games(NamedTuple):
 
     states: State
     seen: dict[str, jax.Array]
-    held: jax.Array  # the learner's last densities, for those that are late
-    angles: jax.Array  # where patterns first saw their opponents
+    held: jax.Array  # the learner's last densities, for late commands
+    angles: jax.Array  # directions in which patterns first saw their opponents
 
 
 class Deal(NamedTuple):
@@ -91,7 +91,7 @@ class Deal(NamedTuple):
 
 
 def sections(config: TrainConfig) -> tuple[int, int]:
-    """Return the number of games against exploiters, and of those against networks at all."""
+    """Return the number of games against exploiters, and against networks: exploiters and the pool."""
     first = int(SHARES[0] * config.num_envs) // EXPLOITERS * EXPLOITERS
     return first, first + int(SHARES[1] * config.num_envs) // SLOTS * SLOTS
 
@@ -102,7 +102,7 @@ def optimizer() -> optax.GradientTransformation:
 
 
 def learner_of(actor: Weights, key: jax.Array) -> Learner:
-    """Return a learner with an actor and a critic that knows nothing."""
+    """Return a learner with the given actor and an untrained critic."""
     to_kernel, to_worth = random.split(key)
     features, cells = actor["head.weight"].shape[1], actor["trunk.whole.0.weight"].shape[-1]
     shape = (CRITIC_FEATURES, features, ORIENTATIONS, cells, cells)
@@ -117,7 +117,7 @@ def learner_of(actor: Weights, key: jax.Array) -> Learner:
 
 
 def learn(config: TrainConfig, learner: Learner, steps: Step, last: jax.Array, key, std, rate, acts) -> Learner:
-    """Improve a learner by its rows (T, n, ...); where `acts` is 0, its critic alone."""
+    """Improve a learner by its rows (T, n, ...); if `acts` is 0, only its critic."""
     count = steps.rewards.size
     gains = advantages(config, steps, last)
     data = jax.tree.map(lambda kept: kept.reshape(count, *kept.shape[2:]), (steps, gains))
@@ -136,7 +136,7 @@ def learn(config: TrainConfig, learner: Learner, steps: Step, last: jax.Array, k
 
 
 def fly(numbers: jax.Array, angle: jax.Array, state: State, params: Params) -> jax.Array:
-    """Return a pattern's density (10, 10): as `swarm_pz.policies.pattern`, on a path of two harmonics."""
+    """Return a pattern's density (10, 10): as `swarm_pz.policies.pattern`, but on a path of two harmonics."""
     x, y, lean, home, radius, width, along, across, period, start, look, ground, core = numbers[:13]
     turn = 2.0 * jnp.pi * (state.tick // params.step_ticks) / period
     begun = 2.0 * jnp.pi * start + jnp.where(look >= 0.5, angle, 0.0)
@@ -225,7 +225,7 @@ def update(config, main: Learner, exploiters: Learner, games: Games, deal: Deal,
 
 @dataclass
 class Member:
-    """An opponent, and what the learner took from it of late."""
+    """An opponent, and the learner's recent score against it."""
 
     name: str
     content: Any
@@ -244,9 +244,9 @@ class Member:
 
 
 def widened(name: str, config: TrainConfig, generator: np.random.Generator) -> Weights:
-    """Return the weights of a policy as those of a network with more channels and features that does the same.
+    """Return a policy's weights for a network with more channels and features that computes the same.
 
-    Features are copied, and what follows takes a part of each copy, drawn at random: else copies would learn the same.
+    Features are copied, and the next layer takes a random part of each copy: else copies would learn the same.
     """
     channels, width, found = len(config.game.observations[0].channels), config.width // ORIENTATIONS, {}
     for key, tensor in load(name, config.game).weights().items():
@@ -263,7 +263,7 @@ def widened(name: str, config: TrainConfig, generator: np.random.Generator) -> W
 
 
 def new_pattern(parents: list[Member], generator: np.random.Generator) -> Member:
-    """Return a variation of a hard pattern, or of one that has a name, or one drawn from all."""
+    """Return a variation of a hard or a named pattern, or a random pattern."""
     kind, named = generator.random(), list(KINDS.values())
     if kind < 0.5 and parents:
         weights = np.array([(1.0 - one.taken) ** 2 + 0.01 for one in parents])
@@ -279,7 +279,7 @@ def new_pattern(parents: list[Member], generator: np.random.Generator) -> Member
 
 
 class Pool:
-    """The opponents, and what is counted of them; on the host."""
+    """The opponents and the learner's scores against them; on the host."""
 
     def __init__(self, config: TrainConfig, given: list[Member], generator: np.random.Generator) -> None:
         self.networks, self.given, self.generator = given, len(given), generator
@@ -291,7 +291,7 @@ class Pool:
         self.slots = np.zeros(SLOTS, int)
 
     def deal(self) -> Deal:
-        """Draw networks, half of them from those that were given; easy patterns make room for new ones."""
+        """Draw networks, half of them from the given ones, and replace easy patterns with new ones."""
         weights = np.array([(1.0 - one.taken) ** 3 + 0.005 for one in self.networks])
         for part in (weights[: self.given], weights[self.given :]):
             part /= part.sum() or 1.0
@@ -304,7 +304,7 @@ class Pool:
         return Deal(stacked([self.networks[i].content for i in self.slots]), numbers)
 
     def count(self, over: np.ndarray, shares: np.ndarray) -> None:
-        """Count the games that ended: how many of each place, and the learner's shares in them."""
+        """Add to each opponent's score; arguments are, per game, ended games and sums of the learner's shares."""
         of_exploiters = np.split(np.arange(self.first), EXPLOITERS)
         of_networks = np.split(np.arange(self.first, self.second), SLOTS)
         members = self.exploiters + [self.networks[i] for i in self.slots]
@@ -315,7 +315,7 @@ class Pool:
             member.count(games, score)
 
     def succeed(self, number: int, main: Learner, exploiters: Learner) -> Learner:
-        """Let exploiters that have learned enough, or nothing, join the pool or go, and others begin."""
+        """Replace exploiters that succeed or are old; those that the learner hardly beats join the pool."""
         for i, member in enumerate(self.exploiters):
             age = number - self.births[i]
             if age < YOUNG or (age < LIFE and member.taken > 0.3):
@@ -331,7 +331,7 @@ class Pool:
         return exploiters
 
     def standing(self) -> str:
-        """Return the least that the learner takes."""
+        """Return a text: the opponents from which the learner takes least."""
         parts = []
         for name in ("networks", "patterns", "exploiters"):
             hard = sorted(getattr(self, name), key=lambda one: one.taken)
@@ -340,12 +340,12 @@ class Pool:
 
 
 def stacked(trees: list[Any]) -> Any:
-    """Return trees of arrays as one, with an axis before all others."""
+    """Return trees of arrays as one tree, stacked along a new first axis."""
     return jax.tree.map(lambda *values: jnp.stack(values), *trees)
 
 
 def train(config: TrainConfig, seconds: float, *, pallas: bool) -> LearnedPolicy:
-    """Return a policy that plays the mean action of what the learner learned."""
+    """Train, and return a policy that plays the learner's mean action."""
     began, generator, key = time.monotonic(), np.random.default_rng(config.seed), random.key(config.seed)
     pool = Pool(config, [Member(name, widened(name, config, generator)) for name in config.opponents], generator)
     main = learner_of(widened(str(config.start_from), config, generator), key)

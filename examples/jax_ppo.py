@@ -1,8 +1,8 @@
-"""PPO against itself in one file, as PureJaxRL has it: games, network and learning are one function under `jit`.
+"""PPO in self-play in one file, like PureJaxRL: games, network and learning are one function under `jit`.
 
 python examples/jax_ppo.py --commands 393216
 
-The folder that it leaves is a player: swarm-pz evaluate runs/jax_ppo --opponent ring
+The output folder is a player: swarm-pz evaluate runs/jax_ppo --opponent ring
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from swarm_pz.training.config import TrainConfig
 
 RECIPE = TrainConfig(
     game=GameConfig(observation=ObservationConfig(grid=10)),
-    num_envs=64,  # games, each of which gives two rows a step: what either side sees and does
+    num_envs=64,  # games; each gives two rows a step, one for each side
     rollout=64,
     batch_size=512,
     epochs=3,
@@ -69,7 +69,7 @@ class Step(NamedTuple):
 
 
 def rows_of(config: TrainConfig) -> int:
-    """Return the commands of both sides between two updates."""
+    """Return the number of commands of both sides between two updates."""
     return 2 * config.num_envs * config.rollout
 
 
@@ -84,12 +84,12 @@ def answer(network: dict[str, Any], seen: jax.Array) -> tuple[jax.Array, jax.Arr
     kernel = critic["kernel"].reshape(-1)[kernel_places(critic["kernel"].shape)]
     summary = features.reshape(len(seen), -1) @ kernel.reshape(len(kernel), -1).T
     summary = jax.nn.relu(summary + jnp.tile(critic["bias"], ORIENTATIONS))
-    summary = summary.reshape(-1, ORIENTATIONS, CRITIC_FEATURES).mean(axis=1)  # of a turned board the same
+    summary = summary.reshape(-1, ORIENTATIONS, CRITIC_FEATURES).mean(axis=1)  # the same for a turned board
     return decide(network["actor"], features), summary @ critic["worth"]
 
 
 def log_prob(actions: jax.Array, means: jax.Array, std: jax.Array) -> jax.Array:
-    """Return logarithms (n,) of Gaussian densities, without what cancels out in ratios."""
+    """Return logarithms (n,) of Gaussian densities, without the terms that cancel in ratios."""
     return -0.5 * jnp.square((actions - means) / std).sum(axis=(1, 2))
 
 
@@ -122,7 +122,7 @@ def begin(config: TrainConfig, key: jax.Array, params: Params) -> Learner:
 def advantages(config: TrainConfig, steps: Step, last: jax.Array) -> jax.Array:
     """Return generalised advantage estimates (steps, rows).
 
-    A draw on time is an end as a win is: the limit is a rule, both sides see the time left, and nothing follows.
+    A draw on time ends a game like a win: the limit is a rule, both sides see the time left, and nothing follows.
     """
 
     def before(carried, step):
@@ -135,7 +135,7 @@ def advantages(config: TrainConfig, steps: Step, last: jax.Array) -> jax.Array:
 
 
 def loss_of(network, steps: Step, gains: jax.Array, std: jax.Array, clip: float):
-    """Return the clipped objective with the critic's error, and figures of both."""
+    """Return the loss, from the clipped objective and the critic's error, and figures of both."""
     means, values = answer(network, steps.seen)
     log_ratio = log_prob(steps.actions, means, std) - steps.log_probs
     ratio, error = jnp.exp(log_ratio), jnp.square(values - steps.values - gains).mean()
@@ -159,7 +159,7 @@ def update(config: TrainConfig, learner: Learner, params: Params) -> tuple[Learn
         rows = both(seen)
         means, values = answer(learner.network, rows)
         actions = means + std * random.normal(to_actions, means.shape)
-        commands = dict(zip(AGENTS, jnp.split(density_of(actions), 2), strict=True))  # which clips actions to [-1, 1]
+        commands = dict(zip(AGENTS, jnp.split(density_of(actions), 2), strict=True))  # clips actions to [-1, 1]
         starts = random.split(to_starts, config.num_envs)
         seen, states, rewards, dones, infos = jax.vmap(step, (0, 0, 0, None))(starts, states, commands, params)
         told = {"captures": infos["captured"], "ends": dones["__all__"], "wins": infos["outcome"] > 0}
@@ -185,7 +185,7 @@ def update(config: TrainConfig, learner: Learner, params: Params) -> tuple[Learn
 
 
 def train(config: TrainConfig) -> LearnedPolicy:
-    """Return a policy that plays the mean action of what was learned."""
+    """Train, and return a policy that plays the learned mean action."""
     began, params, count = time.monotonic(), make_params(config.game), rows_of(config)
     learner, updates = begin(config, random.key(config.seed), params), config.total_steps // count
     for number in range(1, updates + 1):

@@ -29,7 +29,7 @@ def main() -> None:
     asked = parser.parse_args()
     game = GameConfig(time_limit=asked.seconds, observation=ObservationConfig(grid=10))
     tactic = load(asked.tactic, game)
-    # As plain values, since Minari writes the keywords into the dataset, to make the environment again from them.
+    # Plain values, since Minari writes the keywords into the dataset, to make the environment from them again.
     keywords = {"config": game.to_dict(), "opponent": asked.opponent, "action": "command"}
     env = minari.DataCollector(gymnasium.make("swarm_pz/Capture-v0", **keywords))
     duel = env.unwrapped.duel

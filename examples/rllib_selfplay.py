@@ -1,4 +1,4 @@
-"""RLlib: PPO with two policies, one a side, that learn against each other (self-play).
+"""RLlib: PPO with one policy for each side; they learn against each other (self-play).
 
 pip install "ray[rllib]" supersuit
 python examples/rllib_selfplay.py --steps 40960
@@ -40,7 +40,7 @@ while commands < asked.steps:
 red = algorithm.get_module("red")
 
 
-class Model:  # with spaces and `predict` it plays matches as it is
+class Model:  # matches need only the spaces and `predict`
     side = parallel_env(GAME, action="modes")
     observation_space, action_space = side.observation_space("red_0"), side.action_space("red_0")
 

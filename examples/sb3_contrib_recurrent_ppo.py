@@ -1,4 +1,4 @@
-"""RecurrentPPO of sb3-contrib: a tactic with a memory, which plays as an ONNX file that keeps it for each game.
+"""RecurrentPPO of sb3-contrib: a tactic with a memory for each game, exported as ONNX.
 
 python examples/sb3_contrib_recurrent_ppo.py --steps 262144
 """

@@ -56,7 +56,7 @@ for batch in Collector(envs, policy, frames_per_batch=FRAMES, total_frames=max(a
         optimizer.step()
 
 
-class Model:  # with spaces and `predict` it plays matches as it is
+class Model:  # matches need only the spaces and `predict`
     side = parallel_env(GAME, action="modes")
     observation_space, action_space = side.observation_space("red_0"), side.action_space("red_0")
 

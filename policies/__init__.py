@@ -19,18 +19,18 @@ def names() -> list[str]:
 
 
 def load(name: str | Path, config: GameConfig | None = None, system: ControlSystem | None = None) -> Player:
-    """Return the policy of a name, or of a folder that holds one: `swarm_pz.policy.load`.
+    """Return the policy with a name, or in a folder, as `swarm_pz.policy.load` does.
 
     `name` is one of `names()`, or a folder with ``policy.json`` and ``policy.safetensors`` or ``policy.onnx``. Without
-    `config` it plays the default game. Raises a PolicyError if there is no such name, with the nearest one, or its
-    commands cannot fly that system; a CheckpointError if the folder's files are missing or corrupt, or do not fit the
-    game.
+    `config` it plays the default game. Raises a PolicyError if there is no such name (with the nearest one), or if that
+    system does not take its commands; a CheckpointError if the folder's files are missing or corrupt, or do not fit
+    the game.
     """
     return _load(name, config if config is not None else GameConfig(), system)
 
 
 def read_folder(folder: Path, config: GameConfig) -> Player:
-    """Return the policy in a folder, as an entry point; raise a CheckpointError, or a MissingExtraError."""
+    """Return the policy in a folder (an entry point); raise a CheckpointError, or a MissingExtraError."""
     from swarm_pz.policies.onnx_policy import MODEL, OnnxPolicy
 
     is_learned = (folder / "policy.safetensors").exists()

@@ -21,7 +21,7 @@ from swarm_pz.spaces import densities as shapes
 Array = NDArray[np.float64]
 
 CLUSTER = 0.2
-"""Map widths between drones of one cluster."""
+"""Largest distance from a drone to others in its cluster, in map widths."""
 CLOSING_S = 12
 """Seconds in which a ring closes."""
 WIDE, TIGHT = 0.32, 0.14
@@ -33,17 +33,17 @@ class GameState:
     """One game as one side sees it."""
 
     own: Array
-    """float64 (n, 2): positions of its own drones, in map widths."""
+    """float64 (n, 2): positions of the side's own drones, in map widths."""
     opposing: Array
-    """float64 (m, 2): the same of the other side."""
+    """float64 (m, 2): positions of the other side's drones, in map widths."""
     velocities: Array
-    """float64 (n, 2): of the own drones."""
+    """float64 (n, 2): velocities of its own drones."""
     numbers: NDArray[np.int64]
-    """int64 (n,): of the own drones in the game."""
+    """int64 (n,): numbers of its own drones in the game."""
     step: int
     """Commands before this one."""
     system: ControlSystem
-    """It flies the team."""
+    """The control system of the team."""
     config: GameConfig
 
     @property
@@ -59,7 +59,7 @@ class GameState:
         return np.asarray(self.opposing[near[near.sum(axis=1).argmax()]].mean(axis=0))
 
     def weakest(self) -> Array:
-        """Return the place (2,) of the opposing drone with the fewest of its own within reach, the nearest of these."""
+        """Return the position (2,) of the opposing drone with the fewest teammates nearby; of several, the nearest."""
         if not len(self.opposing):
             return np.full(2, 0.5)
         helpers = (_distances(self.opposing, self.opposing) < CLUSTER).sum(axis=1)
@@ -67,7 +67,7 @@ class GameState:
         return np.asarray(self.opposing[np.lexsort((away, helpers))[0]])
 
     def refuge(self) -> Array:
-        """Return the place (2,) that is farthest from every opposing drone, of a grid that leaves out the walls."""
+        """Return the point (2,) of a grid off the walls whose nearest opposing drone is farthest away."""
         line = np.linspace(0.1, 0.9, 9)
         places = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
         if not len(self.opposing):
@@ -75,17 +75,17 @@ class GameState:
         return np.asarray(places[_distances(places, self.opposing).min(axis=1).argmax()])
 
     def closing(self) -> float:
-        """Return the radius of a ring that closes, again and again."""
+        """Return the radius of a ring that closes repeatedly."""
         return WIDE + (TIGHT - WIDE) * (self.seconds % CLOSING_S) / CLOSING_S
 
     def ring(self, centre: Array, radius: float, count: int, turn: float = 0.0) -> Array:
-        """Return places (count, 2) on a circle, cut to the square."""
+        """Return places (count, 2) on a circle, clipped to the square."""
         angles = turn + 2.0 * np.pi * np.arange(count) / max(count, 1)
         places = centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         return np.asarray(places.clip(0.02, 0.98))
 
     def image(self, density: Callable[[Array], Array], place: Array) -> Array:
-        """Return an image (A, A) by a function of the distance from a place, its largest value 1."""
+        """Return an image (A, A) of a function of the distance from a place, scaled to a largest value of 1."""
         x, y = shapes.cell_centres(self.config.command_cells)
         values = density(np.hypot(x - place[0], y - place[1]))
         return np.asarray(values / values.max())
@@ -101,7 +101,7 @@ Play = Callable[[GameState], Any]
 
 
 class Commander:
-    """A policy that plays a script for a team that a system flies: the game's first if none is given."""
+    """A policy that plays a script for a control system; if none is given, for the game's first."""
 
     observation = ObservationConfig(kind="drones")
 
@@ -112,7 +112,7 @@ class Commander:
         self._steps: dict[int, int] = {}
 
     def for_system(self, system: ControlSystem) -> Commander:
-        """Return the policy that commands a team flown by a system; itself, if it does so already."""
+        """Return the policy for a team with a control system; itself, if it has that one already."""
         return self if system == self._system else Commander(self._script, self._config, system)
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
@@ -120,7 +120,7 @@ class Commander:
         self._steps |= dict.fromkeys(rows.tolist(), 0)
 
     def act(self, observations: NDArray[np.float32], rows: NDArray[np.int64]) -> Array:
-        """Answer observations (n, N, 5) with commands (n, ...)."""
+        """Return commands (n, ...) for observations (n, N, 5)."""
         system = self._system if self._system is not None else self._config.team_systems[0]
         commands = np.empty((len(rows), *system.space(self._config).shape))
         for place, (row, drones) in enumerate(zip(rows.tolist(), observations.astype(np.float64), strict=True)):
@@ -140,7 +140,7 @@ class Commander:
 
 
 class Script:
-    """A script by name: called with a game, it makes a policy that plays it.
+    """A named script; calling it with a game makes a policy that plays it.
 
     `play` maps a `GameState` to a command of the kind `answers`, as of `ControlSystem.takes`.
     """
@@ -150,7 +150,7 @@ class Script:
         self.__name__, self.__doc__, self.__module__ = play.__name__, play.__doc__, play.__module__
 
     def __reduce__(self) -> str:
-        """Pickle by name, as the function that it took the name of would be."""
+        """Pickle by name, as Python would pickle the decorated function."""
         return self.__name__
 
     def __call__(self, config: GameConfig) -> Commander:
@@ -165,16 +165,16 @@ def commander(answers: str) -> Callable[[Play], Script]:
 
 @commander(ANY)
 def hold(state: GameState) -> Any:
-    """Send what the control system does by itself: for every kind of command."""
+    """Send the control system's default command, of whatever kind."""
     return state.system.default(state.config)
 
 
-# --- attraction: two images, what draws and what repels ---------------------------------------------
+# --- attraction: two images, one attracts and one repels --------------------------------------------
 
 
 @commander("attraction")
 def besiege(state: GameState) -> Any:
-    """Draw everybody to a broad ring around a place between the centre and the largest cluster."""
+    """Attract everybody to a broad ring around a place between the centre and the opponents' largest cluster."""
     place = 0.5 + 0.3 * (state.largest_cluster() - 0.5)
     ring = state.image(lambda distance: shapes.ring(distance, width=0.15), place)
     return np.stack([ring, np.zeros_like(ring)])
@@ -182,7 +182,7 @@ def besiege(state: GameState) -> Any:
 
 @commander("attraction")
 def strangle(state: GameState) -> Any:
-    """Draw everybody to a ring around the largest cluster that closes, again and again; its middle repels."""
+    """Attract everybody to a ring that closes repeatedly around the opponents' largest cluster; its middle repels."""
     cluster, radius = state.largest_cluster(), state.closing()
     ring = state.image(lambda distance: shapes.ring(distance, radius, 0.1), cluster)
     return np.stack([ring, 0.3 * state.image(lambda distance: shapes.disc(distance, radius / 3), cluster)])
@@ -190,7 +190,7 @@ def strangle(state: GameState) -> Any:
 
 @commander("attraction")
 def shun(state: GameState) -> Any:
-    """Let the opposing drones repel, and what is far from them draw."""
+    """Repel drones from the opponents' largest cluster, and attract them to the place farthest from all opponents."""
     cluster, refuge = state.largest_cluster(), state.refuge()
     return np.stack(
         [
@@ -205,19 +205,19 @@ def shun(state: GameState) -> Any:
 
 @commander("attractors")
 def pounce(state: GameState) -> Any:
-    """Fly to the largest cluster, all together."""
+    """Fly to the opponents' largest cluster, all together."""
     return _attractor(state, state.largest_cluster(), 1.0)
 
 
 @commander("attractors")
 def pick_off(state: GameState) -> Any:
-    """Fly to the opposing drone that has the fewest of its own beside it."""
+    """Fly to the opposing drone that has the fewest teammates nearby."""
     return _attractor(state, state.weakest(), 1.0)
 
 
 @commander("attractors")
 def prowl(state: GameState) -> Any:
-    """Circle the largest cluster, and come closer."""
+    """Circle the opponents' largest cluster, and repeatedly come closer."""
     turn = 2.0 * np.pi * state.seconds / 8.0
     return _attractor(state, state.ring(state.largest_cluster(), state.closing(), 1, turn)[0], 0.5)
 
@@ -229,35 +229,35 @@ def slip_away(state: GameState) -> Any:
 
 
 def _attractor(state: GameState, place: Array, share: float) -> list[tuple[float, float, float]]:
-    """Return one attractor, its weight so far between the least and the largest."""
+    """Return one attractor, its weight a share of the way from the least to the largest."""
     least, largest = state.config.flocking.migration
     return [(float(place[0]), float(place[1]), least + share * (largest - least))]
 
 
-# --- formation: a shape, where, how large, turned how far ---------------------------------------------
+# --- formation: a shape, its centre, size and turn ----------------------------------------------------
 
 
 @commander("formation")
 def encircle(state: GameState) -> Any:
-    """Stand in a ring around the largest cluster that closes, again and again."""
+    """Stand in a ring that closes repeatedly around the opponents' largest cluster."""
     return {"shape": "ring", "centre": tuple(state.largest_cluster()), "size": state.closing(), "turn": 0.0}
 
 
 @commander("formation")
 def corral(state: GameState) -> Any:
-    """Stand in a wide ring around a place between the centre and the largest cluster, and let it turn."""
+    """Stand in a wide, turning ring around a place between the centre and the opponents' largest cluster."""
     place = 0.5 + 0.3 * (state.largest_cluster() - 0.5)
     return {"shape": "ring", "centre": tuple(place), "size": 0.3, "turn": _turn(state)}
 
 
 @commander("formation")
 def smother(state: GameState) -> Any:
-    """Cover the opposing drone that has the fewest of its own beside it with a disc."""
+    """Stand in a disc around the opposing drone that has the fewest teammates nearby."""
     return {"shape": "disc", "centre": tuple(state.weakest()), "size": 0.12, "turn": _turn(state)}
 
 
 def _turn(state: GameState) -> float:
-    """Return an angle that goes round in a quarter of a minute."""
+    """Return an angle that makes a full turn in 15 s."""
     return float((2.0 * np.pi * state.seconds / 15.0) % (2.0 * np.pi) - np.pi)
 
 
@@ -266,13 +266,13 @@ def _turn(state: GameState) -> float:
 
 @commander("leaders")
 def pincer(state: GameState) -> Any:
-    """Lead to opposite sides of the largest cluster, and close in."""
+    """Lead the team to opposite sides of the opponents' largest cluster, and close in."""
     return state.ring(state.largest_cluster(), state.closing(), len(state.system.default(state.config)), _turn(state))
 
 
 @commander("leaders")
 def lead_in(state: GameState) -> Any:
-    """Lead everybody to the opposing drone that has the fewest of its own beside it."""
+    """Lead everybody to the opposing drone that has the fewest teammates nearby."""
     return state.ring(state.weakest(), 0.05, len(state.system.default(state.config)))
 
 
@@ -287,20 +287,20 @@ def lead_away(state: GameState) -> Any:
 
 @commander("accelerations")
 def tighten(state: GameState) -> Any:
-    """Send each drone to a place of its own on a ring around the largest cluster that closes, again and again."""
+    """Send each drone to its place on a ring that closes repeatedly around the opponents' largest cluster."""
     return _towards(state, _own_places(state, state.largest_cluster(), state.closing(), -np.pi))
 
 
 @commander("accelerations")
 def hem_in(state: GameState) -> Any:
-    """Send each drone to a place of its own on a wide ring between the centre and the largest cluster, that turns."""
+    """Send each drone to its place on a wide, turning ring between the centre and the opponents' largest cluster."""
     centre = 0.5 + 0.3 * (state.largest_cluster() - 0.5)
     return _towards(state, _own_places(state, centre, 0.3, -np.pi + 0.3))
 
 
 @commander("accelerations")
 def scatter(state: GameState) -> Any:
-    """Send each drone away from the opposing drone that is nearest to it, and from the walls."""
+    """Send each drone away from the nearest opposing drone, and from the walls."""
     if not len(state.own) or not len(state.opposing):
         return _towards(state, state.own)
     nearest = state.opposing[_distances(state.own, state.opposing).argmin(axis=1)]
@@ -310,14 +310,14 @@ def scatter(state: GameState) -> Any:
 
 
 def _own_places(state: GameState, centre: Array, radius: float, turn: float) -> Array:
-    """Return a place (n, 2) on a ring for each own drone, in the order in which they are around its centre."""
+    """Return a place (n, 2) on a ring for each own drone, in the order of their angles around its centre."""
     apart = state.own - centre
     order = np.argsort(np.argsort(np.arctan2(apart[:, 1], apart[:, 0]), kind="stable"), kind="stable")
     return state.ring(centre, radius, len(state.own), turn)[order]
 
 
 def _towards(state: GameState, places: Array) -> Array:
-    """Return accelerations (N, 2) that bring the own drones to places (n, 2), none of them longer than 1."""
+    """Return accelerations (N, 2), of length 1 at most, that bring the own drones to places (n, 2)."""
     period = state.config.command_period
     pushes = (0.6 * (places - state.own) / period - 0.9 * state.velocities) / max(period, 1.0)
     lengths = np.sqrt((pushes * pushes).sum(axis=1, keepdims=True))

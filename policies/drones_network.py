@@ -17,9 +17,9 @@ from swarm_pz.errors import ConfigError
 
 Head = Literal["vector", "drones", "image"]
 COLUMNS = 5
-"""Numbers of a drone: x, y, vx, vy, and 1 for an own one or -1."""
+"""Numbers of a drone: x, y, vx, vy, and 1 for an own drone or -1 for an opposing one."""
 LARGEST = 512
-"""Bound on the width, and on the numbers of a command: a card from elsewhere must not ask for all memory."""
+"""Largest width; a command has at most 8 times as many numbers. No foreign card may ask for all memory."""
 
 
 def head_of(shape: tuple[int, ...], drones: int) -> Head:
@@ -32,7 +32,7 @@ def head_of(shape: tuple[int, ...], drones: int) -> Head:
 class DronesActor(nn.Module):
     """The part that plays: observations (n, N, 5) to mean actions (n, *shape).
 
-    `head` says how an action is decided (see `head_of`); `width` is of the hidden layers.
+    `head` says how an action is decided (see `head_of`); `width` is that of the hidden layers.
     """
 
     def __init__(self, shape: tuple[int, ...], head: Head, width: int) -> None:
@@ -68,7 +68,7 @@ class DronesActor(nn.Module):
         return torch.cat(parts, dim=1)
 
     def features(self, observations: Tensor) -> Tensor:
-        """Return the last hidden layer: (n, rows, width), of one row, one a drone or one a cell."""
+        """Return the last hidden layer (n, rows, width), with a single row, a row a drone or a row a cell."""
         summary = self.summary(observations)[:, None]
         if self.kind == "vector":
             return self.think(summary)  # type: ignore[no-any-return]
@@ -89,5 +89,5 @@ class DronesActor(nn.Module):
 
 
 def centred(observations: Tensor) -> Tensor:
-    """Return observations whose places are from -1 to 1."""
+    """Return observations with positions in [-1, 1] and velocities times 4."""
     return torch.cat([2.0 * observations[..., :2] - 1.0, 4.0 * observations[..., 2:4], observations[..., 4:]], dim=-1)

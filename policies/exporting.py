@@ -32,7 +32,7 @@ OPSET = 18
 
 
 class _Ours(nn.Module):
-    """Images of bytes, or rows of drones, to actions in [-1, 1]."""
+    """Maps images of bytes, or rows of drones, to actions in [-1, 1]."""
 
     def __init__(self, actor: nn.Module, *, bytes_: bool) -> None:
         super().__init__()
@@ -158,9 +158,9 @@ def export_model(policy: Any, config: GameConfig, system: ControlSystem, folder:
 def _traced(module: nn.Module, inputs: dict[str, spaces.Space[Any]], state: dict[str, str]) -> bytes:
     """Return a network as an ONNX file for `ROWS` games, without traces of this machine."""
     examples = tuple(torch.as_tensor(np.zeros((ROWS, *(space.shape or ())), space.dtype)) for space in inputs.values())
-    logging.getLogger("torch.onnx").setLevel(logging.ERROR)  # it misses torchvision aloud
+    logging.getLogger("torch.onnx").setLevel(logging.ERROR)  # it warns that torchvision is missing
     with warnings.catch_warnings(), torch.no_grad():
-        warnings.simplefilter("ignore")  # of what PyTorch does inside
+        warnings.simplefilter("ignore")  # about PyTorch's own code
         program = torch.onnx.export(
             module.eval(),
             examples,
@@ -172,7 +172,7 @@ def _traced(module: nn.Module, inputs: dict[str, spaces.Space[Any]], state: dict
             verbose=False,
         )
     model = program.model_proto  # type: ignore[union-attr]
-    for part in _parts_of(model):  # which hold lines of source, and paths of the machine
+    for part in _parts_of(model):  # these fields hold source lines and local paths
         for name in ("doc_string", "metadata_props"):
             if name in part.DESCRIPTOR.fields_by_name:
                 part.ClearField(name)

@@ -1,9 +1,9 @@
-"""Opponents drawn from a generator: each game's seed draws an opponent of its own from a kind's family.
+"""Generated opponents: each game's seed draws one opponent of a kind.
 
-Two sets of kinds have nothing in common: `TRAINING`, which `generated` plays and policies may train against, and
-`TEST`, which only measures. The kinds of `TEST` have no registered names, so that no training run finds them.
+There are two disjoint sets of kinds: `TRAINING`, which `generated` plays and policies may train against, and `TEST`,
+which is only for evaluation. The kinds of `TEST` have no registered names, so that no training run finds them.
 
-A kind's numbers are a game's `View.traits`, uniform in [0, 1) and the same to its end.
+A kind takes its parameters from a game's `View.traits`, which are uniform in [0, 1) and the same to the game's end.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ Array = NDArray[np.float64]
 
 
 def _scaled(trait: Array, low: float, high: float) -> Array:
-    """Return numbers in [low, high) for traits, even on a logarithmic scale."""
+    """Return numbers in [low, high) for traits, uniform on a logarithmic scale."""
     return np.asarray(low * (high / low) ** trait)
 
 
 def _anywhere(view: View, first: int) -> Array:
-    """Return a point (n, 2) of each game, half of the coordinates at a wall: so every corner and edge comes up."""
+    """Return a point (n, 2) for each game, with half of the coordinates at a wall: all corners and edges occur."""
     traits = view.traits[:, first : first + 2]
     return np.where(traits < 0.25, 0.04, np.where(traits >= 0.75, 0.96, 2.0 * traits - 0.5))
 
@@ -39,7 +39,7 @@ def _spot(view: View, places: Array, width: Array) -> Array:
 
 
 def _around(centres: Array, radius: Array, turns: Array) -> Array:
-    """Return the points (n, 2) of circles after some turns."""
+    """Return the points (n, 2) that are reached on circles after some turns."""
     angles = 2.0 * np.pi * turns
     return np.asarray(centres + radius[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
@@ -91,7 +91,7 @@ TRAINING = (hide, lap, circle, pulse, tilt)
 
 @tactic(sees=CLOCK)
 def generated(view: View) -> Array:
-    """Play one of the kinds to train against, drawn anew for each game: a third each `hide` and `lap`."""
+    """Play a random opponent in each game: a third of the games `hide`, a third `lap`, the rest other kinds."""
     kinds = np.array([0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 3, 4])[np.floor(12.0 * view.traits[:, -1]).astype(int)]
     images = [kind.play(view) for kind in TRAINING]
     return np.select([kinds[:, None, None] == number for number in range(len(TRAINING))], images)
@@ -181,4 +181,4 @@ def waves(view: View) -> Array:
 
 
 TEST: tuple[Tactic, ...] = (strip, nooks, spoke, twins, fence, moat, waves)
-"""The kinds that only measure."""
+"""The kinds for evaluation only."""

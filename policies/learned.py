@@ -52,7 +52,7 @@ def _are_ancestors(value: Any) -> bool:
 
 
 def _check_card(card: dict[str, Any], name: str) -> None:
-    """Raise a CheckpointError if a card is of another format, or its ancestors are no costs."""
+    """Raise a CheckpointError if a card has another format, or if its ancestors are malformed."""
     if card.get("format") != FORMAT:
         raise CheckpointError(
             f"the card of policy {name!r} must be of format {FORMAT}, got {card.get('format')!r}; {_REMEDY}"
@@ -65,7 +65,7 @@ def _check_card(card: dict[str, Any], name: str) -> None:
 
 
 def _digest(card: dict[str, Any], weights: dict[str, Tensor]) -> str:
-    """Return a hash of all that makes a policy; its ancestors are costs, which change no answer."""
+    """Return a hash of card and weights, without the ancestors, which do not change the policy's actions."""
     story = {key: value for key, value in card.items() if key not in ("digest", ANCESTORS)}
     content = hashlib.sha256(json.dumps(story, sort_keys=True).encode())
     for name, values in sorted(weights.items()):
@@ -77,7 +77,7 @@ def _digest(card: dict[str, Any], weights: dict[str, Tensor]) -> str:
 def lineage(card: dict[str, Any]) -> list[dict[str, Any]]:
     """Return name, steps and seconds of a policy's own training and of each ancestor's, the latest first.
 
-    Where a card names what its training started from, but no ancestors, these are one of unknown cost.
+    If a card names the policy that training started from, but no ancestors, that policy is one of unknown cost.
     """
     own = {name: card.get(name) for name in ("steps", "seconds")}
     start = card.get("training", {}).get("start_from")
@@ -100,13 +100,13 @@ class LearnedPolicy:
     Parameters
     ----------
     card : dict
-        The content of `policy.json`: format, width, config_hash, and of the training command, training (its settings),
+        The content of `policy.json`: format, width, config_hash, and, about the training, command, training (settings),
         steps, seconds, results. Policies for densities have channels, grid and action_cells, too; others have
-        `answers`, shape and head, as of `DronesActor`. A policy with a `system` commands no other.
+        `answers`, and shape and head of `DronesActor`. A policy with a `system` commands only that system.
     weights : dict of array
         The actor's parameters by name.
     system : ControlSystem, optional
-        Flies its team; needed unless it answers densities.
+        The control system of its team; needed unless its commands are densities.
     """
 
     def __init__(
@@ -159,7 +159,7 @@ class LearnedPolicy:
                 raise CheckpointError(f"{folder / name} {error}") from error
         try:
             weights, card = load(files[0]), json.loads(files[1])
-        except Exception as error:  # safetensors raises its own kinds, none of them public
+        except Exception as error:  # safetensors raises classes of its own
             raise CheckpointError(f"{folder} holds a corrupt or foreign policy: {error}") from error
         if not isinstance(card, dict):
             raise CheckpointError(f"{folder / CARD} must hold a JSON object, got {type(card).__name__}")
@@ -184,14 +184,14 @@ class LearnedPolicy:
         return {name: values.clone() for name, values in self._actor.state_dict().items()}
 
     def network(self) -> Actor | DronesActor:
-        """Return the actor: from observations in [0, 1], or rows of drones, to mean actions."""
+        """Return a copy of the actor, which maps observations in [0, 1], or rows of drones, to mean actions."""
         return copy.deepcopy(self._actor)
 
     def write(self, folder: Path) -> None:
         """Write the policy into a folder, the card last."""
         folder.mkdir(parents=True, exist_ok=True)
         weights = {name: values.numpy() for name, values in self._actor.state_dict().items()}
-        # Not its `save_file`: only the owner may read such a file.
+        # Not `save_file` of safetensors: only the owner could read the file.
         with draft_of(folder / WEIGHTS) as draft:
             draft.write_bytes(save(weights))
         card = self.card | {"digest": self.digest}
@@ -202,7 +202,7 @@ class LearnedPolicy:
         return LearnedPolicy(self.card | {"results": results}, self.weights(), self._config, self.name, self._system)
 
     def for_system(self, system: ControlSystem) -> LearnedPolicy:
-        """Return the policy for a team that a system flies; raise a KindError if it cannot command that system."""
+        """Return the policy for a team with a control system; raise a KindError if it cannot command that system."""
         if (learned := self.card.get("system", system.name)) != system.name:
             raise KindError(
                 f"policy {self.name!r} has learned to command {learned}, and not {system.name}: choose another policy, "
@@ -220,8 +220,8 @@ class LearnedPolicy:
             }
 
     def act(self, observations: NDArray[Any], rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer observations (n, ...) with commands (n, ...)."""
-        # The batch size never varies, since the rounding depends on it: an answer depends on no other game.
+        """Return commands (n, ...) for observations (n, ...)."""
+        # Rounding depends on the batch size, so it never varies: an action cannot depend on other games.
         count = len(observations)
         padded = np.zeros((-(-count // _ROWS) * _ROWS, *observations.shape[1:]), observations.dtype)
         padded[:count] = observations

@@ -1,4 +1,4 @@
-"""A planner's looks ahead: candidates for the next command, each tried in copies of the game."""
+"""The planner's search: candidates for the next command, each tried in a copy of the game."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ _FLOOR = -4.0
 _NOISE_CELLS = 5
 """Cells a side on which random log-densities are drawn: as coarse as a swarm can follow."""
 _FEWEST, _MOST = 4, 64
-"""Candidates of a round."""
+"""Bounds on the candidates of a round."""
 _ELITES = 0.1
-"""Fraction of a round's candidates that the next round's descend from."""
+"""Fraction of a round's candidates that are parents of the next round's."""
 
 
 class Lookahead:
-    """Proposes commands and tries them, under one game's rules; numbers are those of `PlannerConfig`.
+    """Proposes commands and tries them under one game's rules; arguments are those of `PlannerConfig`.
 
-    A round has `candidates`, and a decision can afford `rounds`.
+    A round has `candidates` candidates; a decision can afford `rounds` rounds.
     """
 
     def __init__(self, config: GameConfig, horizon: float, drone_steps: int, promise: float) -> None:
@@ -46,7 +46,7 @@ class Lookahead:
         """Return log-densities (n, A, A): simple tactics, the last command and variations of it, mixtures."""
         positions = game.positions[0].astype(np.float64)
         is_own = game.teams[0] == team
-        # In place of a side without drones, all there are.
+        # All drones stand in for a side without drones.
         own, opposing = (positions[side] if side.any() else positions for side in (is_own, ~is_own))
         x, y = opposing.mean(axis=0)
         first = [
@@ -71,7 +71,7 @@ class Lookahead:
         return np.asarray(-(((np.hypot(self._x - x, self._y - y) - radius) / width) ** 2))
 
     def _mixture(self, own: Array, opposing: Array, generator: np.random.Generator) -> Array:
-        """Return one to three rings or discs, most of them near drones, on some ground."""
+        """Return one to three rings or discs, most of them near drones, on a uniform background."""
         density = np.full_like(self._x, 10.0 ** generator.uniform(-3.0, -0.5))
         for _ in range(generator.integers(1, 4)):
             drones = opposing if generator.random() < 0.7 else own
@@ -82,7 +82,7 @@ class Lookahead:
         return np.asarray(np.log(density))
 
     def breed(self, elites: Array, spread: float, generator: np.random.Generator) -> Array:
-        """Return as many candidates as before, between pairs of elites and around them."""
+        """Return a round's candidates: elites, or mixtures of two elites, with noise added."""
         parents = elites[generator.integers(len(elites), size=(self.candidates, 2))]
         mixed = generator.random((self.candidates, 1, 1)) < 0.5
         share = np.where(mixed, generator.random((self.candidates, 1, 1)), 1.0)
@@ -94,12 +94,12 @@ class Lookahead:
         return np.asarray(self._finer @ coarse @ self._finer.T)
 
     def try_out(self, game: Games, team: int, candidates: Array, model: Player | None) -> Array:
-        """Hold each candidate in a copy of the game to the horizon; return their values (n,)."""
+        """Hold each candidate in a copy of the game up to the horizon; return their values (n,)."""
         simulator = self._trials.simulator
         simulator.restore(game)
         rows = np.arange(len(candidates))
         commands = simulator.control.read(np.exp(candidates), simulator.games, rows, team, "density", "candidates")
-        simulator.command(team, CheckedCommands(commands), rows, holds=True)  # as a step will
+        simulator.command(team, CheckedCommands(commands), rows, holds=True)  # as in a step
         if model is None:
             simulator.advance(self._ticks)
         else:
@@ -113,12 +113,12 @@ class Lookahead:
         return self._worth(team, int(game.ticks[0]))
 
     def _worth(self, team: int, start: int) -> Array:
-        """Return the share of drones, a bonus for a win, the sooner the better, and the promise."""
+        """Return the share of drones, plus a bonus for a win (minus one for a loss), larger if early, plus promise."""
         simulator = self._trials.simulator
         share = simulator.sizes[:, team] / self._config.num_drones
         early = 1.5 - 0.5 * (simulator.games.ticks - start) / self._ticks
         worth = share + np.where(share == 1.0, early, 0.0) - np.where(share == 0.0, early, 0.0)
-        # A drone is captured where the opposing field exceeds a threshold: how near it is to that.
+        # Danger: how close the opposing field at a drone is to the threshold at which it captures.
         fields = simulator.capture_field
         limits = self._config.capture.threshold * np.maximum(fields.max(axis=(2, 3)), 1e-9)
         cells = np.minimum((GRID_CELLS * simulator.positions).astype(np.int64), GRID_CELLS - 1)
@@ -144,7 +144,7 @@ def search(
     """Return the best log-density (A, A) that is found for one game.
 
     The cross-entropy method (Rubinstein, 1999): the best of a round's candidates are parents of the next round's.
-    Without a model the opponent keeps its command; `last` is the log-density before. `is_over` takes the rounds done.
+    Without a model the opponent keeps its command. `last` is the previous log-density; `is_over` takes the rounds done.
     """
     candidates = lookahead.propose(game, team, last, generator)
     best, highest = np.asarray(candidates[0]), -np.inf

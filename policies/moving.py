@@ -1,4 +1,4 @@
-"""Scripts that keep moving: levels of the page that one stroke does not beat, `eddy` and `carousel`."""
+"""Scripts that keep moving: levels of the web page that one stroke does not beat, and `eddy` and `carousel`."""
 
 from __future__ import annotations
 
@@ -47,26 +47,26 @@ def stroller(view: View) -> Array:
 
 @tactic(sees=CLOCK)
 def runner(view: View) -> Array:
-    """Run around the middle in six seconds, all together: their trails close to a ring."""
+    """Run around the middle in six seconds, all together, so that the trails close to a ring."""
     return disc(_lap(view, 0.24, 6), 0.18)
 
 
 @tactic(sees=CLOCK)
 def hoop(view: View) -> Array:
-    """Roll a small ring around the middle in six seconds."""
+    """Move a small ring around the middle in six seconds."""
     return ring_at(_lap(view, 0.15, 6), 0.15)
 
 
 @tactic(sees=CLOCK)
 def eddy(view: View) -> Array:
-    """Run a small lap beside the middle in six seconds, all together: seekers come into its ring one by one."""
+    """Run a small lap beside the middle in six seconds, all together; opponents enter its ring one by one."""
     angles = 2.0 * np.pi * view.steps / 6
     return disc(view.distance_from(0.3 + 0.1 * np.stack([np.cos(angles), np.sin(angles)], axis=1)), 0.07)
 
 
 @tactic(sees=("own_positions", "opposing_positions"), grid=25)
 def carousel(view: View) -> Array:
-    """Run around the middle, all together, a sixth of a turn ahead of their own mean; begin opposite the opponents.
+    """Run around the middle together, a sixth of a turn ahead of the team's mean; begin opposite the opponents.
 
     A lap takes six seconds, as `runner`'s, and never falls out of step with the drones that fly it.
     """

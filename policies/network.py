@@ -1,4 +1,4 @@
-"""The network of learned tactics: it plays a turned or mirrored board as it plays the board.
+"""The network of learned tactics, which is equivariant: it turns and mirrors its actions with the board.
 
 The square has eight symmetries, and so has the game. A network that respects them learns from each
 position what it would otherwise have to see eight times. Its layers are group convolutions (Cohen &
@@ -21,9 +21,9 @@ LARGEST = 2560
 class GroupConv(nn.Module):
     """A convolution whose outputs turn with its inputs, of a kernel with `size` cells a side.
 
-    Channels are ordered by orientation, then by feature: each output, and each input unless it `lifts` plain images,
-    has eight. The kernel moves cell by cell over the image and `padding` empty cells around it. Without padding it is
-    set down block beside block, and the image is a whole number of blocks a side.
+    Channels are ordered by orientation, then by feature. Each output has eight orientations, and so has each input
+    unless the layer `lifts` plain images. With `padding` empty cells around the image, the stride is one cell. Without,
+    the stride is `size`, and the image must be a whole number of kernels a side.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class GroupConv(nn.Module):
 
     def _full_kernel(self) -> Tensor:
         places = self.get_buffer("places")
-        # Not `weight[places]`: PyTorch's threads sum up its gradient in the order in which they happen to come.
+        # Not `weight[places]`: PyTorch's threads sum up its gradient in an order that varies.
         return self.weight.reshape(-1).index_select(0, places.reshape(-1)).reshape(places.shape)
 
     def freeze(self) -> None:
@@ -64,9 +64,9 @@ class GroupConv(nn.Module):
 class GridTrunk(nn.Module):
     """Convolutions over the board, shared by actor and critic, with `width` hidden channels, a multiple of eight.
 
-    The first one shrinks an observation (channels, rows, columns) to the action's cells, so that every cell of the
-    action is decided from the ground around it by the same weights, and from a summary of the whole board. A plane with
-    the distance from the centre tells where the walls are.
+    The first one shrinks an observation (channels, rows, columns) to the action's cells. So the same weights decide
+    every cell of the action, from the ground around it and a summary of the whole board. A plane with the distance from
+    the centre shows where the walls are.
     """
 
     def __init__(self, observation_shape: tuple[int, ...], action_cells: int, width: int) -> None:
@@ -114,19 +114,19 @@ class Actor(nn.Module):
         return self.decide(self.trunk(observations))
 
     def freeze(self) -> None:
-        """Get ready to play many times with the weights as they are."""
+        """Precompute the kernels, to play many times with these weights."""
         for module in self.modules():
             if isinstance(module, GroupConv):
                 module.freeze()
 
     def decide(self, features: Tensor) -> Tensor:
         """Turn the trunk's features (n, width, a, a) into actions (n, a, a)."""
-        weight = self.head.weight.flatten(1).repeat(1, ORIENTATIONS) / ORIENTATIONS  # of the mean over orientations
+        weight = self.head.weight.flatten(1).repeat(1, ORIENTATIONS) / ORIENTATIONS  # averages over orientations
         return nn.functional.linear(features.permute(0, 2, 3, 1), weight, self.head.bias).squeeze(3)
 
 
 class Critic(nn.Module):
-    """Features of the trunk (n, width, a, a) to what a state is worth in any orientation, (n, features)."""
+    """Maps the trunk's features (n, width, a, a) to features (n, features) of a state's value in any orientation."""
 
     def __init__(self, action_cells: int, width: int, features: int) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""A neural network in an ONNX file, which runs in a process of its own with the limits of a program."""
+"""A neural network in an ONNX file, which runs in its own process with the limits of `swarm_pz.policy.program`."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from swarm_pz.policy.program import Pipe
 MOST_BYTES = 64 * 2**20
 """Largest size of a file."""
 ROWS = 8
-"""Games in a batch of a model that takes any number."""
+"""Batch size of a model that takes any number of games."""
 _MOST_ROWS = 256
 _EXTERNAL = b"\x0a\x08location"
-"""A key that every tensor in another file has. It could be spelt otherwise; the process that runs opens no file."""
+"""A key of every tensor stored in another file. If it is encoded otherwise, the worker still cannot open the file."""
 _START_SECONDS = 120.0
 """Longest wait until ONNX Runtime is loaded, however busy the machine."""
 _TYPES = {"float": "float32", "double": "float64"} | {
@@ -47,11 +47,11 @@ class Signature(NamedTuple):
 
 
 _known: dict[str, Signature] = {}
-"""Signatures of models that were tried, by digest."""
+"""Signatures of the models tried so far, by digest."""
 
 
 class Network:
-    """A model that runs, from its file's bytes; raises a CheckpointError, to follow its name, if it cannot play."""
+    """Runs a model from its file's bytes; raises a CheckpointError, a text to follow its name, if it cannot play."""
 
     def __init__(self, data: bytes) -> None:
         if len(data) > MOST_BYTES:
@@ -107,7 +107,7 @@ class Network:
         return answers
 
     def _try(self, rows: int, inputs: dict[str, TensorSpec]) -> Signature:
-        """Run the model on zeros and on noise: its answers must repeat, and depend on one game alone."""
+        """Run the model on zeros and on noise: its outputs must repeat, and depend on one game alone."""
         random = np.random.default_rng(0)
         zeros = {name: np.zeros(spec.shape, spec.dtype) for name, spec in inputs.items()}
         noise = {
@@ -132,7 +132,7 @@ class Network:
 
 
 def _shaped(inputs: list[Any]) -> tuple[int, dict[str, TensorSpec]]:
-    """Return the games in a batch, and the inputs for as many, from name, type and shape of each."""
+    """Return the batch size and the inputs of such a batch, from name, type and shape of each input."""
     firsts, found = set(), {}
     for name, kind, shape in inputs:
         dtype = _TYPES.get(kind.removeprefix("tensor(").removesuffix(")"))

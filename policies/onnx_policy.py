@@ -1,6 +1,6 @@
 """Policies from any framework: a neural network as an ONNX file, and a JSON card with its inputs and outputs.
 
-Nothing in such a folder is run as code: a process of its own does the model's arithmetic, and the card is data.
+Nothing in such a folder is run as code: a separate process does the model's arithmetic, and the card is data.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class OnnxCard(Config):
     _section: ClassVar[str] = "card"
 
     name: str = ""
-    """For tables."""
+    """Name in tables."""
     origin: str = ""
     """The author, and how the model was made."""
     answers: str = "density"
@@ -65,7 +65,7 @@ class OnnxCard(Config):
     command, of which the largest counts."""
     action_cells: Annotated[int, Range(2, GRID_CELLS)] | None = None
     state: Mapping[str, str] = field(default_factory=dict)
-    """Memory: the output that is fed to an input at the next step; zeros at first."""
+    """Memory: inputs, and the outputs that are fed to them at the next step; zeros at first."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -79,12 +79,12 @@ class OnnxCard(Config):
         check(is_map, "card.state", self.state, "inputs to outputs")
 
     def format(self, config: GameConfig, system: ControlSystem) -> Format:
-        """Return the format of a game's observations and of the answers."""
+        """Return the format of a game's observations and of the model's outputs."""
         return Format(config, self.observation, system, action=self.action, action_cells=self.action_cells)
 
 
 def digest_of(card: OnnxCard, model: bytes) -> str:
-    """Return a hash of all that makes a policy."""
+    """Return a hash of card and model."""
     content = hashlib.sha256(json.dumps(card.to_dict(), sort_keys=True).encode())
     content.update(model)
     return content.hexdigest()[:32]
@@ -126,7 +126,7 @@ def _read(path: Path, most: int) -> bytes:
 
 
 class OnnxPolicy:
-    """Plays a model from an ONNX file for a team that `system` flies, which may be left out if it answers densities.
+    """Plays a model from an ONNX file for a team with control system `system`, which models of densities do not need.
 
     Raises a CheckpointError if inputs and outputs do not fit the card or the game.
     """
@@ -153,7 +153,7 @@ class OnnxPolicy:
         if len(answers) != 1:
             raise self._lie(f"it answers by one output, states aside, the model has {sorted(signature.outputs)}")
         self._answer = answers[0]
-        # Densities are the same for every system; those that take other commands are made from them later.
+        # Densities have the same format for every system; systems with other commands convert them later.
         flown = Ergodic() if self.answers == "density" else system
         if flown is not None:
             try:
@@ -200,7 +200,7 @@ class OnnxPolicy:
         return cls(card, _network(folder / MODEL, model), config)
 
     def for_system(self, system: ControlSystem) -> OnnxPolicy:
-        """Return the policy for a team that a system flies; raise a KindError if it commands another system."""
+        """Return the policy for a team with a control system; raise a KindError if it commands another system."""
         if self.card.system not in ("", system.name):
             raise KindError(
                 f"policy {self.name!r} has learned to command {self.card.system}, and not {system.name}: choose "
@@ -211,14 +211,14 @@ class OnnxPolicy:
         return OnnxPolicy(self.card, self.network, self._config, system)
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
-        """Begin new games in some rows, with no memory of those before."""
+        """Begin new games in some rows, with no memory of earlier games."""
         self.network.restart()
         self._clock.begin(rows)
         for row in rows.tolist():
             self._states.pop(row, None)
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer n observations with commands (n, ...); raise a PolicyError if the model fails, or answers NaN."""
+        """Return commands (n, ...) for n observations; raise a PolicyError if the model fails, or returns NaN."""
         answers, form = self.answers_to(observations, rows), self._told_format()
         if isinstance(form.action_space, spaces.Discrete):
             answers = answers.argmax(axis=1) if answers.ndim == 2 else answers
@@ -245,9 +245,9 @@ class OnnxPolicy:
         return self._format
 
     def _answer_part(self, given: Arrays, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Answer a batch of games, or fewer."""
+        """Return the outputs for a batch of games, or fewer."""
         signature, count = self.network.signature, len(rows)
-        # The batch size never varies, since the rounding depends on it: an answer depends on no other game.
+        # Rounding depends on the batch size, so it never varies: an output cannot depend on other games.
         feeds = {name: np.zeros(spec.shape, spec.dtype) for name, spec in signature.inputs.items()}
         for name, values in given.items():
             feeds[name][:count] = values
@@ -279,13 +279,13 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
     check_folder(folder)
     with draft_of(folder / MODEL) as draft:
         draft.write_bytes(model)
-    with draft_of(folder / CARD) as draft:  # the last, so that a card never stands alone
+    with draft_of(folder / CARD) as draft:  # last, so that no card is without its model
         plain = {"format": FORMAT} | card.to_dict() | {"digest": digest_of(card, model)}
         draft.write_text(json.dumps(plain, indent=2) + "\n")
 
 
 def check_new(folder: Path) -> None:
-    """Raise an OutputError if the folder holds something, or its name is not one of a folder."""
+    """Raise an OutputError if the folder is not empty, or the path is a file's, or has a file's name."""
     if folder.suffix == ".onnx":
         raise OutputError(
             f"expected a folder, got {str(folder)!r}: a model's card stands beside it, and players are named by folders"

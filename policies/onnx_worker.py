@@ -1,4 +1,4 @@
-"""The process that runs an ONNX model, perhaps a stranger's: JSON objects in, JSON objects out, one a line.
+"""The process that runs an ONNX model, which may be untrusted: it reads and writes JSON objects, one a line.
 
 It imports nothing else of this project, so it starts at once. Once its libraries are loaded, it can open no file.
 """
@@ -22,7 +22,7 @@ def _open(data: bytes) -> Any:
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.use_deterministic_compute = True
     options.log_severity_level = 4
-    options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL  # which keeps the rounding
+    options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL  # others change rounding
     options.add_session_config_entry("session.load_model_format", "ONNX")
     return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
 
@@ -42,7 +42,7 @@ def _run(session: Any, feeds: dict[str, list[Any]]) -> dict[str, list[Any]]:
 
 def _main() -> None:
     answers = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # ONNX Runtime prints
+    os.dup2(2, 1)  # ONNX Runtime prints to stdout
     print(json.dumps({"ready": True}), file=answers, flush=True)
     with contextlib.suppress(ImportError, ValueError):
         import resource  # not on every system

@@ -1,6 +1,6 @@
-"""Players that see nothing but the clock: what play without looking is worth.
+"""Players that see only the clock: they measure what play without observations is worth.
 
-``open_loop.json`` holds the best that a search found for tracks of the benchmark, and what each won there.
+``open_loop.json`` holds the best players that a search found for tracks of the benchmark, and their scores there.
 `python -m benchmarks.board.open_loop` writes it.
 """
 
@@ -18,7 +18,7 @@ from swarm_pz.policy import constant
 
 FILE = Path(__file__).with_suffix(".json")
 Images: TypeAlias = tuple[tuple[int, tuple[tuple[float, ...], ...]], ...]
-"""Images in the order in which they are shown, again and again: for how many commands each, and its rows (y, x)."""
+"""Images, shown in this order again and again: the number of commands for each, and its rows (y, x)."""
 
 
 def images_of(plain: list[Any]) -> Images:
@@ -27,7 +27,7 @@ def images_of(plain: list[Any]) -> Images:
 
 
 def shown(images: Images, view: View) -> NDArray[np.float64]:
-    """Return the images (n, A, A) that games show now; one of other cells is read at the nearest."""
+    """Return the images (n, A, A) that games show now; images on other grids are sampled at the cells' centres."""
     ends = np.cumsum([count for count, _ in images])
     turn = np.searchsorted(ends, view.steps % ends[-1], side="right")
     pictures = np.array([image for _, image in images])
@@ -45,11 +45,11 @@ CONSTANT, SEQUENCE = (images_of(BESTS["field"][name]["images"]) for name in ("co
 @tactic(sees=CLOCK)
 @constant
 def best_constant(view: View) -> NDArray[np.float64]:
-    """Ask for one image, which a search found to win most against the field of the benchmark."""
+    """Send one fixed density, the best that a search found against the field of the benchmark."""
     return shown(CONSTANT, view)
 
 
 @tactic(sees=CLOCK)
 def best_sequence(view: View) -> NDArray[np.float64]:
-    """Ask for a few images in turn by the clock, which a search found to win most against that field."""
+    """Send a few densities in turn by the clock, the best that a search found against the field of the benchmark."""
     return shown(SEQUENCE, view)

@@ -1,9 +1,9 @@
-"""Patterns: a family of players without learning, by 13 numbers each.
+"""Patterns: a family of players without learning, each described by 13 numbers.
 
-One command of a pattern is a ring or a spot around a place, on some ground. The place may run along an ellipse with
-time, which begins at an angle of its own or at one told from the first look at the opponents, and may lean to the
-opponents and to the own drones. Laps, spots, rings, sweeps, hiding, chasing and most scripts are among them.
-`swarm_pz.training.search` finds those that beat a policy.
+Each command of a pattern is a ring or a spot around a place, on a uniform background. The place may move along an
+ellipse, from a fixed angle or from the opponents' direction at the first observation. It may also shift towards the
+opponents and the own drones. Patterns include laps, spots, rings, sweeps, hiding, chasing and most scripts.
+`swarm_pz.training.search` finds patterns that beat a policy.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ BOUNDS = {
     "ground": (0.0, 0.5),
     "core": (0.0, 0.5),
 }
-"""Bounds of a player's numbers: its place (cut to the square, so walls and corners are often tried), how far that leans
-to the opponents' and to the own mean, radius and width of the ring, half axes of the ellipse, its period in s, the part
-of a turn at which it begins, whether (0.5 or more) that is counted from the first look at the opponents, the ground,
-and a spot in the ring's middle."""
+"""Bounds of a player's numbers: its place (clipped to the square, so walls and corners are often tried), its shift
+towards the opponents' and the own mean, radius and width of the ring, half axes of the ellipse, its period in s, the
+fraction of a turn at which it begins, whether (0.5 or more) that is counted from the opponents' direction at the first
+observation, the background, and a spot in the ring's middle."""
 _LOW, _HIGH = np.array(list(BOUNDS.values())).T
 _LOGARITHMIC = np.isin(list(BOUNDS), ("width", "period"))
 _SPOT = {"x": 0.5, "y": 0.5, "lean": 0.0, "home": 0.0, "radius": 0.0, "width": 0.1, "along": 0.0, "across": 0.0}
@@ -54,7 +54,7 @@ KINDS = {
     "chase": _SPOT | {"lean": 1.0, "width": 0.12},
     "lasso": _SPOT | {"lean": 1.0, "radius": 0.25, "width": 0.08},
 }
-"""Patterns that have names, at which a search begins."""
+"""Named patterns, from which a search begins."""
 NAME = "pattern"
 _CHANNELS = ("own_positions", "opposing_positions")
 _LOG_LOW, _LOG_HIGH = (np.log(ends, where=_LOGARITHMIC, out=np.zeros_like(ends)) for ends in (_LOW, _HIGH))
@@ -79,7 +79,7 @@ class PatternPlayer:
         self._steps |= dict.fromkeys(rows.tolist(), 0)
 
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> Array:
-        """Answer observations (n, 2, 25, 25) with densities (n, A, A)."""
+        """Return densities (n, A, A) for observations (n, 2, 25, 25)."""
         games = rows.tolist()
         own = dict(zip(BOUNDS, self._numbers[rows % len(self._numbers)].T, strict=True))
         steps = np.array([self._steps[row] for row in games])
@@ -102,7 +102,7 @@ class PatternPlayer:
 
 
 def pattern(config: GameConfig, which: str = "lap begun opposite") -> PatternPlayer:
-    """Fly a pattern, by its name or 13 numbers: `pattern:lap`."""
+    """Play a pattern, given by its name or 13 numbers, such as `pattern:lap`."""
     if which in KINDS:
         return PatternPlayer(np.array([list(KINDS[which].values())]), config)
     try:

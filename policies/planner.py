@@ -2,9 +2,9 @@
 
 Privileged: it copies the game's true state, so it is no fair opponent of policies that play from observations.
 
-Every command is the best of images of log-densities (`lookahead`), each held for a few seconds of a copy of the game.
-In the copy the opponent does what its model would: keep its last command, play a named policy, or play the known policy
-that explains its latest commands best.
+Every command is the best of many images of log-densities (`lookahead`), each held for a few seconds in a copy of the
+game. There a model replaces the opponent: it keeps the last command, plays a named policy, or plays the known policy
+that explains the opponent's latest commands best.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.spawn import Seed
 
 GUESS = "guess"
-"""The known policy that explains the opponent best."""
+"""Stands for the known policy that explains the opponent best."""
 _MEMORY = 0.8
-"""Weight of a command in an explanation, relative to the next one."""
+"""Weight of a command in a model's error, relative to the command after it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +41,7 @@ class PlannerConfig(Config):
     drone_steps: Annotated[int, Range(1, 10**12)] = 200_000
     """Simulated drone-steps of a decision; the same budget gives the same decision."""
     milliseconds: Annotated[float, Range(1e-3, 1e6)] | None = None
-    """For live play: time of a decision instead, which then depends on the machine."""
+    """For live play: time limit of a decision, instead of steps; decisions then depend on the machine."""
     horizon: Annotated[float, Range(CONTROL_PERIOD, 1e4)] = 3.0
     """Seconds of game for each candidate."""
     promise: ToMillion = 0.5
@@ -49,7 +49,7 @@ class PlannerConfig(Config):
 
 
 class _Guess(NamedTuple):
-    """The next command by each model (n, A, A), and its past error (n,)."""
+    """Each model's next command (n, A, A), and past error (n,)."""
 
     expected: Array
     errors: Array
@@ -60,7 +60,7 @@ class _Bench(NamedTuple):
 
     lookahead: Lookahead
     present: BatchEnv
-    """One game, which models see."""
+    """One game, which models observe."""
     models: dict[ControlSystem, list[Player | None]]
     """By the opponent's system; None is an opponent that keeps its last command."""
 
@@ -68,10 +68,10 @@ class _Bench(NamedTuple):
 class Planner:
     """Plays the best density that it finds in the simulator, by the rules of the game.
 
-    `model` is the policy that its opponent is taken for, or "guess" for the known one that explains the opponent's
-    latest commands best. Without one, the opponent keeps its last command. Models begin anew at every decision;
-    `milliseconds` has the time of each. Raises a KindError if no team's control system serves densities, or the model
-    cannot command any opposing system.
+    `model` is the policy that stands for the opponent, or "guess" for the known one that explains the opponent's latest
+    commands best. Without a model, the opponent keeps its last command. Models are reset at every decision;
+    `milliseconds` lists the times of decisions. Raises a KindError if no team's control system serves densities, or if
+    the model cannot command any opposing system.
     """
 
     def __init__(self, config: GameConfig, model: str | None = None, settings: PlannerConfig | None = None) -> None:
@@ -87,7 +87,7 @@ class Planner:
         self._check_systems(config.team_systems)
 
     def for_system(self, system: ControlSystem) -> Planner:
-        """Return itself; raise a KindError if the model cannot command the other team's system."""
+        """Return itself; raise a KindError if it cannot command the system, or its model that of the other team."""
         self._check_systems([system])
         return self
 
@@ -116,7 +116,7 @@ class Planner:
         return self._benches[config]
 
     def _models(self, bench: _Bench, opposing: ControlSystem) -> list[Player | None]:
-        """Return the models of an opponent that a system flies."""
+        """Return the models of an opponent with a control system."""
         if opposing not in bench.models:
             config, guesses = bench.present.config, self._model == GUESS
             names = known_tactics(opposing, config) if guesses else [] if self._model is None else [self._model]
@@ -135,13 +135,13 @@ class Planner:
             self._guesses.pop(row, None)
 
     def plan(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> Array:
-        """Answer the games in `rows` (n,), from the sides `teams` (n,), with densities (n, A, A)."""
+        """Return densities (n, A, A) for the sides `teams` (n,) of the games in `rows` (n,)."""
         bench = self._bench(simulator.config)
         densities = []
         for team, row in zip(teams.tolist(), rows.tolist(), strict=True):
             began = time.perf_counter()
             game = simulator.snapshot([row])
-            game.seeds[:] = 0  # what will happen by chance is not to be known
+            game.seeds[:] = 0  # the planner must not foresee random events
             self._last[row] = self._search(bench, game, team, row, began)
             densities.append(np.exp(self._last[row]))
             self.milliseconds.append(1000.0 * (time.perf_counter() - began))
@@ -177,7 +177,7 @@ class Planner:
         errors = np.zeros(len(models))
         if guess is not None:
             errors = _MEMORY * guess.errors + np.abs(guess.expected - given).sum(axis=(1, 2))
-        expected = [given]  # of the one that keeps its command
+        expected = [given]  # for the opponent that keeps its command
         bench.present.simulator.restore(game)
         only, side = np.zeros(1, np.int64), np.array([1 - team])
         for model in models[1:]:
@@ -192,7 +192,7 @@ class Planner:
 
 
 def known_tactics(system: ControlSystem, config: GameConfig) -> list[str]:
-    """Return the project's own scripts and learned tactics that command a system, best explanations first."""
+    """Return the project's own learned tactics and scripts that command a system, learned ones first."""
     takes = "density" if serves_densities(system, config) else system.takes
     modules = ("swarm_pz.policies.zoo", "swarm_pz.policies.scripted", "swarm_pz.policies.commanders")
     known = [name for module in modules for name, point in sorted(registered().items()) if point.module == module]
@@ -200,5 +200,5 @@ def known_tactics(system: ControlSystem, config: GameConfig) -> list[str]:
 
 
 def planner(config: GameConfig, model: str | None = None) -> Planner:
-    """Search the simulator for the best density; sees more than any side (privileged)."""
+    """Search the simulator for the best density, with the game's true state (privileged)."""
     return Planner(config, model)

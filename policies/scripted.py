@@ -1,4 +1,4 @@
-"""Tactics written by hand, playing from what they see alone.
+"""Tactics written by hand, which play from observations alone.
 
 A tactic is one function from a `View` of n games to n densities; `tactic` makes a policy of it.
 """
@@ -21,7 +21,7 @@ from swarm_pz.spaces import densities as shapes
 Array = NDArray[np.float64]
 
 TRAITS = 16
-"""Random numbers that a game keeps to its end."""
+"""Number of random traits that each game keeps to its end."""
 
 
 class View:
@@ -67,8 +67,8 @@ class View:
             raise PolicyError(f"side must be 'own' or 'opposing', got {side!r}")
         weights = self[f"{side}_positions"]
         cells = weights.shape[-1]
-        # Whole numbers, twice the distance in cells: their sums are exact in any order. With others, a
-        # product over all games would round as the number of games wants it, and not as the game does.
+        # Twice the distance in cells: sums of whole numbers are exact in any order. With fractions, rounding
+        # in the product over all games would depend on the number of games.
         places = 2.0 * np.arange(cells) + 1.0
         rows = weights @ np.ones(cells)
         totals = rows.sum(axis=1)
@@ -111,7 +111,7 @@ class ScriptedPolicy:
             self._traits[row] = np.random.default_rng(child).random(TRAITS)
 
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> Array:
-        """Answer observations (n, C, G', G') with densities (n, A, A), the largest value 1."""
+        """Return densities (n, A, A), with largest value 1, for observations (n, C, G', G')."""
         games = rows.tolist()
         view = View(
             observations,
@@ -136,7 +136,7 @@ class ScriptedPolicy:
 
 
 class Tactic:
-    """A tactic by name: called with a game, it makes a policy that plays it.
+    """A named tactic; calling it with a game makes a policy that plays it.
 
     `play` maps a `View` of n games, with the channels of `observation`, to densities (n, A, A), not negative.
     """
@@ -148,7 +148,7 @@ class Tactic:
         self.__module__ = play.__module__
 
     def __reduce__(self) -> str:
-        """Pickle by name, as the function that it took the name of would be."""
+        """Pickle by name, as Python would pickle the decorated function."""
         return self.__name__
 
     def __call__(self, config: GameConfig) -> ScriptedPolicy:
@@ -169,8 +169,8 @@ def tactic(
 ) -> Tactic | Callable[[Callable[[View], Array]], Tactic]:
     """Turn a function from a `View` to densities into a tactic that makes policies, with or without parentheses.
 
-    `sees` are the channels that the view offers, on a grid of `grid` cells a side: to name only those looked at saves
-    time. Raises a PolicyError if something else than a function is decorated.
+    `sees` are the channels of the view, on a grid of `grid` cells a side; naming only those used saves time. Raises a
+    PolicyError if something other than a function is decorated.
     """
 
     def decorate(play: Callable[[View], Array]) -> Tactic:
@@ -196,19 +196,19 @@ def uniform(view: View) -> Array:
 
 @tactic(sees=CLOCK)
 def noise(view: View) -> Array:
-    """Ask for fresh random cells in every command."""
+    """Send a new random density in every command."""
     return view.random()
 
 
 @tactic(sees=CLOCK)
 def restless(view: View) -> Array:
-    """Cover evenly with a trace of noise, new in every command: what re-sending alone is worth."""
+    """Cover evenly with slight new noise in every command: it shows what re-sending alone is worth."""
     return 1.0 + 0.001 * view.random()
 
 
 @tactic(sees=CLOCK)
 def blind_ring(view: View) -> Array:
-    """Make a ring around a random place, elsewhere in every command."""
+    """Make a ring around a random place, a new one in every command."""
     return shapes.ring(view.distance_from(np.stack([generator.random(2) for generator in view.generators])))
 
 
@@ -258,14 +258,14 @@ def lasso(view: View) -> Array:
 
 @tactic(sees=OPPONENTS, grid=25)
 def evade(view: View) -> Array:
-    """Send everyone as far as can be from the opponents' mean position."""
+    """Send everyone as far as possible from the opponents' mean position."""
     distance = view.distance_from(view.mean_position("opposing"))
     return np.asarray(np.exp(8.0 * (distance - distance.max(axis=(1, 2), keepdims=True))))
 
 
 @tactic(sees=OPPONENTS, grid=25)
 def wavefront(view: View) -> Array:
-    """Gather at the wall that is farther from the opponents, then crash to the other side as a wave.
+    """Gather at the wall that is farther from the opponents, then sweep to the other side as a wave.
 
     Twelve seconds a wave: the ground ahead of the front is empty, that behind it is covered.
     """

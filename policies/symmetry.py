@@ -11,7 +11,7 @@ ORIENTATIONS = 8
 
 
 def turn(image: NDArray[np.int64], orientation: int) -> NDArray[np.int64]:
-    """Return an image (..., a, a) mirrored if the orientation is 4 or more, then turned by its rest of 4."""
+    """Mirror an image (..., a, a) if the orientation is 4 or more, then turn it by `orientation % 4` right angles."""
     mirrored = image[..., ::-1] if orientation >= 4 else image
     return np.rot90(mirrored, orientation % 4, axes=(-2, -1))
 
@@ -26,10 +26,10 @@ def _relative() -> NDArray[np.int64]:
 
 
 def kernel_places(shape: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return where each entry of a full kernel stands in the weights that it is made of, flattened.
+    """Return the index of each entry of a full kernel in the flattened weights that it is made of.
 
-    Weights have the shape (outputs, inputs, sources, size, size), with 8 sources, or 1 where inputs are plain images.
-    The kernel's is (8 * outputs, sources * inputs, size, size); channels are ordered by orientation, then by feature.
+    Weights have the shape (outputs, inputs, sources, size, size), with 8 sources, or 1 if inputs are plain images.
+    The kernel has (8 * outputs, sources * inputs, size, size); channels are ordered by orientation, then by feature.
     """
     outputs, inputs, sources, size, _ = shape
     places = np.arange(np.prod(shape)).reshape(shape)

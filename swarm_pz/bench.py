@@ -38,7 +38,7 @@ MakeStep = Callable[[GameConfig, int, int], Step]
 
 
 class Speed(NamedTuple):
-    """Speed of one API at one size; `drones` are those of both teams, and the rates are a second's."""
+    """Speed of one API at one size; `drones` counts both teams, and rates are per second."""
 
     api: str
     games: int
@@ -136,7 +136,7 @@ def measure(
 
 
 def steps_per_second(step: Step) -> float:
-    """Return the rate at which a step can be taken."""
+    """Return how many steps per second can be taken."""
     calls, began = 0, time.perf_counter()
     while True:
         step()
@@ -147,7 +147,7 @@ def steps_per_second(step: Step) -> float:
 
 
 def machine() -> dict[str, str | int]:
-    """Return the processor, the number of cores, and the versions of what computes."""
+    """Return the processor, the number of cores, and the versions of Python and packages."""
     model = platform.processor() or platform.machine()
     described = Path("/proc/cpuinfo")
     if described.is_file():

@@ -1,7 +1,7 @@
 """Errors of the project.
 
-Every error is a `SwarmError`, and an error of Python's own that fits. `Stopped` stands beside them: a
-KeyboardInterrupt that waited until all was saved.
+Every error is a `SwarmError` and a fitting built-in exception, except `Stopped`: a
+KeyboardInterrupt, raised once all that can be kept is saved.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class ConfigError(SwarmError, ValueError):
 
 
 class UnknownNameError(ConfigError, TypeError):
-    """A keyword or a field is unknown: a ConfigError, and a TypeError as callers of Python expect."""
+    """A keyword or a field is unknown: a ConfigError, and also the TypeError that Python raises."""
 
 
 class CommandError(SwarmError, ValueError):
-    """A command, a scenario or a seed is not one that the game can take."""
+    """A command, a scenario or a seed is not valid in this game."""
 
 
 class GameOverError(SwarmError, RuntimeError):
@@ -41,26 +41,26 @@ class GameOverError(SwarmError, RuntimeError):
 
 
 class PolicyError(SwarmError, ValueError):
-    """A policy is unknown, cannot be loaded, or answered nonsense."""
+    """A policy is unknown, cannot be loaded, or returned invalid commands."""
 
 
 class ForfeitError(PolicyError):
-    """A player's program was late, ended, or answered nonsense: it loses the game."""
+    """A player's program was late, ended, or sent an invalid answer: it loses the game."""
 
 
 class KindError(PolicyError):
-    """A policy answers commands of another kind than those that fly its team."""
+    """A policy returns commands of a kind that its team's control system does not take."""
 
 
 class FlightError(SwarmError, RuntimeError):
     """A control system raised, returned invalid accelerations, or took too long.
 
-    `team` is 0 for red and 1 for blue. `rows` are the games in which it did, or, if it raised, all that were solved for
-    together.
+    `team` is 0 for red and 1 for blue. `rows` are the games with invalid accelerations, or else all games of
+    that call.
     """
 
     def __init__(self, team: int, system: str, rows: tuple[int, ...], reason: str) -> None:
-        super().__init__(team, system, rows, reason)  # as it was called, so that it can cross processes
+        super().__init__(team, system, rows, reason)  # its own arguments, so that it can be pickled
         self.team, self.system, self.rows, self.reason = team, system, rows, reason
 
     def __str__(self) -> str:
@@ -76,7 +76,7 @@ class ResultsError(SwarmError, ValueError):
 
 
 class WorkerError(ResultsError, RuntimeError):
-    """A process or a machine that was to play died, cannot be had, or has other versions; finished games are kept."""
+    """A worker process or machine died, cannot be reached, or has other versions; finished games are kept."""
 
 
 class OutputError(SwarmError, OSError):
@@ -88,7 +88,7 @@ class RenderError(SwarmError, RuntimeError):
 
 
 class ProtocolError(SwarmError, ValueError):
-    """A message or a frame is not one of the protocol."""
+    """A message or a frame breaks the protocol."""
 
 
 class RecordingError(SwarmError, ValueError):
@@ -100,7 +100,7 @@ class MissingExtraError(SwarmError, ImportError):
 
 
 class Stopped(KeyboardInterrupt):
-    """Work was interrupted; all that it did is saved, and the message names the place."""
+    """Work was interrupted; what can be kept is saved, and the message says how far it got."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -112,7 +112,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def require_extra(module: str, extra: str) -> ModuleType:
-    """Import `module`; raise a MissingExtraError that names its extra of swarm-pz, and the line that installs it."""
+    """Import `module`, or raise a MissingExtraError with the command that installs its extra of swarm-pz."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
@@ -122,10 +122,10 @@ def require_extra(module: str, extra: str) -> ModuleType:
 
 
 def installing(extra: str) -> str:
-    """Return the line that installs an extra where this swarm-pz came from, for the Python that runs.
+    """Return the command that installs an extra from this swarm-pz's source, for the Python that runs.
 
-    A clone is installed from its folder, with the versions pinned there; a wheel, an archive or a repository
-    from where it was fetched; only what came from a registry by its name.
+    A clone is installed from its folder, with the versions pinned there. A wheel, an archive or a repository is
+    installed from its address, and a package from a registry by its name.
     """
     try:
         origin = json.loads(importlib.metadata.distribution(NAME).read_text("direct_url.json") or "{}")

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, and the errors of reading and writing them."""
+"""Atomic writing of files, and the errors of reading and writing them."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ MOST_TEXT_BYTES = 2**20
 """Largest text file."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Numbers of the system's errors for a full disk, quota or file."""
+"""Error numbers of the system for a full disk, quota or file."""
 
 
 @contextmanager
 def opened(path: Path, *, links: bool = True) -> Iterator[tuple[BinaryIO, int]]:
-    """Open a file, perhaps a stranger's, for reading; yield it and its size. Without `links`, it may be no link.
+    """Open a file, perhaps an untrusted one, for reading; yield it and its size. Without `links`, refuse links.
 
-    Raises a ConfigError if it cannot be read or is no regular file (opening a pipe blocks): words that follow the
-    file's name.
+    Raises a ConfigError if it cannot be read or is no regular file (opening a pipe blocks). The message is to follow
+    the file's name.
     """
     other = f"cannot be read: expected a regular file, got {'' if links else 'a link, '}a folder, a pipe or a device"
     flags = os.O_RDONLY
@@ -38,7 +38,7 @@ def opened(path: Path, *, links: bool = True) -> Iterator[tuple[BinaryIO, int]]:
             raise ConfigError(other)
         with os.fdopen(os.open(path, flags), "rb") as file:
             status = os.fstat(file.fileno())
-            if not stat.S_ISREG(status.st_mode):  # a pipe that has come since
+            if not stat.S_ISREG(status.st_mode):  # replaced since the first test
                 raise ConfigError(other)
             yield file, status.st_size
     except OSError as error:
@@ -46,7 +46,7 @@ def opened(path: Path, *, links: bool = True) -> Iterator[tuple[BinaryIO, int]]:
 
 
 def read_bytes(path: Path, most: int, *, links: bool = True) -> bytes:
-    """Read a file of at most `most` bytes, perhaps a stranger's; raise a ConfigError as `opened`, or if larger."""
+    """Read a file, perhaps an untrusted one; raise a ConfigError as `opened`, or if it exceeds `most` bytes."""
     with opened(path, links=links) as (file, size):
         data = file.read(most + 1) if size <= most else b""  # it may be growing
         if (size := max(size, len(data))) > most:
@@ -63,18 +63,18 @@ def read_text(path: Path) -> str:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file; raise a ConfigError if it cannot be read, or is no TOML: words that follow the file's name."""
+    """Read a TOML file; raise a ConfigError, to follow the file's name, if it cannot be read or is no TOML."""
     text = read_text(path).replace("\r\n", "\n")
     try:
         return tomllib.loads(text)
     except RecursionError as error:
         raise ConfigError("is no TOML: what it holds is too deep") from error
-    except ValueError as error:  # a number may have too many digits, too
+    except ValueError as error:  # also for a number with too many digits
         raise ConfigError(f"is no TOML: {error}") from error
 
 
 def check_file(path: Path) -> None:
-    """Make the folder of a file, before work; raise an OutputError if the file could not be written."""
+    """Make the folder of a file, before any work; raise an OutputError if the file cannot be written."""
     check_folder(path.parent)
     if path.is_dir():
         raise OutputError(f"expected the name of a file to write, got the folder {str(path)!r}")
@@ -83,7 +83,7 @@ def check_file(path: Path) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """Make a folder that is to be written to; raise an OutputError if that cannot be."""
+    """Make a folder; raise an OutputError if it cannot be made or written to."""
     try:
         place = next(place for place in (path, *path.absolute().parents) if place.exists())
         if not place.is_dir():
@@ -103,11 +103,11 @@ def check_folder(path: Path) -> None:
 
 @contextmanager
 def draft_of(path: Path) -> Iterator[Path]:
-    """Yield a draft beside a file, which takes the file's name at the end of the block, or is deleted if it fails."""
+    """Yield a draft beside a file; it replaces the file at the end of the block, or is deleted if the block fails."""
     check_file(path)
     draft = path.with_name(f".{path.stem}.draft{path.suffix}")
     try:
-        draft.unlink(missing_ok=True)  # what is there may be a link, which leads to somebody's file
+        draft.unlink(missing_ok=True)  # it may be a link to another file
     except OSError as error:
         raise OutputError(f"cannot write {str(path)!r}: {explain(error)}") from error
     try:
@@ -119,7 +119,7 @@ def draft_of(path: Path) -> Iterator[Path]:
 
 
 def write_json(path: Path, plain: object) -> None:
-    """Write plain values as JSON, as `draft_of` writes."""
+    """Write plain values as JSON, by way of a draft."""
     with draft_of(path) as draft:
         draft.write_text(json.dumps(plain, indent=2) + "\n")
 

@@ -48,9 +48,9 @@ def film_game(
     """Play one game of a match and write it as a film, or the board at one moment as a picture; return its standing.
 
     The suffix chooses the format: .gif, .mp4, .webp; .png for a picture. `seed`, `pair` and the policy's `side` choose
-    the game of the match. `seconds` of game are shown at most, or are the moment of a picture; `speed` is in seconds of
-    game a second of film. `overlays` are as of `swarm_pz.rendering.overlays`, in place of outlines of targets.
-    `progress` is called with the seconds of game shown so far, and their maximum. Where something fails no file is
+    the game of the match. `seconds` is the longest game time to show, or the moment of a picture; `speed` is in seconds
+    of game per second of film. `overlays` of `swarm_pz.rendering.overlays` replace the outlines of targets.
+    `progress` is called with the seconds of game shown so far, and their maximum. On an error, no new file is
     left.
 
     Raises
@@ -101,14 +101,14 @@ def _write_film(
         winner = {"win": "red", "loss": "blue", "draw": "draw", None: None}[game.batch.outcome(0, RED)]
         if winner is not None:
             show_winner(append, painter, game.simulator, winner, rate)
-        elif (count - 1) % every:  # the end would be left out
+        elif (count - 1) % every:  # the last picture is missing
             append(painter.draw(game.simulator))
 
 
 def show_winner(
     append: Callable[[NDArray[np.uint8]], object], painter: Painter, simulator: Simulator, winner: str, rate: float
 ) -> None:
-    """Append the end of a game with its winner, as many times as a second of film has pictures."""
+    """Append the end of a game with its winner, for one second of film."""
     picture = painter.draw(simulator, winner=winner)
     for _ in range(max(1, round(rate))):
         append(picture)
@@ -133,7 +133,7 @@ def _write_still(game: Rollout, path: Path, seconds: float | None, overlays: Seq
 
 @contextmanager
 def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callable[[NDArray[np.uint8]], object]]:
-    """Yield a function that appends a picture to the film; the file is there, and whole, when the block ends.
+    """Yield a function that appends a picture to the film; the file appears, complete, when the block ends.
 
     `rate` is in pictures a second, `size` the width and height of every picture, both even. Raises RenderError if the
     suffix names no format that can be written, or the encoder fails, and OutputError if the file cannot be written.
@@ -158,7 +158,7 @@ def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callab
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=errors,
-            start_new_session=True,  # Ctrl-C is for this process, which ends that one
+            start_new_session=True,  # Ctrl-C reaches only this process, which ends the encoder
         )
         pipe = cast("IO[bytes]", encoder.stdin)
         has_failed = True
@@ -186,7 +186,7 @@ def _explain(path: Path, output: str, status: int) -> NoReturn:
 
 
 def _palette() -> NDArray[np.uint8]:
-    """Return the colours of animations, uint8 (16, 16, 3): those of the board, and between each of them and white."""
+    """Return the colours of animations, uint8 (16, 16, 3): the board's, each in 64 steps from white."""
     inks = np.array([*TEAM_COLOURS, ASKED, INK], np.float64)
     strengths = np.arange(64)[:, None, None] / 63
     return np.round(255 + strengths * (inks - 255)).astype(np.uint8).reshape(16, 16, 3)

@@ -10,7 +10,7 @@ from hypothesis import settings
 from playwright.sync_api import sync_playwright
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
-os.environ.setdefault("OMP_NUM_THREADS", "1")  # cores are shared, and threads that wait for others are busy with it
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # cores are shared, and waiting threads keep a core busy
 settings.register_profile("ci", derandomize=True, deadline=None, max_examples=40)
 settings.load_profile("ci")
 
@@ -23,7 +23,7 @@ BITS = (
     "policies/test_planner.py", "policies/test_scripted.py", "simulator/*.py",
     "spaces/test_observation.py", "test_golden.py", "test_variants.py", "training/test_vec_env.py",
 )  # fmt: skip
-"""Tests whose outcome can depend on how the kernels round; those marked `bits` run a second time as on another."""
+"""Tests that can depend on how the kernels round; marked `bits`, they run again compiled for a generic processor."""
 
 PAGES = ("tests/play/test_journeys.py", "tests/play/test_journey_study.py", "tests/play/test_scenes.py")
 """Tests that wait for browsers and clocks."""
@@ -41,7 +41,7 @@ SERVERS = tuple(
 
 
 def pytest_xdist_make_scheduler(config, log):
-    """Give a process whole files, whose tests share what they prepare, and all that need the same long preparation."""
+    """Keep a file in one process, since its tests share fixtures; `SERVERS` and tests/standard each count as one."""
     from xdist.scheduler import LoadScopeScheduling
 
     class Scheduling(LoadScopeScheduling):
@@ -56,30 +56,30 @@ def pytest_xdist_make_scheduler(config, log):
 
 @cache
 def make_way():
-    """Let others come first on a busy machine, from now on."""
+    """Lower the priority of this process, for good."""
     if hasattr(os, "nice"):
         os.nice(10)
 
 
 def pytest_runtest_setup(item):
-    """Let what the clock measures come first: the process that has it begins with it, the others with other tests."""
+    """Keep a worker's priority for its timed tests, which come first; lower it at its first other test."""
     if "PYTEST_XDIST_WORKER" in os.environ and not item.nodeid.startswith((*PAGES, *SERVERS)):
         make_way()
 
 
 def depends_on_rounding(path):
-    """Test that a file is one of `BITS`."""
+    """Return whether a file is one of `BITS`."""
     return HERE in path.parents and any(path.relative_to(HERE).match(pattern) for pattern in BITS)
 
 
 def pytest_ignore_collect(collection_path, config):
-    """Import nothing else where only tests of rounding are asked for."""
+    """With `-m bits`, do not even import other test files."""
     is_left_out = config.option.markexpr.startswith("bits") and collection_path.is_file()
     return True if is_left_out and not depends_on_rounding(collection_path) else None
 
 
 def pytest_collection_modifyitems(items):
-    items.sort(key=lambda item: not item.nodeid.startswith((*PAGES, *SERVERS)))  # others work while these wait
+    items.sort(key=lambda item: not item.nodeid.startswith((*PAGES, *SERVERS)))  # other tests run while these wait
     for item in items:
         if depends_on_rounding(item.path):
             item.add_marker(pytest.mark.bits)
@@ -91,7 +91,7 @@ def _folder_of_its_own(tmp_path, monkeypatch):
 
 
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
-"""The first that is installed is used: one without windows takes half as much of the processor."""
+"""The first one installed is used; the headless shell needs half as much processor time."""
 CHROMIUM = next(filter(None, map(shutil.which, BROWSERS)), None)
 FLAGS = (
     "--no-sandbox",
@@ -104,7 +104,7 @@ FLAGS = (
 
 @pytest.fixture(scope="module")
 def chromium():
-    """Give a browser for one module: a longer one's event loop would disturb other tests."""
+    """Yield a browser for one module; if it lived longer, its event loop would disturb other tests."""
     if CHROMIUM is None:
         pytest.fail("there is no Chromium here: scripts/browser installs it, or leave these out with -m 'not browser'")
     with sync_playwright() as playwright:

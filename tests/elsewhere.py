@@ -1,4 +1,4 @@
-"""A pool whose workers are as on machines that have none of this one's files."""
+"""A pool that stands in for machines with none of this one's files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from swarm_pz.evaluation.workers import SerialExecutor
 class Elsewhere(Executor):
     """Do each task in this process, in the empty folder `place`; tasks and results are pickled.
 
-    `given` are the names of the tasks so far.
+    `given` holds the names of the functions submitted so far.
     """
 
     elsewhere = True

@@ -1,6 +1,6 @@
 """A slow mirror of the game in float64 NumPy and plain Python, for tests to compare with.
 
-It follows the design page sentence by sentence: clarity first, speed never. Grids are indexed [row = y, column = x],
+It follows docs/rules.md and docs/controller.md: clarity first, speed never. Grids are indexed [row = y, column = x],
 coefficients [k1 (x), k2 (y)], and teams are 0 (red) and 1 (blue).
 """
 
@@ -118,7 +118,7 @@ class RuleReference:
         self.teams[drone] = new  # its trail comes along: occupancy is counted afresh
         self.captures[new] += 1
         last = self._last_capture[drone]
-        # With two teams, whoever captures a drone again is the team that its previous capture took it from.
+        # With two teams, a drone's next capture always returns it to the team that lost it last.
         if last is not None and self.ticks - last <= TICKS_PER_SECOND:
             self.recaptures[new] += 1
         self._last_capture[drone] = self.ticks
@@ -151,8 +151,8 @@ def move(
 
     A position that would leave the unit interval stops at its end, and that component of the velocity becomes 0.
 
-    With a least airspeed, v' is lengthened to it where it is shorter, towards the middle from rest, and a wall turns
-    that component of the velocity round.
+    With a least airspeed, a shorter v' is lengthened to it (from rest: towards the middle), and a wall reverses that
+    component of the velocity.
     """
     new_positions = np.array(positions, dtype=np.float64)
     new_velocities = np.array(velocities, dtype=np.float64)
@@ -236,7 +236,7 @@ def target_coefficients(command: NDArray[np.floating], modes: int = 10, mass: fl
     cells = len(values)
     centres = (np.arange(cells) + 0.5) / cells
 
-    # The density has its kinks at cell centres: on half a cell it is smooth, and Gauss-Legendre is as good as exact.
+    # The density has kinks only at cell centres. It is smooth on half a cell, so Gauss-Legendre is nearly exact.
     nodes, node_weights = np.polynomial.legendre.leggauss(24)
     half_cell = 0.5 / cells
     points = np.concatenate([half_cell * (j + 0.5 + 0.5 * nodes) for j in range(2 * cells)])
@@ -342,7 +342,7 @@ class ControllerReference:
         memory_weight: NDArray[np.floating],
         failed: Booleans,
     ) -> tuple[Floats, Floats]:
-        """Step 1: the (N, K, K) sums and (N,) weights, decayed and with the present in them; of failed drones, 0."""
+        """Step 1: the (N, K, K) sums and (N,) weights, decayed, with the present added; 0 for failed drones."""
         decay = 1.0 if self.tau is None else math.exp(-self.period / self.tau)
         sums: Floats = np.array(memory, dtype=np.float64)
         weights: Floats = np.array(memory_weight, dtype=np.float64)
@@ -414,7 +414,7 @@ def ring_means(values: Floats) -> Floats:
 def reconstruction_field(coefficients: NDArray[np.floating]) -> Floats:
     """Return the capture field (50, 50) of a team with these mean coefficients (K, K).
 
-    Ring means of the reconstruction, rescaled to [0, 1]; all 0 where they are constant but for rounding.
+    Ring means of the reconstruction, rescaled to [0, 1]; all 0 if they are constant up to rounding.
     """
     means = ring_means(reconstruct(coefficients))
     low, high = means.min(), means.max()

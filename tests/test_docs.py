@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 FIRST_STEPS = [("git", "clone", "ADDRESS", "swarm-pz"), ("cd", "swarm-pz"), (".", ".venv/bin/activate")]
-"""Lines of the README that are the shell's own."""
+"""Plain shell commands in the README."""
 
 
 def snippets(language):
@@ -82,10 +82,10 @@ def test_the_page_of_commands_lists_all_of_them_as_their_help_does():
 
 
 def test_every_python_snippet_is_run(monkeypatch, capsys):
-    """Doctests run by themselves; the others are programs at a table, which is played by a stand-in here.
+    """Run each snippet that is no doctest: it is a client of the server, and here a stand-in plays the game.
 
-    Those of docs/data.md read an export, which tests/play/studies/test_export.py makes for them; that of docs/ros.md
-    plays in tests/play/ros/test_bridge.py.
+    tests/play/studies/test_export.py runs those of docs/data.md, which need an export, and
+    tests/play/ros/test_bridge.py that of docs/ros.md.
     """
 
     def stand_in(address, tactic, **how):

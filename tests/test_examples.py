@@ -1,4 +1,4 @@
-"""The examples run as they are, and what sets them up names files that are there."""
+"""The notebook runs unchanged, and the examples learn and play in a short form."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ def shorter(algorithm, **settings):
 
 @pytest.mark.parametrize("name", ["sb3_ppo", "sb3_contrib_recurrent_ppo", "cleanrl_ppo"])
 def test_an_example_learns_and_plays_in_its_short_form(name, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(torch, "set_num_threads", lambda count: None)  # other tests have their own
+    monkeypatch.setattr(torch, "set_num_threads", lambda count: None)  # it would last beyond this test
     monkeypatch.setattr(stable_baselines3, "PPO", shorter(stable_baselines3.PPO, n_steps=32))
     monkeypatch.setattr(sb3_contrib, "RecurrentPPO", shorter(sb3_contrib.RecurrentPPO, n_steps=8, n_epochs=1))
     monkeypatch.setattr(sys, "argv", [name, "--steps", "128", "--games", "2", "--out", str(tmp_path)])
     runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
-    rollout = {"sb3_ppo": 4 * 32, "sb3_contrib_recurrent_ppo": 64 * 8}.get(name, 64 * 64)  # a whole one at least
+    rollout = {"sb3_ppo": 4 * 32, "sb3_contrib_recurrent_ppo": 64 * 8}.get(name, 64 * 64)  # at least one whole rollout
     assert f"commands seen: {rollout}\n" in capsys.readouterr().out
     for opponent in ("noise", "uniform"):
         figures = json.loads((tmp_path / f"{opponent}.json").read_text())

@@ -30,7 +30,7 @@ def test_a_file_is_whole_or_not_there(tmp_path):
 
 
 def test_a_full_disk_is_named_with_the_file_and_nothing_is_lost(tmp_path):
-    """The system says neither which file it was nor what became of the one before."""
+    """The system's own error neither names the file nor says what became of the old one."""
     path = tmp_path / "a.txt"
     path.write_text("first")
     with pytest.raises(OutputError, match=r"/a\.txt': the disk is full, with 4 bytes of the file written"):

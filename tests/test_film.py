@@ -1,4 +1,4 @@
-"""Films and stills show the game that was asked for, at its rate and to its end; where one fails nothing is left."""
+"""Films and stills show the requested game, at its rate and to its end; one that fails leaves no file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OVERLAYS = make_overlays(["target", "captures"], [0, 1])
 
 @pytest.fixture
 def pictures(monkeypatch):
-    """Keep the pictures of films, and their size before them, in place of encoding them."""
+    """Collect the size of each film and then its pictures, instead of encoding them."""
     kept = []
 
     @contextlib.contextmanager
@@ -57,7 +57,7 @@ def test_a_film_runs_as_fast_as_it_was_asked_to(tmp_path, speed):
     film_game("ring", "uniform", path, seconds=2, speed=speed, config=config)
     shown, seconds = imageio_ffmpeg.count_frames_and_secs(path)
     assert seconds * (shown - 1) / shown == pytest.approx(2 / speed, abs=0.02)
-    assert shown == 21 if speed <= 2.0 else 15 < shown / seconds < 27  # all that there are, or about 20 a second
+    assert shown == 21 if speed <= 2.0 else 15 < shown / seconds < 27  # all pictures, or about 20 a second
 
 
 @pytest.mark.parametrize(
@@ -157,8 +157,8 @@ FULL = "#!/bin/sh\necho 'Error muxing a packet: No space left on device' >&2\nex
 @pytest.mark.parametrize("suffix", ["gif", "mp4"])
 @pytest.mark.parametrize("encoder", [None, FULL])
 def test_a_full_disk_is_said_to_be_full_in_one_line_and_leaves_nothing(tmp_path, monkeypatch, suffix, encoder):
-    """The encoder writes seven lines about muxers, or none."""
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # of what is imported meanwhile, Python would keep torn code
+    """The encoder itself writes seven lines about muxers, or nothing."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # else modules imported here leave truncated bytecode
     films, limits = tmp_path / "films", resource.getrlimit(resource.RLIMIT_FSIZE)
     pictures = np.random.default_rng(0).integers(255, size=(400, 64, 64, 3), dtype=np.uint8)
     if encoder is not None:

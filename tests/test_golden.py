@@ -1,10 +1,9 @@
-"""Games that must not change, compared step by step: from each stored state one tick, and its result with the next.
+"""Games that must not change: one tick from each stored state must lead to the next stored state.
 
-Rounding differs from processor to processor, and games are chaotic: a game that is left to itself soon goes another
-way. So what was computed is compared with what is stored after every tick, and then what is stored takes its place.
-Whole numbers must agree exactly: the cells that drones are in, captures, the fields made of both. Positions and
-velocities may differ by what one solve can differ by. That rounding decides nothing is made sure of when the games
-are stored: no drone is ever so close to the edge of a cell.
+Rounding differs between processors, and games are chaotic: a game left to itself soon diverges. So after every tick
+the computed state is compared with the stored one, and then replaced by it. Whole numbers must agree exactly: the
+drones' cells, captures, and the fields made of both. Positions and velocities may differ by as much as one solve can.
+Rounding decides nothing: no drone of the stored games is ever that close to the edge of a cell.
 
 A change here is a change of behaviour: write it into CHANGELOG.md, then store the games anew with
 ``python -m tests.test_golden``.
@@ -26,13 +25,13 @@ from swarm_pz.simulator import Simulator
 
 GOLDEN, PUBLISHED = (Path(__file__).parent / "golden" / f"{name}.npz" for name in ("games", "released"))
 POSITION, VELOCITY = 1e-6, 1e-5
-"""Largest difference after one tick: 16 times that between any two of seven kinds of processor."""
+"""Largest difference allowed after one tick: 16 times the largest between any two of seven kinds of processor."""
 
 
 class Golden(NamedTuple):
     """A game to store: the seed of start and commands, drones of red and blue, and seconds.
 
-    The longest goes on for so long that trails forget.
+    The longest lasts longer than a trail does.
     """
 
     seed: int
@@ -63,7 +62,7 @@ def state_of(simulator: Simulator) -> State:
 
 
 def ticks(game: Golden, simulator: Simulator) -> Iterator[int]:
-    """Play a game's commands tick by tick, and give the number of each tick after it."""
+    """Play a game with its commands; yield the number of each tick after it."""
     generator = np.random.default_rng(game.seed)
     simulator.reset([game.seed])
     yield 0
@@ -103,7 +102,7 @@ def test_golden_games_have_captures_and_rounding_decides_none_of_them(number):
 
 
 def distance_from_edges(states: Sequence[State | Published]) -> float:
-    """Return the least distance of a drone to an edge between two cells, without those of the square."""
+    """Return the least distance of a drone to an edge between two cells; the square's own edges do not count."""
     cells = np.stack([state.positions for state in states]).astype(np.float64) * GRID_CELLS
     edges = np.clip(np.rint(cells), 1, GRID_CELLS - 1)
     return float(np.abs(cells - edges).min() / GRID_CELLS)
@@ -113,7 +112,7 @@ def distance_from_edges(states: Sequence[State | Published]) -> float:
 
 RELEASED = (Golden(10, (8, 8), 4), Golden(9, (2, 9), 4))
 PLAN, FIELD = 1e-4, 1e-4
-"""Largest difference of a plan's control and of a value of a capture field after one tick."""
+"""Largest difference allowed in a plan's control and in a value of a capture field after one tick."""
 
 
 class Published(NamedTuple):
@@ -134,7 +133,7 @@ class Published(NamedTuple):
 
 
 def published(game: Golden) -> Iterator[tuple[Simulator, Published]]:
-    """Play a game tick by tick; every other command is the one before again, which counts as sent."""
+    """Play a game tick by tick; every other command repeats the last density, which counts as sent."""
     simulator = Simulator(GameConfig.preset("released").replace(drones_per_team=game.sizes))
     simulator.reset([game.seed])
     generator, command = np.random.default_rng(game.seed), np.ones((1, 10, 10))

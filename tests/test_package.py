@@ -45,9 +45,9 @@ def test_the_command_line_is_a_module_too_and_the_package_leaves_ctrl_c_alone():
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """The folder of a wheel and an archive.
+    """Return the folder of a wheel and a source archive.
 
-    Both are made from the files that git knows, without links, as on a system that knows none.
+    Both are built from the files that git tracks, without symbolic links, as on a system that has none.
     """
     folder = tmp_path_factory.mktemp("built")
     source = folder / "source"
@@ -78,7 +78,7 @@ def test_a_wheel_is_complete_and_claims_one_name_and_an_archive_holds_no_tests(b
 def test_what_a_wheel_installs_plays_films_and_writes_the_page_without_the_clone(built, tmp_path):
     with zipfile.ZipFile(next(built.glob("*.whl"))) as wheel:
         wheel.extractall(tmp_path)  # noqa: S202  (our own)
-    for kept in (ROOT / "swarm_pz" / "kernels").rglob("__pycache__"):  # machine code, which names its sources' digest
+    for kept in (ROOT / "swarm_pz" / "kernels").rglob("__pycache__"):  # machine code, found by its sources' digest
         shutil.copytree(kept, tmp_path / kept.relative_to(ROOT), copy_function=shutil.copy, dirs_exist_ok=True)
     code = f"""
 import doctest, pathlib, swarm_pz
@@ -90,7 +90,7 @@ main("evaluate champion --opponent best_sequence --games 2 --game.time-limit 5 -
 main("render champion ring --seconds 2 --out film.mp4".split())
 main("site page".split())
 """
-    # -S: without site, which would lead to the clone; so the libraries' folder is named.
+    # -S skips site, which would find the clone; so the path names the libraries' folder.
     path = os.pathsep.join([str(tmp_path), sysconfig.get_path("purelib")])
     command = [sys.executable, "-S", "-c", code]
     done = subprocess.run(command, cwd=tmp_path, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True)  # noqa: S603

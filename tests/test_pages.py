@@ -87,7 +87,7 @@ def test_the_page_of_public_names_lists_what_packages_export():
 
 
 def test_examples_import_public_names_only():
-    """Kernels are changed in a clone, and so are two tutorials about them."""
+    """Two tutorials change kernels in a clone, so they may import them."""
     named, imported = public_names(), 0
     named["swarm_pz.config"] |= named["swarm_pz"]
     for page in [*PAGES, *sorted((ROOT / "docs/tutorials").glob("*.py")), *sorted((ROOT / "examples").glob("*.py"))]:
@@ -104,10 +104,10 @@ def test_examples_import_public_names_only():
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """Give the folder of the built site."""
+    """Return the folder of the built site."""
     folder = tmp_path_factory.mktemp("site")
     build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--config-file", str(ROOT / "mkdocs.yml")]
-    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}  # a theme's announcement
+    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}  # no announcement of the theme
     done = subprocess.run(  # noqa: S603
         [*build, "--site-dir", str(folder)], capture_output=True, text=True, cwd=ROOT, env=environment, check=False
     )

@@ -94,7 +94,7 @@ PAIR_OF_VIEWS = (ObservationConfig(grid=10, channels=("own_share", "time_left"))
 @pytest.mark.parametrize("side", ["red", "blue", "random"])
 @pytest.mark.parametrize("make", [DuelEnv, DuelVectorEnv, SwarmVecEnv, DronesVecEnv])
 def test_every_pair_is_the_learners_and_its_opponents_on_whichever_side_the_learner_sits(make, side):
-    """A learner on blue got red's view, and the drones of whichever side it had."""
+    """Catches a learner on blue that gets red's view, or as many drones as its side instead of its own number."""
     keywords = {"drones_per_team": (1, 3), "controllers": ("direct", "flocking"), "observation": PAIR_OF_VIEWS}
     keywords |= {"spawn": SpawnConfig(layout="squares", speed=0.1), "side": side}
     count = 1 if make is DuelEnv else 8
@@ -121,7 +121,7 @@ def test_every_pair_is_the_learners_and_its_opponents_on_whichever_side_the_lear
     "make", [CaptureEnv, DronesEnv, DuelEnv, WRAPPERS["vector"]], ids=["parallel", "drones", "gymnasium", "vector"]
 )
 def test_a_reset_that_is_refused_leaves_game_and_seeds_as_they_were(make):
-    """Refused options had reseeded already, and misspelt ones did nothing, without a word."""
+    """Catches refused options that reseed all the same, and misspelt ones that are silently ignored."""
     environment, other = make(drones_per_team=1), make(drones_per_team=1)
     for one in (environment, other):
         one.reset(seed=5)
@@ -160,7 +160,7 @@ def test_registries_take_the_keywords():
 
 @pytest.mark.parametrize("keywords", [{}, {"max_cycles": 400}, {"time_limit": 20.0}], ids=str)
 def test_the_spec_says_after_how_many_steps_a_game_is_a_draw(keywords):
-    """It said None, and a number for all games would have cut long ones short."""
+    """Catches a limit of None, and one limit for all games, which would cut long ones short."""
     expected = keywords.get("max_cycles", int(keywords.get("time_limit", 300)))
     for made in (gymnasium.make(ID, **keywords), gymnasium.make_vec(ID, num_envs=2, **keywords)):
         assert made.spec.max_episode_steps == expected
@@ -194,7 +194,7 @@ def test_infos_are_numbers_by_the_same_names_at_every_step():
 
 
 def play_on(environment, steps=5):
-    """Play on, over the ends of games, and return all that is seen."""
+    """Play on past the ends of games, and return the observations."""
     seen, generator = [], np.random.default_rng(1)
     for _ in range(steps):
         if isinstance(environment, DuelVectorEnv):
@@ -228,7 +228,7 @@ PICKLED = {
     [("parallel", ""), ("window", ""), ("gymnasium", "noise"), ("vector", "champion"), ("gymnasium", "planner")],
 )
 def test_an_environment_pickled_in_mid_game_goes_on_as_the_one_that_was_not(make, opponent):
-    if opponent == "planner":  # with less to think about
+    if opponent == "planner":  # with a small budget
         opponent = Planner(GameConfig(drones_per_team=2), settings=PlannerConfig(drone_steps=500, horizon=0.5))
     environment = PICKLED[make](opponent)
     environment.reset(seed=3)

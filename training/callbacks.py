@@ -1,6 +1,6 @@
 """Callbacks of a run: schedules, progress, evaluation without exploration, checkpoints.
 
-Curves have Stable-Baselines3's names; `share` is the share of drones at the end.
+Curves have Stable-Baselines3's names; `share` is the learner's final share of the drones.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from swarm_pz.training.checkpoint import random_streams_kept
 from swarm_pz.training.config import TrainConfig
 
 EVALUATION_SEEDS = 1_000_000
-"""Sets the seeds of evaluations during a run apart from those of the matches after it."""
+"""Offset that keeps the seeds of evaluations during a run apart from those of the matches after it."""
 _RECENT = 256
-"""Finished games over which the running figures are taken."""
+"""Number of latest finished games in `RunState.recent`."""
 
 
 @dataclass
@@ -34,15 +34,15 @@ class RunState:
 
     config: TrainConfig
     records: list[dict[str, float]] = field(default_factory=list)
-    """One of each evaluation against the first opponent: step, seconds, win_rate, its interval, loss_rate and share; of
-    the latest training games training_share."""
+    """One dict for each evaluation against the first opponent: step, seconds, win_rate, its interval, loss_rate, share,
+    and training_share, the mean share in the latest training games."""
     seconds: float = 0.0
-    """Time spent training, over all sittings."""
+    """Training time, including the time before a resume."""
     recent: deque[tuple[bool, float]] = field(default_factory=lambda: deque(maxlen=_RECENT))
-    """Won, and the final share of drones, of the latest training games, with exploration."""
+    """(won, final share of drones) of the latest training games, which are played with exploration."""
 
     def exploration(self, steps: int) -> float:
-        """Return the standard deviation that the learner explores with after so many steps."""
+        """Return the standard deviation of the exploration after `steps` steps."""
         done = min(steps / self.config.total_steps, 1.0)
         return math.exp(self.config.log_std + done * (self.config.final_log_std - self.config.log_std))
 
@@ -53,7 +53,7 @@ class RunState:
 
 
 class RunCallback(BaseCallback):
-    """A callback that shares the run's state, and never ends it by a step."""
+    """A callback that shares the run's state; its `_on_step` never stops the training."""
 
     def __init__(self, state: RunState) -> None:
         super().__init__()
@@ -64,7 +64,7 @@ class RunCallback(BaseCallback):
 
 
 class Account(RunCallback):
-    """Notes the finished games and the time spent."""
+    """Records finished games and training time."""
 
     def _on_training_start(self) -> None:
         self._began, self._before = time.monotonic(), self.state.seconds
@@ -82,7 +82,7 @@ class Account(RunCallback):
 
 
 class Schedules(RunCallback):
-    """Lowers the exploration with the steps, and holds the actor still while only the critic learns."""
+    """Lowers the exploration as the run goes on, and freezes the actor while only the critic learns."""
 
     def _on_rollout_start(self) -> None:
         with torch.no_grad():
@@ -93,7 +93,7 @@ class Schedules(RunCallback):
 
 
 class PeriodicEvaluation(RunCallback):
-    """Plays the tactic, which `policy` returns, without exploration now and then, from the start on."""
+    """Evaluates the tactic that `policy` returns, without exploration: first at the start, then regularly."""
 
     def __init__(self, state: RunState, policy: Callable[[], Player]) -> None:
         super().__init__(state)
@@ -107,7 +107,7 @@ class PeriodicEvaluation(RunCallback):
     def evaluate(self) -> None:
         """Play the tactic and record the result."""
         config = self.state.config
-        with random_streams_kept():  # an evaluation more or less changes nothing in the run
+        with random_streams_kept():  # so an extra evaluation changes nothing in the run
             match = play_match(
                 self._policy(),
                 config.opponents[0],
@@ -135,16 +135,16 @@ class PeriodicEvaluation(RunCallback):
 
 
 def _mean_reward(match: MatchResult) -> float:
-    """Return the mean return of the games, not discounted: rewards add up to that of one step from start to end."""
+    """Return the games' mean undiscounted return: a game's rewards sum to the reward of one step from start to end."""
     config, outcomes = match.config, np.array([game.outcome for game in match.games])
     owned = np.array([[game.share * config.num_drones, config.team_sizes[game.side == "blue"]] for game in match.games])
     gained = (owned[:, 0] - owned[:, 1]).round().astype(np.int64)
     weights = config.reward.size_change, config.num_drones / 2, config.reward.outcome
-    return float(red_reward(gained, outcomes != "draw", outcomes == "win", *weights).mean())  # each side's as if red's
+    return float(red_reward(gained, outcomes != "draw", outcomes == "win", *weights).mean())  # as if always red
 
 
 class Checkpoint(RunCallback):
-    """Saves a run now and then, and before it stops with the sentence of `standing`."""
+    """Saves a run regularly, and before it raises Stopped with the sentence of `standing`."""
 
     def __init__(
         self, state: RunState, save: Callable[[], None], should_stop: Callable[[], bool], standing: Callable[[], str]
@@ -165,7 +165,7 @@ class Checkpoint(RunCallback):
 
 
 class Progress(RunCallback):
-    """Says the progress in a line, twenty times in a run."""
+    """Reports the progress in one line at every 5 % of a run."""
 
     def __init__(self, state: RunState, say: Callable[[str], None]) -> None:
         super().__init__(state)

@@ -1,6 +1,6 @@
-"""The checkpoint of a run: a file without code, and the learner's state in it; the process's random streams.
+"""Checkpoints of a run: files without code, the learner's state in them, and the process's random streams.
 
-The file holds arrays as safetensors, and all else, the story, as JSON in its header.
+The file holds arrays as safetensors; its header holds everything else, the story, as JSON.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CHECKPOINT = "checkpoint.safetensors"
 FORMAT = 1
 BEGIN_AFRESH = "delete the folder, or choose another one (--out)"
 LEAGUE, SEARCH = "league.json", "search.json"
-"""Files that show a league, and a search for exploiters."""
+"""Files that mark the folders of a league and of a search for exploiters."""
 
 Story = dict[str, Any]
 Arrays = dict[str, NDArray[Any]]
@@ -37,7 +37,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def is_begun(folder: Path, mark: str) -> bool:
-    """Return True if a folder holds the file `mark`, so its work goes on; refuse a folder that holds other work."""
+    """Return True if a folder's work can be resumed: it has the file `mark`; refuse a folder that holds other work."""
     if (folder / mark).is_file():
         return True
     for name in (CHECKPOINT, LEAGUE, SEARCH, CARD):
@@ -47,20 +47,20 @@ def is_begun(folder: Path, mark: str) -> bool:
 
 
 def write(path: Path, story: Story, arrays: Arrays) -> None:
-    """Write a checkpoint atomically; the story is what JSON can hold."""
+    """Write a checkpoint atomically; JSON must be able to hold the story."""
     packed = save(arrays, metadata={"story": json.dumps(story | {"format": FORMAT})})
     with draft_of(path) as draft:
         draft.write_bytes(packed)
 
 
 def read(path: Path, *, with_arrays: bool = True) -> tuple[Story, Arrays]:
-    """Return story and arrays, if asked for; a CheckpointError is raised if the file is corrupt or foreign."""
+    """Return story and arrays (if asked for); raise a CheckpointError if the file is corrupt or foreign."""
     try:
         with safe_open(path, framework="np") as file:
             story = json.loads((file.metadata() or {})["story"])
             arrays = {name: file.get_tensor(name) for name in file.keys()} if with_arrays else {}  # noqa: SIM118
         version = story["format"]
-    except Exception as error:  # safetensors raises its own kinds, none of them public
+    except Exception as error:  # safetensors raises classes of its own
         raise CheckpointError(f"{path} is corrupt or foreign ({error}); {BEGIN_AFRESH}") from error
     if version != FORMAT:
         raise CheckpointError(f"{path} must be of format {FORMAT}, got {version!r}; {BEGIN_AFRESH}")
@@ -71,7 +71,7 @@ def read(path: Path, *, with_arrays: bool = True) -> tuple[Story, Arrays]:
 
 
 def random_streams() -> tuple[Any, Any]:
-    """Return the state of the random streams that PyTorch and NumPy keep for the process; SB3 draws from them."""
+    """Return the states of PyTorch's and NumPy's global random streams, from which SB3 draws."""
     return torch.get_rng_state(), np.random.get_state()  # noqa: NPY002  (SB3's)
 
 
@@ -95,7 +95,7 @@ def random_streams_kept() -> Iterator[None]:
 
 
 def learner_state(model: PPO) -> tuple[Story, Arrays]:
-    """Return weights, optimizer and counters of a learner; between two rollouts only."""
+    """Return weights, optimizer and counters of a learner; call it only between two rollouts."""
     story: Story = {
         "steps": model.num_timesteps,
         "updates": model._n_updates,

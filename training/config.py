@@ -1,4 +1,4 @@
-"""The settings of a training run; light, so that the command line can list them without PyTorch."""
+"""The settings of a training run; importing them needs no PyTorch, so that the command line can list them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from swarm_pz.policies import scripted
 
 SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)
 FIELD = (*["uniform"] * 2, *SCRIPTS, "centre", "evade", "evade", "halo", "lasso", "wavefront")
-"""The opponents of a run: all scripts, more often those that are measured against or hard to beat."""
+"""The default opponents: all scripts, with more copies of those used in evaluations or hard to beat."""
 
 MAY_CHANGE: dict[str, Any] = {"total_steps": 1, "threads": 1, "evaluate_every": 1, "checkpoint_every": 1}
 """Settings that a resumed run may change, and the values that replace them in comparisons."""
@@ -30,26 +30,26 @@ class TrainConfig(Config):
     Attributes
     ----------
     game : GameConfig
-        The rules, and what the learner sees: drones, if its system takes no densities.
+        The rules, and the learner's observation: drones, if its control system takes no densities.
     sizes : tuple of int
-        Drones a team, each in an equal part of the games; that of `game` if none is given. Evaluations
-        are at the size of `game`.
+        Team sizes, each in an equal part of the games; if empty, the size of `game`. Evaluations
+        use the size of `game`.
     opponents : tuple of str
-        Names of policies, or folders of learned ones, dealt to the games in turn; the first is the one
-        that evaluations during the run are against.
+        Names of policies, or folders of learned ones, assigned to the games in turn; evaluations during
+        the run are against the first.
     start_from : str, optional
-        A policy, by name or folder, that the tactic starts from: with the weights of a learned one, which must have the
-        same network, or with an imitation of another.
+        A policy, by name or folder, from which training starts: from the weights of a learned policy, which must have
+        the same network, or from an imitation of any other.
     critic_steps : int
         Value warm-up: steps at the start in which only the critic learns, since it does not know the tactic that
         the actor starts from.
     action_cells : int
-        Cells a side of the learner's action, if it is a density; divides the observation's grid.
+        Cells per side of the learner's action, if it is a density; must divide the observation's grid.
     width : int
         Channels of the network's hidden layers, a multiple of eight.
     total_steps : int
-        Environment steps in all, each one command of one game; after 200,000 a tactic cannot be told from an
-        untrained one yet.
+        Environment steps in all, each one command of one game; 200,000 are too few to tell a tactic from an
+        untrained one.
     num_envs : int
         Games played at once.
     rollout : int
@@ -57,17 +57,17 @@ class TrainConfig(Config):
     batch_size : int
         Steps of a minibatch.
     epochs : int
-        Times that each update goes through its steps (`n_epochs`).
+        Passes of each update through its steps (`n_epochs`).
     learning_rate : float
-        Of Adam, at the start; it falls linearly with the steps, to a twentieth.
+        Adam's learning rate at the start; it falls linearly with the steps, to a twentieth.
     gamma : float
         Discount of a reward one step later.
     gae_lambda : float
-        Bias against variance in the advantage estimates.
+        Trade-off between bias and variance in the advantage estimates.
     clip_range : float
         How far an update may change the probability of an action.
     entropy : float
-        Weight of the bonus for exploring (`ent_coef`).
+        Weight of the entropy bonus, which rewards exploration (`ent_coef`).
     log_std : float
         Natural logarithm of the exploration's standard deviation at the start.
     final_log_std : float
@@ -76,11 +76,11 @@ class TrainConfig(Config):
     evaluate_every : int
         Steps between evaluations without exploration.
     evaluation_games : int
-        Games of such an evaluation, even.
+        Games of each evaluation, an even number.
     checkpoint_every : int
         Steps between checkpoints.
     seed : int
-        Of the network, the exploration and the games.
+        Seed of the network, the exploration and the games.
     threads : int
         Threads of the games and of the network.
     """
@@ -112,19 +112,19 @@ class TrainConfig(Config):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.game.to_dict()  # refuses what no checkpoint can name
+        self.game.to_dict()  # raises an error if checkpoints cannot name a control system
         check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
         shared = self.num_envs % max(len(self.sizes), 1) == 0
         check(shared, "num_envs", self.num_envs, f"a multiple of {len(self.sizes)}, the number of sizes")
         check(self.evaluation_games % 2 == 0, "evaluation_games", self.evaluation_games, "even")
         if self.game.team_systems[0].takes == "density":
             self._check_images()
-        else:  # the network for other commands looks at drones
+        else:  # the network for other commands observes drones
             rules = self.game.replace(observation=ObservationConfig(kind="drones"))
             object.__setattr__(self, "game", rules)
 
     def _check_images(self) -> None:
-        """Check what the network that learns densities is made for."""
+        """Check that the network for densities fits the settings."""
         kind, grid, cells = self.game.observations[0].kind, self.game.observations[0].grid, self.action_cells
         check(kind == "grids", "game.observation.kind", kind, "'grids', which the network is made for")
         check(self.width % 8 == 0, "width", self.width, "a multiple of 8, the symmetries of the square")
@@ -145,36 +145,36 @@ class LeagueConfig(Config):
     Attributes
     ----------
     learner : TrainConfig
-        The learner's run. It plays the pool instead of `opponents`, and is not evaluated meanwhile.
+        The learner's run. It plays against the pool instead of `opponents`, and has no evaluations.
     scripts : tuple of str
         Policies that are in the pool from the start; none for pure self-play.
     initial_opponents : tuple of str
-        Learned tactics, by name or folder, that are in the pool from the start, too. They are dealt as snapshots are,
+        Learned tactics, by name or folder, that are also in the pool from the start. They are drawn like snapshots,
         but do not explore.
     seats : int
-        Opponents dealt at a time.
+        Opponents drawn at a time.
     cycle : int
-        Steps between two deals.
+        Steps between two draws.
     pfsp_exponent : float
-        k of the weight (1 - p)^k of an opponent from which the learner takes a mean share p of the drones.
+        k in (1 - p)^k, the weight of an opponent from which the learner takes a mean share p of the drones.
     floor : float
-        What is added to every weight.
+        Number added to every weight.
     script_share : float
-        Share of the seats that scripts have among themselves; all of them as long as nobody else is there.
+        Share of the seats for all scripts together; every seat as long as the pool holds only scripts.
     snapshot_score : float
-        Mean share of the drones against the newest snapshot from which on the next is taken.
+        The next snapshot is taken when the learner's mean share of the drones against the newest reaches this.
     snapshot_every : int
-        Steps after which one is taken at the latest.
+        Steps after which a snapshot is taken at the latest.
     exploiter_every : int
         Steps between two exploiters.
     exploiter_steps : int
-        Steps that each trains; 0 for a league without.
+        Training steps of each exploiter; 0 for a league without exploiters.
     pattern_share : float
-        Share of the seats that patterns have among themselves; see `swarm_pz.policies.pattern`. Those that the learner
-        beats make room for new ones.
+        Share of the seats for all patterns together; see `swarm_pz.policies.pattern`. New patterns replace those that
+        the learner beats.
     async_delay : int
-        Steps of the learner from where an exploiter's training begins to where the learner waits for it. Other
-        processes or machines train it meanwhile; the result is the same without them.
+        Steps of the learner between the start of an exploiter's training and the wait for its end. Meanwhile other
+        processes or machines train the exploiter; the result is the same without them.
     """
 
     learner: TrainConfig = field(default=RECIPES["long"])

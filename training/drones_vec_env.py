@@ -21,11 +21,11 @@ from swarm_pz.training.vec_env import GamesVecEnv, make_games
 class DronesVecEnv(GamesVecEnv):
     """E games at once of N drones each, whose E·N agents are the rows: row e·N + i is drone i of game e.
 
-    To a learner of Stable-Baselines3 every row is an environment, and all share its parameters: its PPO is IPPO. Rules,
-    spaces and rewards are those of `swarm_pz.envs.drones_env.DronesEnv`. Rows of inactive drones go on: the first
-    number that they see is -1 in place of 1, the others are 0, and their action means nothing. All rows of a game end
-    together. Infos are empty until a game ends; then they hold ``terminal_observation``, ``TimeLimit.truncated`` and
-    the numbers of `DronesEnv`.
+    To Stable-Baselines3 every row is an environment, and all share the learner's parameters: its PPO is IPPO. Rules,
+    spaces and rewards are those of `swarm_pz.envs.drones_env.DronesEnv`. Inactive drones keep their rows: the first
+    number of their observations is -1 in place of 1, the others are 0, and their actions have no effect. All rows of a
+    game end together. Infos are empty until a game ends; then they hold ``terminal_observation``,
+    ``TimeLimit.truncated`` and the numbers of `DronesEnv`.
 
     Parameters
     ----------
@@ -70,12 +70,12 @@ class PlayingRolloutBuffer(RolloutBuffer):
         """Estimate advantages, as the base class does."""
         sits_out = self.observations[:, :, 0] == SITS_OUT
         self.values = self._worth(self.values, sits_out)
-        # Which drones are inactive after the last step is not known: those before it are taken.
+        # The buffer has no observation after the last step, so it takes the drones that were inactive before it.
         last = self._worth(last_values.cpu().numpy().reshape(1, -1), sits_out[-1:])
         super().compute_returns_and_advantage(torch.from_numpy(last), dones)
 
     def _worth(self, values: NDArray[np.float32], sits_out: NDArray[np.bool_]) -> NDArray[np.float32]:
-        """Return values (n, E * N) with those of rows that sit out replaced."""
+        """Return values (n, E * N), those of inactive drones replaced."""
         by_game = (len(values), -1, self._team)
         plays = ~sits_out.reshape(by_game)
         sums = (values.reshape(by_game) * plays).sum(axis=2)
@@ -86,5 +86,5 @@ class PlayingRolloutBuffer(RolloutBuffer):
         """Yield minibatches without the rows of inactive drones."""
         for samples in super().get(batch_size):
             plays = samples.observations[:, 0] != SITS_OUT
-            if plays.sum() > 1:  # advantages of one alone cannot be normalised
+            if plays.sum() > 1:  # a single advantage cannot be normalised
                 yield RolloutBufferSamples(*(part[plays] for part in samples))

@@ -16,11 +16,11 @@ from swarm_pz.simulator.commands import interpolation_matrix
 from swarm_pz.spaces.actions import LOG_DENSITY_RANGE
 
 _RECORDED, _BATCH = 40_000, 256
-"""Most commands that are learned from, and commands in a step of the optimizer."""
+"""Largest number of commands to learn from, and batch size."""
 
 
 class _Recorded(Rollout):
-    """Games in which a learner's observations are kept with the first player's commands."""
+    """Games that record the first player's commands, with a learner's observations from that side."""
 
     def __init__(self, seeing: ObservationConfig, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
@@ -37,9 +37,9 @@ class _Recorded(Rollout):
 
 
 def recorded(target: str, game: GameConfig, games: int, seed: int) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """Return observations (n, C, G, G) as of `game`, and a policy's densities (n, A, A), which add up to 1.
+    """Return observations (n, C, G, G) as `game` defines them, and a policy's densities (n, A, A), which sum to 1.
 
-    They are drawn from games against itself and against uniform coverage.
+    They are sampled from games of the policy against itself and against uniform coverage.
     """
     numbers, kept = range(max(games // 2, 2)), []
     for opponent in (target, "uniform"):
@@ -53,7 +53,7 @@ def recorded(target: str, game: GameConfig, games: int, seed: int) -> tuple[NDAr
 
 
 def fit(actor: Actor, seen: NDArray[np.uint8], wanted: NDArray[np.float64], seed: int, steps: int = 1_000) -> None:
-    """Fit an actor's densities to those wanted, by their cross entropy."""
+    """Fit an actor's densities to those wanted, with a cross-entropy loss."""
     optimizer = torch.optim.Adam(actor.parameters(), lr=2e-3)
     rate = torch.optim.lr_scheduler.LinearLR(optimizer, 1.0, 0.05, total_iters=steps)
     generator = np.random.default_rng(seed)
@@ -63,7 +63,7 @@ def fit(actor: Actor, seen: NDArray[np.uint8], wanted: NDArray[np.float64], seed
         fine = torch.from_numpy(interpolation_matrix(wanted.shape[-1], actions.shape[-1])).float()
         logs = LOG_DENSITY_RANGE * (fine @ actions @ fine.T).flatten(1)
         entropy = -(torch.from_numpy(wanted[part]).float().flatten(1) * logs.log_softmax(dim=1)).sum(dim=1).mean()
-        beyond = torch.relu(actions.abs() - 1.0).square().mean()  # actions are cut to [-1, 1]
+        beyond = torch.relu(actions.abs() - 1.0).square().mean()  # actions are clipped to [-1, 1]
         optimizer.zero_grad()
         (entropy + beyond).backward()
         optimizer.step()

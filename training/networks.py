@@ -48,7 +48,7 @@ class _DronesFeatures(nn.Module):
 
     def __init__(self, actor: DronesActor, drones: int) -> None:
         super().__init__()
-        self._actor, self._shape = [actor], (drones, COLUMNS)  # in a list: its weights are the policy's already
+        self._actor, self._shape = [actor], (drones, COLUMNS)  # a list: the policy holds these weights already
         rows = actor.features(torch.zeros(1, *self._shape)).shape[1]
         self.latent_dim_pi, self.latent_dim_vf = rows * actor.width, actor.width
         self.critic = nn.Sequential(nn.Linear(2 * actor.width + 2, actor.width), nn.Tanh())
@@ -64,7 +64,7 @@ class _DronesFeatures(nn.Module):
 
 
 class _Decide(nn.Module):
-    """The actor's last layer, from flat features, which were of a shape (cells, cells, width) or (-1, width)."""
+    """The actor's last layer, for flat features, which it reshapes to (cells, cells, width) or (-1, width)."""
 
     def __init__(self, actor: Actor | DronesActor, shape: tuple[int, ...]) -> None:
         super().__init__()
@@ -81,7 +81,7 @@ class _ActorPolicy(ActorCriticPolicy):
 
     actor: Actor | DronesActor
     _shape: tuple[int, ...]
-    """Shape of the actor's features, which SB3 has flat."""
+    """Shape of the actor's features, which SB3 passes on flat."""
 
     def __init__(self, *args: Any, width: int = 32, **kwargs: Any) -> None:
         self.width = width
@@ -89,8 +89,8 @@ class _ActorPolicy(ActorCriticPolicy):
 
     def _build(self, lr_schedule: Any) -> None:
         super()._build(lr_schedule)
-        # SB3 initialises what it knows; the actor's head comes in its place, with a small start, so that the untrained
-        # tactic is close to uniform coverage.
+        # The actor's head replaces SB3's action net. Its small initial weights keep the untrained tactic close to
+        # uniform coverage.
         nn.init.orthogonal_(self.actor.head.weight, gain=0.01)
         nn.init.zeros_(cast("Tensor", self.actor.head.bias))
         self.action_net = _Decide(self.actor, self._shape)
@@ -139,7 +139,7 @@ def as_policy(
     command: str = "",
     ancestors: Sequence[dict[str, Any]] = (),
 ) -> LearnedPolicy:
-    """Return the tactic of a network; steps and seconds of training, command and ancestors stand on its card."""
+    """Return the tactic of a network; its card records steps and seconds of training, command and ancestors."""
     game = config.game
     system, observation = game.team_systems[0], game.observations[0]
     if isinstance(network, DronesPolicy):
@@ -150,7 +150,7 @@ def as_policy(
         made = {"channels": list(observation.channels), "grid": observation.grid, "action_cells": cells}
     card = {
         "format": FORMAT,
-        **({} if system.name == "ergodic" else {"system": system.name}),  # whose densities others take, too
+        **({} if system.name == "ergodic" else {"system": system.name}),  # other systems take densities, too
         **made,
         "width": network.width,
         "config_hash": game.hash,

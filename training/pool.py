@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from swarm_pz.policies.pattern import KINDS, name_of, numbers_in, numbers_of, points_of
 
 _PRIOR_GAMES = 10.0
-"""Games at an even score that a new opponent starts with."""
+"""Imagined games at an even score, with which a new opponent starts."""
 _REMEMBERED_GAMES = 200.0
-"""Older games fade: the learner changes."""
+"""Largest count of games: older ones fade, since the learner changes."""
 _TRIED_GAMES, _EASY = 30.0, 0.85
-"""Games, with those it starts with, that tell how hard a pattern is, and the learner's mean share from which on it
-goes."""
+"""Games, including the imagined ones, after which a pattern is judged, and the learner's mean share at which it is
+dropped."""
 _SPREAD, _VARIED = 0.12, 0.06
-"""Standard deviations, in the unit cube, of new patterns around those that have names, and around those that stay."""
+"""Standard deviations, in the unit cube, of new patterns around the named ones, and around those that stay."""
 _NAMED = points_of(np.array([list(kind.values()) for kind in KINDS.values()]))
 
 
@@ -41,7 +41,7 @@ class Member:
         return self.score / self.games
 
     def count(self, share: float) -> None:
-        """Count a game of the learner against it, in which it had a share of the drones."""
+        """Count a game that the learner ended with a share of the drones."""
         self.games, self.score = self.games + 1.0, self.score + share
         if self.games > _REMEMBERED_GAMES:
             self.score *= _REMEMBERED_GAMES / self.games
@@ -66,7 +66,7 @@ class Pool:
 
     @classmethod
     def from_dict(cls, plain: dict[str, Any]) -> Pool:
-        """Return the pool of which `dataclasses.asdict` gave the plain values."""
+        """Return the pool that `dataclasses.asdict` turned into plain values."""
         return cls(**plain | {"members": [Member(**entry) for entry in plain["members"]]})
 
     def newest(self) -> Member:
@@ -74,7 +74,7 @@ class Pool:
         return next(member for member in reversed(self.members) if member.kind == "snapshot")
 
     def weights(self, exponent: float, floor: float, **shares: float) -> NDArray[np.float64]:
-        """Return each member's probability of being dealt; `shares` is what all of a kind have, others the rest."""
+        """Return each member's probability of being dealt; `shares` are totals of kinds, other kinds get the rest."""
         hard = np.array([(1.0 - member.beaten) ** exponent for member in self.members]) + floor
         kinds = np.array([member.kind if member.kind in shares else "" for member in self.members])
         shares = {kind: share for kind, share in shares.items() if kind in kinds}
@@ -83,9 +83,9 @@ class Pool:
         return np.asarray(hard / hard.sum())
 
     def renew_patterns(self, count: int, generator: np.random.Generator) -> None:
-        """Let the patterns that the learner finds hard stay, and others make room for new ones.
+        """Keep the patterns that are hard for the learner, or not judged yet; replace the others.
 
-        Half of the new ones are variations of those that stay, the others of the patterns that have names; after
+        Half of the new patterns are variations of the hard ones, half of the named ones; after
         Parker-Holder et al., "Evolving curricula with regret-based environment design", ICML 2022.
         """
         patterns = [member for member in self.members if member.kind == "pattern"]

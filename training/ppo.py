@@ -34,21 +34,21 @@ from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 HISTORY, SETTINGS = "history.json", "config.json"
 
 _IMITATED_GAMES = 200
-"""Games of a policy without weights that a run starts from."""
+"""Games to record for imitation, if a run starts from a policy without weights."""
 
 
 class _Learner(PPO):
-    """PPO that shows its network images as they are."""
+    """PPO that passes images to its network unchanged."""
 
     @staticmethod
     def _wrap_env(env: Any, verbose: int = 0, monitor_wrapper: bool = True) -> VecEnv:  # noqa: ARG004
-        """Leave the games as they are: SB3 would take the channels of an image for its columns if they are many."""
+        """Skip SB3's wrappers, which would take an image's channels for its columns if there are many."""
         assert isinstance(env, VecEnv)  # noqa: S101  (as `Training` makes it)
         return env
 
 
 class Training:
-    """One training run in a folder, which goes on from its last checkpoint if there is one.
+    """One training run in a folder, which continues from its last checkpoint if there is one.
 
     The folder holds ``config.json``, ``checkpoint.safetensors``, ``history.json``, the curves in ``tensorboard`` and,
     in the end, ``policy.safetensors`` with ``policy.json``, whose card names the `command`. A resumed run has the
@@ -128,7 +128,7 @@ class Training:
         return self._policy(fresh, "untrained")
 
     def policy(self) -> LearnedPolicy:
-        """Return the tactic as it stands, playing its mean action."""
+        """Return the tactic trained so far; it plays its mean action."""
         return self._policy(self.model.policy, self.folder.name)  # type: ignore[arg-type]
 
     def _policy(self, network: GridPolicy | DronesPolicy, name: str) -> LearnedPolicy:
@@ -155,7 +155,7 @@ class Training:
     def run(self, should_stop: Callable[[], bool] = never) -> LearnedPolicy:
         """Train to the end, write the policy and return it.
 
-        Between two rollouts, Stopped is raised after a checkpoint if `should_stop` returns True.
+        If `should_stop` returns True between two rollouts, a checkpoint is saved and Stopped is raised.
         """
         if self.is_finished:
             self.say_finished()
@@ -173,13 +173,13 @@ class Training:
 
     @functools.cached_property
     def logger(self) -> Logger:
-        """Logger of this sitting's curves."""
+        """Logger of this process's curves."""
         return Logger(None, [TensorBoardOutputFormat(str(self.folder / "tensorboard"))])
 
     def learn(self, until: int, *callbacks: BaseCallback) -> None:
         """Train up to a number of steps, counted from the run's start."""
         self.model.set_logger(self.logger)
-        # SB3 draws from the process's streams; what else runs in it draws from others.
+        # SB3 draws from the process's random streams: set them to this run's, and restore them afterwards.
         with checkpoint.random_streams_kept():
             checkpoint.set_random_streams(self._streams)
             self.model.learn(
@@ -192,7 +192,7 @@ class Training:
     # --- checkpoints ------------------------------------------------------------------------------
 
     def save_checkpoint(self, **more: Any) -> None:
-        """Write the learner, its history and `more`, atomically; between two rollouts only."""
+        """Write the learner, its history and `more` atomically; call it only between two rollouts."""
         learner, arrays = checkpoint.learner_state(self.model)
         told = {"seconds": self.state.seconds, "records": self.state.records}
         story = {
@@ -224,7 +224,7 @@ class Training:
         except (AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
             raise CheckpointError(f"{path} does not fit this run ({_first_line(error)}); {BEGIN_AFRESH}") from error
         self.stored = story
-        # Other games and noise than those that the run has had already.
+        # A new seed, so that games and noise do not repeat.
         fresh = np.random.SeedSequence([self.config.seed, self.model.num_timesteps]).generate_state(1)
         self.model.set_random_seed(int(fresh[0]))
         self._streams = checkpoint.random_streams()

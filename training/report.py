@@ -1,4 +1,4 @@
-"""The end of a training run: the learning curve, and the table beside the baselines."""
+"""Reports at the end of a training run: the learning curve, and matches to compare it with baselines."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def compare(
 
 
 def plot_learning_curve(records: list[dict[str, float]], opponent: str, path: Path) -> None:
-    """Draw share and win rate of the evaluations against an opponent, as `RunState.records` has them, over steps."""
+    """Plot evaluations (`RunState.records`) against an opponent over steps: win rate, loss rate and share."""
     columns = {name: [record[name] for record in records] for name in records[0]}
     steps = [step / 1000 for step in columns["step"]]
     with drawing(path) as figure:

@@ -1,6 +1,6 @@
-"""The search for patterns that beat a policy: CMA-ES, and no learning.
+"""The search for patterns that beat a policy: CMA-ES, without learning.
 
-Hansen, "The CMA evolution strategy: a tutorial", arXiv 1604.00772, by the package cma.
+Hansen, "The CMA evolution strategy: a tutorial", arXiv 1604.00772; the package cma implements it.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ Score = Callable[[Array], Array]
 _SPREAD = 0.12
 """Standard deviation, in the unit cube, of the first candidates of a kind."""
 _BEST_KINDS = 2
-"""Kinds from which CMA-ES goes on."""
+"""Number of kinds from which CMA-ES continues."""
 _PARTS = 4
-"""Tasks of a generation."""
+"""Tasks into which a generation is split."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """A policy that is searched: its name or folder, its digest if known, and its files for other machines."""
+    """A policy to search against: its name or folder, its digest if known, and its files for other machines."""
 
     policy: str
     game: GameConfig
@@ -51,8 +51,8 @@ def rounds_of(generations: int) -> int:
 def search(score: Score, *, generations: int, candidates: int, seed: int, keep: int = 3) -> list[str]:
     """Return the names of the best patterns that a search finds, the best first.
 
-    `score` returns the worth (n,) of patterns' numbers (n, 13). Of each kind as many candidates are tried as in a
-    generation; CMA-ES goes on from the best player of each of the two best kinds.
+    `score` maps patterns' numbers (n, 13) to scores (n,). As many candidates of each kind are tried as in a generation.
+    CMA-ES then continues from the best candidate of each of the two best kinds.
     """
     cma = require_extra("cma", "train")
     generator = np.random.default_rng(seed)
@@ -92,9 +92,9 @@ def search_against(
     show: Callable[..., None] = lambda *_: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> list[str]:
-    """Return the names of the patterns that a search finds to beat a policy most, the best first.
+    """Return the names of the patterns that a search finds to be best against a policy, the best first.
 
-    Each candidate plays some games. Raises Stopped if `should_stop`; nothing is kept.
+    Each candidate plays `games` games. Raises Stopped if `should_stop` returns True; no results are kept.
     """
     rounds = 0
 
@@ -118,9 +118,9 @@ def search_against(
 
 
 def worth(place: int, target: Target, numbers: Array, games: int, seed: int) -> Array:  # noqa: ARG001
-    """Return the mean share of the drones (n,) that patterns end with against a policy: a task of a pool.
+    """Return patterns' mean final share of the drones (n,) against a policy; a task for a pool.
 
-    A policy that fails loses all. `place` is that of the task.
+    A policy that fails loses all games. `place` is the task's index.
     """
     game = target.game
     with unpacked_policy(target.policy, game, target.digest, target.bundle) as name:

@@ -2,9 +2,9 @@
 
 An opponent from which the learner takes a share p of the drones is drawn with weight (1 - p)^k (prioritised fictitious
 self-play, Vinyals et al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575,
-2019). Scripts have a fixed share: tactics are measured against them. So have patterns, which evolve: those that the
-learner beats make room for variations of the others. Now and then an exploiter starts from the learner's weights and
-learns to beat it alone. If it ends with more than half of the drones, it joins the pool.
+2019). Scripts have a fixed share, since tactics are evaluated against them. Patterns have a fixed share, too, and
+evolve: new ones replace those that the learner beats. Now and then an exploiter starts from the learner's weights and
+learns to beat only the learner. If it ends with more than half of the drones, it joins the pool.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _EXPLOITED_GAMES = 100
 
 
 class _Scores(RunCallback):
-    """Counts finished games for the pool; `names` are the opponents', by the numbers in infos."""
+    """Counts finished games for the pool; `names` are the opponents' names, indexed by their numbers in infos."""
 
     def __init__(self, state: RunState, pool: Pool, names: Sequence[str]) -> None:
         super().__init__(state)
@@ -56,11 +56,11 @@ class _Scores(RunCallback):
 
 
 class League:
-    """One league in a folder, which goes on where it was; errors are as of `Training`.
+    """One league in a folder, which continues from its last checkpoint; raises the errors of `Training`.
 
-    The folder holds ``config.json`` (its settings), ``league.json`` (the pool, for readers), ``main/`` (the learner's
-    run, whose checkpoint holds the pool, too), ``pool/`` (snapshots) and ``exploiters/``. `workers` train exploiters;
-    this process does, if none are given.
+    The folder holds ``config.json`` (its settings), ``league.json`` (a readable copy of the pool), ``main/`` (the
+    learner's run, whose checkpoint holds the pool), ``pool/`` (snapshots) and ``exploiters/``. `workers` train
+    exploiters; without them, this process does.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class League:
         return policy
 
     def _follow_up(self, should_stop: Callable[[], bool]) -> int:
-        """Begin an exploiter that is due, wait for one that joins now, and return the learner's steps."""
+        """Take a snapshot or begin an exploiter if due, wait for one that joins now, and return the learner's steps."""
         step, total, after = self.main.model.num_timesteps, self.config.learner.total_steps, self.config.async_delay
         is_over = step >= min(self.pool.until, total)
         since = step - self.pool.snapshot_step
@@ -153,7 +153,7 @@ class League:
             name = f"exploiter_{self.pool.exploiters:03d}"
             if name not in self._background:
                 self._begin_exploiter(name, should_stop)
-            # It joins between two deals, at a step that is always the same.
+            # It joins between two deals, at a step that does not depend on the workers.
             if after == 0 or step >= total or (step >= self.pool.until and step >= self.pool.exploiter_step + after):
                 self._end_exploiter(name, should_stop)
         return step
@@ -183,24 +183,24 @@ class League:
         chosen = [self.pool.members[i].name for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]
         order = [chosen[i] for i in generator.permutation(len(chosen))]
         is_pattern = {member.name: member.kind == "pattern" for member in self.pool.members}
-        # One player for all patterns, since games are dealt to its numbers in the order of the seats: that is faster.
+        # One player for all patterns is faster. It has numbers for every seat, since both are dealt to games in turn.
         numbers = [numbers_in(name) if is_pattern[name] else [*KINDS["spot"].values()] for name in order]
         partners = {name: self._partner(name) for name in dict.fromkeys(chosen) if not is_pattern[name]}
         patterns = PatternPlayer(np.array(numbers), self._game)
         self.main.env.deal([partners.get(name, patterns) for name in order], order)
 
     def _partner(self, name: str) -> Player:
-        """Return a member of the pool."""
+        """Return the policy of a member of the pool."""
         member = next(member for member in self.pool.members if member.name == name)
         is_installed = member.kind in ("script", "initial")
         player = policies.load(member.source if is_installed else self.folder / member.source, self._game)
         if isinstance(player, LearnedPolicy) and not is_installed:
-            # An equal that did not explore would beat the learner that does, whatever it had learned.
+            # The learner explores: without noise, an equally good opponent would always beat it.
             player.noise = self.main.state.exploration(self.main.model.num_timesteps)
         return player
 
     def _snapshot(self) -> None:
-        """Put the learner into the pool, and save the league before anybody plays it."""
+        """Put the learner into the pool, and save the league before anyone plays against the snapshot."""
         number = sum(member.kind == "snapshot" for member in self.pool.members)
         source = f"pool/snapshot_{number:03d}"
         self.main.policy().write(self.folder / source)

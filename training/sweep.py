@@ -1,4 +1,4 @@
-"""A sweep: the same training run with several seeds, shared among workers; what the benchmark asks of a method."""
+"""A sweep: the same training run with several seeds, shared among workers, as the benchmark asks of a method."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def sweep(
     show: Callable[[float, float], None] = lambda *_: None,
     command: str = "",
 ) -> list[LearnedPolicy]:
-    """Train a policy with each seed, and return them in that order; stopped runs are resumed, and trained ones stay.
+    """Train a policy with each seed, and return them in that order; resume stopped runs and skip finished ones.
 
     The run of seed 3 is in ``seed-3``. The policies do not depend on the `pool`, which `open_pool` opens. `show` gets
-    the steps of all runs so far, as their checkpoints say, and in the end.
+    the steps of all runs so far (from their checkpoints) and the total.
 
-    Raises a CheckpointError if a folder holds a run of another configuration; a ConfigError if seeds are not different,
-    or a player is a folder, which machines elsewhere do not have; a WorkerError if a worker died; and Stopped if
-    `should_stop` returns True: checkpoints are kept.
+    Raises a CheckpointError if a folder holds a run of another configuration; a ConfigError if seeds repeat or are
+    missing, or if other machines train and a player is a folder, which they lack; a WorkerError if a worker died; and
+    Stopped if `should_stop` returns True: checkpoints are kept.
     """
     check(0 < len(seeds) == len(set(seeds)), "seeds", tuple(seeds), "different ones, at least one")
     runs = {folder / f"seed-{seed}": config.replace(seed=seed) for seed in seeds}
@@ -67,12 +67,12 @@ def sweep(
 def train_one(
     config: TrainConfig, folder: Path | None, command: str, should_stop: Callable[[], bool] = never, say: Say = print
 ) -> PolicyBundle | None:
-    """Train one policy, or resume it: a task of a pool. Without a folder the policy is returned."""
+    """Train or resume one policy: a task for a pool. Without a folder, return the policy's files."""
     with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
         where = Path(place, f"seed-{config.seed}") if folder is None else folder
         run = Training(config, where, say=say, command=command)
         policy = run.policy() if run.is_finished else run.run(should_stop)
-        policy.write(where)  # of a finished run that was killed before it could be
+        policy.write(where)  # a finished run may have been killed before this
         if folder is not None:
             return None
         out = Path(place, "policy", where.name)
@@ -98,7 +98,7 @@ def _steps_of(place: Path) -> int:
 
 
 def _is_trained(place: Path, config: TrainConfig) -> bool:
-    """Return True if a run has ended; a CheckpointError is raised if it is another's."""
+    """Return True if a run has finished; raise a CheckpointError if its policy had other settings."""
     if not (place / CARD).is_file():
         return False
     trained = LearnedPolicy.read(place, config.game).card["training"]

@@ -36,12 +36,12 @@ class BatchVecEnv(VecEnv):
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Refuse: games of a batch have no attributes of their own."""
+        """Raise an AttributeError: games of a batch have no attributes of their own."""
         name = type(self).__name__
         raise AttributeError(f"games of a {name} share their attributes: set {attr_name!r} on the {name}")
 
     def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
-        """Refuse: games of a batch have no methods of their own."""
+        """Raise an AttributeError: games of a batch have no methods of their own."""
         raise AttributeError(f"games of a {type(self).__name__} have no method {method_name!r} of their own")
 
     def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
@@ -50,7 +50,7 @@ class BatchVecEnv(VecEnv):
 
 
 class GamesVecEnv(BatchVecEnv):
-    """A VecEnv over games that start afresh when they end, each with a stream of seeds of its own and as many rows."""
+    """A VecEnv over games that restart when they end; each has its own stream of seeds, and `rows` rows."""
 
     def __init__(
         self, games: DuelBatch | DronesBatch, rows: int, observation_space: Space[Any], action_space: Space[Any]
@@ -118,7 +118,7 @@ class GamesVecEnv(BatchVecEnv):
 def make_games(
     kind: Callable[..., Games], wrapper: type, config: GameConfig | None, num_games: int, keywords: dict[str, Any]
 ) -> Games:
-    """Return a batch of some kind from a wrapper's keywords: those of the batch, and rules."""
+    """Return a batch of class `kind`; a wrapper's `keywords` are options of the batch, and rules."""
     parameters = inspect.signature(kind).parameters.values()
     names = [parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY]
     options = {name: keywords.pop(name) for name in names if name in keywords}
@@ -126,10 +126,10 @@ def make_games(
 
 
 class SwarmVecEnv(GamesVecEnv):
-    """E games at once, a learner in each, opponents answered in one batch.
+    """E games at once, with a learner in each; opponents act in one batch.
 
     Infos are empty until a game ends; then they hold ``terminal_observation``, ``TimeLimit.truncated`` and the numbers
-    of the other faces. Wrap in SB3's `VecMonitor` for ``episode``.
+    of the other wrappers. Wrap in SB3's `VecMonitor` for ``episode``.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ class SwarmVecEnv(GamesVecEnv):
 
 
 class StackedVecEnv(BatchVecEnv):
-    """Batches of games of different rules, at least one and all with the same spaces, seen and answered as one."""
+    """One VecEnv over one or more batches of games, which may differ in rules but not in spaces."""
 
     def __init__(self, parts: Sequence[SwarmVecEnv]) -> None:
         self.parts = list(parts)
@@ -182,7 +182,7 @@ class StackedVecEnv(BatchVecEnv):
         return self.parts[0].opponent_names
 
     def deal(self, opponent: Sequence[Player], names: Sequence[str] | None = None) -> None:
-        """Give other opponents to the games that start from now on; each part gets policies of its own."""
+        """Give other opponents to the games that start from now on; each part gets its own copies of the policies."""
         for part in self.parts:
             part.deal(copy.deepcopy(opponent), names)
 

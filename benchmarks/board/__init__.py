@@ -1,4 +1,4 @@
-"""The board: entries in ``docs/board/entries``, what is checked of them, and the pages that are made of them."""
+"""The board: entries in ``docs/board/entries``, the checks of them, and the pages made from them."""
 
 from pathlib import Path
 

@@ -1,5 +1,5 @@
 "use strict";
-// Sorts the table by a column; without this script it stands in the order of the scores.
+// Sorts the table by a column; without this script, it is sorted by score.
 const table = document.querySelector("table");
 const heads = table ? [...table.tHead.rows[0].cells] : [];
 
@@ -15,7 +15,7 @@ function sort(column) {
   const rows = [...table.tBodies[0].rows];
   rows.sort((one, another) => {
     const [a, b] = [valueOf(one, column), valueOf(another, column)];
-    if (a === "" || b === "") return (a === "") - (b === ""); // what is not said comes last, in either order
+    if (a === "" || b === "") return (a === "") - (b === ""); // missing values come last, in either order
     return sign * (isText ? a.localeCompare(b) : a - b);
   });
   table.tBodies[0].append(...rows);

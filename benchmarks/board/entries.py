@@ -1,4 +1,4 @@
-"""Entries: a folder each, with the policies of a method, the report of the benchmark on them, and a card."""
+"""Entries of the board: folders with the policies of a method, the benchmark's report on them, and a card."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from swarm_pz.standard.report import REPORT, encode, read_report
 
 CARD, POLICIES = "entry.toml", "policies"
 LETTERS = {"by": 60, "notes": 300, "link": 200, "policies": 200}
-"""Fields of a card, and the letters that each may have; `by` must be given, and `policies` names installed ones."""
+"""Fields of a card, and their maximum lengths; `by` is required, and `policies` names installed policies."""
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 _FILE = re.compile(rf"{CARD}|{REPORT}|{POLICIES}/\d{{1,2}}/policy\.(?:json|safetensors|onnx)")
 _LINK = re.compile(r"https://[A-Za-z0-9.-]+(?::\d+)?(?:/[A-Za-z0-9._~/?#@!$&()*+,;=%-]*)?")
@@ -43,7 +43,7 @@ class Entry:
         return self.folder.name
 
     def check(self, protocol: Protocol) -> None:
-        """Check that there is a report of the protocol, and that its policies are those of the entry."""
+        """Raise a ResultsError unless the report is of this protocol and of the entry's policies."""
         if self.report is None:
             raise ResultsError(f"{self.folder} has no report: `scripts/board play` makes it")
         told = {"version": protocol.version, "digest": protocol.digest}
@@ -78,7 +78,7 @@ def read(folder: Path) -> Entry:
 
 
 def add(policies: list[str], folder: Path, card: dict[str, str], protocol: Protocol) -> Entry:
-    """Make an entry, without a report, of policies by their names or folders."""
+    """Make an entry, without a report, from the names or folders of policies."""
     if not _NAME.fullmatch(folder.name):
         raise ResultsError(f"an entry's name must be 1 to 40 of a to z, 0 to 9 and '-', got {folder.name!r}")
     if folder.exists():
@@ -102,9 +102,9 @@ def add(policies: list[str], folder: Path, card: dict[str, str], protocol: Proto
 
 
 def play(place: Path, protocol: Protocol, work: Path, names: Sequence[str] = (), **how: Any) -> None:
-    """Run the benchmark on entries, by default all, and write their reports; all others attack each of them.
+    """Run the benchmark on entries, by default all, and write their reports; all other entries attack each one.
 
-    Games that lie in the folder `work` are not played again. `how` is as of `swarm_pz.standard.run`.
+    Games in the folder `work` are not played again. `how` are more arguments of `swarm_pz.standard.run`.
     """
     entries = {folder.name: read(folder) for folder in folders(place)}
     for name in names or entries:
@@ -122,7 +122,7 @@ def play(place: Path, protocol: Protocol, work: Path, names: Sequence[str] = (),
 def attack(
     place: Path, protocol: Protocol, work: Path, name: str, *, pool: Executor, say: Callable[[str], None], **how: Any
 ) -> None:
-    """Let an entry attack all others, and run the benchmark again on those that it beats more than anybody before."""
+    """Let an entry attack all others; run the benchmark again on those that it beats more than earlier attackers."""
     entries = {folder.name: read(folder) for folder in folders(place)}
     newcomers = {f"{name}/{number}": policy for number, policy in enumerate(entries.pop(name).policies)}
     for other in entries.values():
@@ -138,7 +138,7 @@ def attack(
 
 
 def read_card(path: Path) -> dict[str, str]:
-    """Return the fields of a card: known ones alone, each a text on one line, the link by https."""
+    """Return the fields of a card; raise a ResultsError if one is unknown or invalid, or `by` is missing."""
     try:
         told = read_toml(path)
     except ConfigError as error:

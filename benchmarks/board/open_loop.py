@@ -1,14 +1,14 @@
-"""Searches the best constant, sequence of images and lap for each track, and plays them by the protocol.
+"""Searches for the best constant, sequence of images and lap for each track, and plays them by the protocol.
 
 python -m benchmarks.board.open_loop [--tracks uniform field generated systems] [--processes 2]
 
-These players see the clock alone. The search is CMA-ES over log-densities at 5 by 5 places, between which an image is
-interpolated, with the square's symmetry (6 numbers an image) and without (25). A sequence has three images, and for how
-long each is shown. A lap is a spot that runs round the middle or a place beside it, with an image for each second; it
-is the best of a grid. Candidates play every opponent of the track from both sides, on seeds of the search's own; those
-that a search ends with, those that scored most, and those that are in policies/open_loop.json play again on others. The
-best play the games of the protocol, and go into that file, track by track. With --again nothing is searched: what is in
-the file plays these games.
+These players see only the clock. CMA-ES searches log-densities at 5 by 5 places, with the square's symmetry (6 numbers
+per image) and without (25). Images are interpolated between these places. A sequence has three images, each with its
+duration. A lap is a spot that circles the middle or a place beside it, with an image for each second; it is the best of
+a grid. Candidates play every opponent of the track from both sides, on seeds of the search. Each search's result and
+its best candidate play again on other seeds, together with the players in policies/open_loop.json. The best play the
+games of the protocol, and are written into that file, track by track. With --again, nothing is searched: the players in
+the file play these games.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ SIDE, CELLS, IMAGES = 5, 10, 3
 LOWEST, LONGEST = -7.0, 60
 """The least log-density, and the most commands for which an image is shown."""
 BUDGET = {"uniform": (10, 5, 12, 40), "field": (1, 4, 8, 4), "generated": (2, 4, 10, 8), "systems": (1, 1, 6, 1)}
-"""Pairs of games against each opponent, generations and candidates of each search, and pairs by which the best are
-chosen: such that a track takes some ten minutes of a core. Games of `systems` are slow, so it has the fewest."""
+"""Pairs of games against each opponent, generations and candidates of each search, and pairs that choose the best.
+A track takes about ten minutes of one core. Games of `systems` are slow, so it has the fewest."""
 SEED = 7_220_000
 
 
 def _symmetric() -> NDArray[np.int64]:
-    """Return the class (6 of them) of each of the 25 places under the square's symmetry."""
+    """Return the symmetry class, 0 to 5, of each of the square's 25 places."""
     near = np.minimum(np.arange(SIDE), np.arange(SIDE)[::-1])
     pairs = np.sort(np.stack(np.broadcast_arrays(near[:, None], near), axis=-1), axis=-1).reshape(-1, 2)
     return np.unique(pairs, axis=0, return_inverse=True)[1].ravel()
@@ -61,7 +61,7 @@ PLACES = {True: _symmetric(), False: np.arange(SIDE * SIDE)}
 
 
 def decoded(numbers: Array, count: int, symmetric: bool) -> Images:
-    """Return the images of numbers: for each image its log-densities, and last the log of its length."""
+    """Return the images that numbers encode: for each image its log-densities, then the log of its length."""
     images = []
     for part in numbers.reshape(count, -1):
         logs = BETWEEN @ part[:-1][PLACES[symmetric]].reshape(SIDE, SIDE) @ BETWEEN.T
@@ -72,7 +72,7 @@ def decoded(numbers: Array, count: int, symmetric: bool) -> Images:
 
 
 def encoded(images: Images, symmetric: bool) -> Array:
-    """Return the numbers of the nearest images."""
+    """Return the numbers that encode images most closely."""
     back, parts = np.linalg.pinv(BETWEEN), []
     for length, image in images:
         logs = np.log(np.maximum(np.array(image), np.exp(LOWEST)))
@@ -82,7 +82,7 @@ def encoded(images: Images, symmetric: bool) -> Array:
 
 
 class Several:
-    """Several players, with images of their own, in equal shares of the rows."""
+    """Several players, each with its own images, in equal shares of the rows."""
 
     name, answers, observation = "several", "density", ObservationConfig(channels=CLOCK)
 
@@ -117,7 +117,7 @@ def play(players: Sequence[Images], track: Track, place: int, numbers: Sequence[
 
 
 def against_all(players: Sequence[Images], track: Track, games: int, seed: int, pool: Executor) -> Array:
-    """Return the same against all opponents of a track: (opponents, players, games)."""
+    """Return the shares of `play` against all opponents of a track: (opponents, players, games)."""
     places = range(len(track.trials))
     tasks = [pool.submit(play, players, track, place, range(games), seed) for place in places]
     return np.stack([task.result() for task in tasks])
@@ -146,7 +146,7 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
     seed, best = SEED + 1000 * track.seed, {}
 
     def climb(begin: Images, symmetric: bool, step: float) -> list[Images]:
-        """Return the images, the end of a search from them, and the best that it met."""
+        """Return the first images, the result of a search from them, and its best candidate."""
         nonlocal seed
         first = encoded(begin, symmetric)
         strategy = cma.CMAEvolutionStrategy(first, step, {"popsize": candidates, "seed": 1, "verbose": -9})
@@ -165,7 +165,7 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
         return [begin, end, max(met)[1]]
 
     def chosen(players: list[Images]) -> Images:
-        """Return the best on games that no search has seen: the best four play four times as many."""
+        """Return the best player on games that no search used; the best four play four times as many."""
         nonlocal seed
         for games in (2 * more, 8 * more):
             seed += 1
@@ -175,7 +175,7 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
         return players[0]
 
     def known(kind: str) -> list[Images]:
-        """Return the results in the file, for this track and for others."""
+        """Return the file's results of a kind, for all tracks."""
         return [images_of(kinds[kind]["images"]) for kinds in json.loads(FILE.read_text()).values()]
 
     found = [one for begin in (uniform, halo, corners) for one in climb((begin,), True, 1.5)]
@@ -209,7 +209,7 @@ def measure(best: dict[str, Images], track: Track, pool: Executor) -> dict[str, 
 
 
 def write(told: dict[str, Any]) -> None:
-    """Write the file, each number of an image on its row."""
+    """Write the file, with one line for each player."""
     tracks = []
     for track, kinds in told.items():
         lines = [f'  "{kind}": {json.dumps(one)}' for kind, one in kinds.items()]

@@ -1,7 +1,7 @@
 """The board's pages: a table of all entries, and the report of each.
 
-Each is one file that fetches nothing, so that it works where it is opened as a file, too. Templates escape every text,
-and the security policy names our own style and script by digest.
+Each page is one file that fetches nothing, so it also works when opened from disk. Templates escape every text, and
+the index page's content security policy allows only its own style and script, by digest.
 """
 
 from __future__ import annotations

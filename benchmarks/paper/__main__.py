@@ -20,7 +20,7 @@ from swarm_pz.evaluation.workers import open_pool, share
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Make figures, and the page and tables of all that the folder holds; the same seed writes the same numbers."""
+    """Make figures, and the page and tables of all figures in the folder; the same seed gives the same numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("runs/figures"))
     parser.add_argument("--only", nargs="*", choices=tuple(FIGURES), default=[])
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     asked = parser.parse_args(arguments)
     asked.out.mkdir(parents=True, exist_ok=True)
     command = shlex.join(["python", "-m", "benchmarks.paper", *(sys.argv[1:] if arguments is None else arguments)])
-    # Long ones first, so that no process works alone in the end.
+    # Long ones first, so that no process works alone at the end.
     names = sorted(asked.only or FIGURES, key=lambda name: -FIGURES[name].seconds)
     settings = [Setting(preset, asked.seed, asked.size) for preset in asked.presets]
     tasks = [(name, setting, asked.out, command) for name in names for setting in settings]

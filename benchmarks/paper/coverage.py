@@ -21,9 +21,9 @@ SECONDS = 60
 JUDGED = 30
 """Second at which coverage is judged."""
 COVERED = 0.001
-"""Ergodic metric below which a target counts as covered by then; this bound is ours."""
+"""Ergodic metric below which a target counts as covered at that time; this bound is ours."""
 SOON = 1
-"""Second with whose metric a later one is compared."""
+"""Second whose metric later ones are compared with."""
 
 
 def gaussian(x0: float, y0: float, sigma: float, cells: int = 10) -> Array:
@@ -84,10 +84,10 @@ def start(config: GameConfig, seeds: Sequence[int], command: ArrayLike) -> Simul
 
 
 def give(simulator: Simulator, command: ArrayLike) -> None:
-    """Send a density (A, A) to the team in all games; the metric compares with it under every control system."""
+    """Send a density (A, A) to the team in all games; it is the metric's target under every control system."""
     density = np.asarray(command, np.float64)
     simulator.command(RED, np.broadcast_to(density, (simulator.num_games, *density.shape)))
-    if simulator.config.team_systems[RED].takes != "density":  # other systems make their own target of it
+    if simulator.config.team_systems[RED].takes != "density":  # other systems derive another target from it
         simulator.games.coefficients[:, RED] = make_target(density, simulator.config.controller.modes)[1]
 
 
@@ -168,11 +168,11 @@ def over_seeds(values: Array) -> dict[str, Any]:
 
 
 def worst_fall(values: Array) -> Any:
-    """Return the metric in the end over that soon after the start, the largest of means (seeds, flights, seconds)."""
+    """Return the largest ratio over flights of the mean last metric to that at `SOON`, of (seeds, flights, seconds)."""
     means = values.mean(axis=0)
     return (means[:, -1] / means[:, SOON - 1]).max()
 
 
 def worst_judged(values: Array) -> Any:
-    """Return the largest mean metric when it is judged, of flights (seeds, flights, seconds)."""
+    """Return the largest mean metric of a flight at `JUDGED`, of values (seeds, flights, seconds)."""
     return values[:, :, JUDGED - 1].mean(axis=0).max()

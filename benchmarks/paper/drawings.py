@@ -23,7 +23,7 @@ class Drawing(NamedTuple):
     strokes: tuple[Stroke, ...]
 
     def density(self, mapping: Mapping) -> Array:
-        """Return the command (A, A) that the server makes of them, rounded to a thousandth."""
+        """Return the command (A, A) that the server makes of the strokes, rounded to a thousandth."""
         asked = density_of(self.strokes, CELLS, mapping)
         return np.asarray(np.round(asked / asked.max(), 3))
 
@@ -58,7 +58,7 @@ def _painted(attracts: bytes, cells: int, mapping: Mapping, repels: bool) -> Arr
 
 
 def interpolated(density: Array, cells: int) -> Array:
-    """Return the target of a command (A, A) at the centres of (cells, cells)."""
+    """Return a command (A, A), interpolated at the centres of (cells, cells)."""
     centres, own = ((np.arange(count) + 0.5) / count for count in (cells, len(density)))
     along = np.stack([np.interp(centres, own, unit) for unit in np.eye(len(density))], axis=1)
     return np.asarray(along @ density @ along.T)

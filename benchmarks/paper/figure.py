@@ -48,12 +48,12 @@ class Setting:
         return game_seeds(self.seed, self.many(count))
 
     def games(self, count: int) -> list[int]:
-        """Return the numbers of a match's first games with the policy as red, each with another start."""
+        """Return the numbers of a match's first games with the policy as red, each with a different start."""
         return [game_number(pair) for pair in range(self.many(count))]
 
 
 class Part(NamedTuple):
-    """One question of a claim: its text, the value and its 95 % interval (None without chance), and the answer.
+    """One question of a claim: its text, the value and its 95 % interval (None if exact), and the answer.
 
     `answer` is "yes", "no" or "undecided", and empty for a number that decides nothing. Parts that are `ours` are not
     in the paper and do not count. `seen` is k of n games, where the paper says only that something may happen.
@@ -68,7 +68,7 @@ class Part(NamedTuple):
 
 
 Test = Callable[[float, float], str]
-"""An answer by the two ends of an interval."""
+"""Maps the two ends of an interval to an answer."""
 
 
 def asked(text: str, number: Number, test: Test | None = None, *, ours: bool = False) -> Part:
@@ -78,20 +78,20 @@ def asked(text: str, number: Number, test: Test | None = None, *, ours: bool = F
 
 
 def exactly(text: str, value: float, holds: object, *, ours: bool = False) -> Part:
-    """Return a part without chance."""
+    """Return a part whose value is exact."""
     return Part(text, value, None, "yes" if holds else "no", ours)
 
 
 def seen(text: str, games: ArrayLike, *, ours: bool = False) -> Part:
-    """Return a part about what may happen: one of the games (n,) in which it does is enough."""
+    """Return a part about what may happen: it holds if it happens in at least one of the games (n,)."""
     value, ends = share(games)
     k, n = int(np.sum(games)), len(games)  # type: ignore[arg-type]
     return Part(text, value, ends, "yes" if k else "no", ours, (k, n))
 
 
 CONVERGED = 0.1
-"""Largest metric, over its value after a second, of a team that "converges". The paper has no number: this one is ours,
-and was set when a first look at 1 had passed teams that hardly come closer."""
+"""A team "converges" if its metric falls below this part of its value after a second. The paper has no number. Our
+first bound was 1, and teams met it that hardly came closer."""
 
 
 def below(bound: float) -> Test:
@@ -105,7 +105,7 @@ def above(bound: float) -> Test:
 
 
 def within(bound: float) -> Test:
-    """Return the test that the whole interval is at most so far from 0; "undecided" if only a part of it is."""
+    """Return the test that the whole interval is within a bound of 0; "undecided" if only a part of it is."""
     return lambda low, high: (
         "yes" if max(-low, high) <= bound else "no" if low > bound or high < -bound else "undecided"
     )
@@ -148,7 +148,7 @@ class Figure:
 def verdict(parts: Sequence[Part]) -> str:
     """Return the verdict on a claim, by the paper's parts alone.
 
-    If all of them are about what may happen, it says how often the rarest was seen.
+    If all of these are about what may happen, it says how often the rarest was seen.
     """
     judged = [part for part in parts if not part.ours and part.answer]
     answers, counts = {part.answer for part in judged}, [part.seen for part in judged if part.seen]
@@ -167,7 +167,7 @@ def estimate(values: ArrayLike, statistic: Callable[[Any], Any] | None = None) -
 
 
 def estimates(names: Sequence[str], values: ArrayLike, statistic: Callable[[Any], Any]) -> dict[str, Number]:
-    """Return the same by name, of a statistic that is an array (len(names),)."""
+    """Return the values (len(names),) of a statistic by name, with their bootstrap intervals."""
     ends = zip(*(found.tolist() for found in bootstrap(values, statistic)), strict=True)
     return {name: (value, (low, high)) for name, (value, low, high) in zip(names, ends, strict=True)}
 

@@ -71,7 +71,7 @@ def _plain(value: float) -> float | None:
 
 
 def write(record: dict[str, Any], out: Path) -> None:
-    """Write NAME_PRESET.json of a figure, with the rows of numbers on one line."""
+    """Write NAME_PRESET.json of a figure, with its series on one line."""
     text = {name: value for name, value in record.items() if name != "series"}
     series = json.dumps(record["series"], separators=(",", ":"), allow_nan=False)
     body = json.dumps(text, indent=2, allow_nan=False).removesuffix("\n}")
@@ -95,7 +95,7 @@ def draw(figure: Figure, series: dict[str, Any], preset: str, out: Path) -> None
         for columns in (1, 2):
             canvas = on_canvas(figure, series, columns)
             canvas.draw_without_rendering()
-            canvas.set_layout_engine("none")  # its layout is done; again would take most of the time
+            canvas.set_layout_engine("none")  # doing the layout again would take most of the time
             for kind, date in (("pdf", "CreationDate"), ("svg", "Date")):  # the same numbers, the same file
                 canvas.savefig(out / f"{name}_{columns}col.{kind}", metadata={date: None})
         canvas.savefig(drawn, dpi=RASTER)

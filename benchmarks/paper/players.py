@@ -79,7 +79,7 @@ def player(name: str, way: Way, setting: Setting, *, repels: bool = False) -> Po
 
 
 class Ensemble:
-    """Command a place in the centre; once `last` opposing drones are left, the same around them.
+    """Command one shape: in the centre, and around the opposing drones once at most `last` of them are left.
 
     `make` turns places (n, 2) into densities (n, A, A); by default into discs.
     """
@@ -97,7 +97,7 @@ class Ensemble:
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> Array:
         """Answer n observations with densities (n, A, A)."""
         positions, share = observations[:, 0].astype(np.float64), observations[:, 1, 0, 0] / 255
-        # Sums of whole numbers do not depend on their order, nor on the number of games.
+        # Sums of whole numbers depend neither on their order nor on the number of games.
         odd = 2.0 * np.arange(positions.shape[-1]) + 1.0
         weight = 2.0 * len(odd) * np.maximum(positions.sum(axis=(1, 2)), 1.0)
         places = np.stack([positions.sum(axis=axis) @ odd for axis in (1, 2)], axis=1) / weight[:, None]
@@ -107,7 +107,7 @@ class Ensemble:
 def shaped(
     config: GameConfig, shape: Callable[[Array], Array] = lambda distance: disc(distance, 0.1)
 ) -> Callable[[Array], Array]:
-    """Return a function from places to densities, by the distances (n, A, A) of a command's cells from them."""
+    """Return a function from places to densities; `shape` takes the distances (n, A, A) of cells from the places."""
     centres = (np.arange(config.command_cells) + 0.5) / config.command_cells
 
     def make(places: Array) -> Array:
@@ -132,7 +132,7 @@ class Captures:
 
 
 def most_within(totals: Sequence[NDArray[np.int64]], steps: int) -> NDArray[np.int64]:
-    """Return the most captures of red and of blue (2,) in so many steps of a game."""
+    """Return the most captures of red and of blue (2,) within `steps` steps of a game."""
     counts = np.array(totals)
     later = counts[np.minimum(np.arange(len(counts)) + steps, len(counts) - 1)]
     return np.asarray((later - counts).max(axis=0))

@@ -19,7 +19,7 @@ DARK = tuple(value / 255 for value in INK)
 FADED = {"facecolor": "white", "alpha": 0.7, "linewidth": 0, "pad": 0.5}
 GREY, PALE = "#868e96", "#dee2e6"
 SERIES = ("#064b48", "#d9822b", "#6a4c93", "#4d6b1f")
-"""Colours for other things than teams, the first one darker than red in grey. Lines also differ in their dashes."""
+"""Colours for things other than teams; in greyscale the first is darker than red. Lines also differ in their dashes."""
 DASHES = ("-", "--", ":", "-.")
 BRUSHES = {"attract": "#0b6e4f", "repel": "#7a4a00"}
 """Colours of a person's strokes."""

@@ -1,4 +1,4 @@
-"""IPPO: every drone an agent, all with the same network, trained by Stable-Baselines3's PPO without a wrapper.
+"""IPPO: every drone is an agent, all with the same network, trained by Stable-Baselines3's PPO without a wrapper.
 
 python docs/tutorials/ippo.py --opponent uniform --minutes 15
 """
@@ -29,11 +29,11 @@ from swarm_pz.training.drones_vec_env import DronesVecEnv, PlayingRolloutBuffer
 PERIOD = 0.5
 """Seconds that an acceleration is held, in training and in matches."""
 TRAINING_STEPS = 80
-"""Steps of a game in training: most captures come early, and a time-out is worth what would have come."""
+"""Steps of a game in training. Most captures come early, and a time-out is worth the value of its last observation."""
 
 
 class Learned:
-    """The network's mean actions as a player of matches: every drone answers what it sees itself."""
+    """Plays the network's mean actions in matches; every drone acts on its own observation."""
 
     name, answers = "ippo.py", "accelerations"
 
@@ -44,7 +44,7 @@ class Learned:
         """Begin new games; there is nothing to remember."""
 
     def plan(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float32]:
-        """Answer with accelerations (n, N, 2); those of drones that others fly mean nothing."""
+        """Answer with accelerations (n, N, 2); those of the other team's drones are ignored."""
         seen = self.view.observe(simulator, teams, rows)
         actions, _ = self.model.predict(seen.reshape(-1, seen.shape[-1]), deterministic=True)
         return actions.reshape(*seen.shape[:2], 2)
@@ -69,7 +69,7 @@ class Random:
 
 
 class Coast:
-    """No acceleration at all: mines that lie where they fell."""
+    """No acceleration at all: drones at rest stay at rest."""
 
     name, answers = "coast", "accelerations"
 
@@ -88,7 +88,7 @@ class Watch(BaseCallback):
         super().__init__()
         self.until, self.spoken = time.monotonic() + 60 * minutes, 0
         self.ends: list[tuple[int, float]] = []
-        """Of each game that has ended: steps of drones until then, and the learning side's share of all drones."""
+        """For each game that has ended: steps of drones until then, and the learning side's share of all drones."""
 
     def _on_step(self) -> bool:
         drones = self.training_env.get_attr("num_drones", 0)[0]
@@ -102,7 +102,7 @@ class Watch(BaseCallback):
 
 
 def train(game: GameConfig, options: argparse.Namespace) -> tuple[PPO, Watch]:
-    """Train one network that flies every drone, and note how it goes."""
+    """Train one network that flies every drone; return it with its `Watch`."""
     torch.set_num_threads(options.threads)
     env = DronesVecEnv(
         game,
@@ -135,7 +135,7 @@ def train(game: GameConfig, options: argparse.Namespace) -> tuple[PPO, Watch]:
 
 
 def draw(ends: list[tuple[int, float]], beside: dict[str, float], folder: Path) -> None:
-    """Draw the share at the end of the games of training, mean over a hundred games, and others' in whole games."""
+    """Draw the final share in training games, mean over a hundred games, and that of other players in whole games."""
     steps, shares = np.array(ends).T if ends else np.zeros((2, 0))
     window = min(100, len(steps))
     with plt.style.context("swarm_pz.rendering.plots"):

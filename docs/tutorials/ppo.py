@@ -1,4 +1,4 @@
-"""PPO in one file, on the Gymnasium vector env: a tactic from nothing, against one opponent.
+"""PPO in one file, on the Gymnasium vector env: a tactic from scratch, against one opponent.
 
 python docs/tutorials/ppo.py --opponent uniform --steps 400000
 """
@@ -29,7 +29,7 @@ FIRST_LOG_STD, LAST_LOG_STD = -0.7, -2.0
 
 
 class Agent(nn.Module):
-    """An actor that answers an image with an image, and a critic.
+    """An actor that maps an image to an image, and a critic.
 
     Observations are (n, C, 10, 10), log-densities (n, 5, 5): two by two cells become one.
     """
@@ -60,7 +60,7 @@ class Agent(nn.Module):
         return values[:, 0]
 
     def policy(self, seen: Tensor) -> Normal:
-        """Return the distribution of log-densities, of mean (n, 25)."""
+        """Return the distribution of log-densities, with mean (n, 25)."""
         mean = self.actor(seen.float() / 255).flatten(1)
         return Normal(mean, np.exp(self.log_std))
 
@@ -87,8 +87,8 @@ class Learned:
 def advantages(rewards: Tensor, values: Tensor, after: Tensor, ended: Tensor, over: Tensor) -> Tensor:
     """Return generalised advantage estimates; all arguments are (steps, games).
 
-    `after` are the values of what each step led to, `over` is where the game ended, `ended` where it
-    ended with a loser: a time-out is worth what would have come.
+    `after` has the value of the observation after each step, `over` is true where the game ended, `ended`
+    where it ended with a loser. A time-out is worth the value after it.
     """
     estimates, running = torch.zeros_like(rewards), torch.zeros_like(rewards[0])
     for t in reversed(range(len(rewards))):
@@ -117,7 +117,7 @@ def update(agent: Agent, optimizer: torch.optim.Optimizer, batch: dict[str, Tens
 
 
 def train(opponent: str, steps: int, games: int, rollout: int, seed: int, threads: int) -> Agent:
-    """Train an agent against one opponent for about so many commands, and say how it goes."""
+    """Train an agent against one opponent for about `steps` commands, and print its progress."""
     torch.manual_seed(seed)
     config = GameConfig(observation=ObservationConfig(grid=GRID))
     envs = gymnasium.make_vec(
@@ -131,7 +131,7 @@ def train(opponent: str, steps: int, games: int, rollout: int, seed: int, thread
         began = began or time.monotonic()
         done = (number - 1) / updates
         optimizer.param_groups[0]["lr"] = 5e-4 * max(1 - done, 0.05)
-        # What plays in the end is the mean action, which is learned best when exploration fades.
+        # The policy plays the mean action in the end, which is learned best when exploration fades.
         agent.log_std = FIRST_LOG_STD + done * (LAST_LOG_STD - FIRST_LOG_STD)
         kept: dict[str, list[Tensor]] = {name: [] for name in ("seen", "actions", "log_probs", "values", "after")}
         told: dict[str, list[Tensor]] = {name: [] for name in ("rewards", "ended", "over", "counts")}
@@ -141,7 +141,7 @@ def train(opponent: str, steps: int, games: int, rollout: int, seed: int, thread
                 action = policy.sample()
             images = action.clamp(-1, 1).numpy().reshape(games, CELLS, CELLS)
             following, rewards, terminated, truncated, infos = envs.step(images)
-            # A game that was over starts afresh in this step, which took no command and does not count.
+            # A game that was over restarts in this step, which took no command and does not count.
             told["counts"].append(~over)
             over = torch.as_tensor(terminated | truncated)
             told["rewards"].append(torch.as_tensor(rewards, dtype=torch.float32))

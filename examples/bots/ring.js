@@ -4,7 +4,7 @@
 
 const readline = require("node:readline");
 
-// Where an image is brightest on average, in map widths.
+// The mean position of an image's brightness, in map widths.
 function middle(image) {
   let [total, x, y] = [0, 0, 0];
   image.forEach((row, place) =>

@@ -9,7 +9,7 @@ import sys
 
 
 def middle(image):
-    """Return where an image is brightest on average, in map widths."""
+    """Return the mean position of an image's brightness, in map widths."""
     cells = len(image)
     total = sum(map(sum, image))
     if total == 0:

@@ -1,8 +1,8 @@
 """Learned tactics that ship with the project: a folder each, weights and a card.
 
-An attribute of this module is a folder's name; called with a game, it gives the policy. `systems` holds a folder for
-each control system, for drones that hover and for drones with a least airspeed, all trained by the recipe of
-scripts/systems: `trained` gives the one that fits.
+Each folder is an attribute of this module, which returns the policy if called with a game. `systems` holds a folder
+for each control system, for drones that hover and for drones with a least airspeed, all trained by the recipe of
+scripts/systems; `trained` returns the policy that fits.
 """
 
 from __future__ import annotations
@@ -28,13 +28,20 @@ if TYPE_CHECKING:
 _HERE = Path(__file__).parent
 _ABOUT = {
     "champion": "Trained in a league against scripts, its own snapshots and exploiters; veteran beats it.",
+    "finisher": "Trained from veteran with generated opponents: it also beats teams that hide, and most that run laps.",
     "hunter": "Trained by swarm-pz train --recipe long, against every script.",
+    "marshal": "Trained from warden in a league of nine minutes on a GPU: against its past selves, exploiters, "
+    "patterns that evolved, and earlier players.",
+    "scholar": "Distilled from four teachers: a league against patterns, a league that began with a lap, finisher and "
+    "carousel.",
+    "veteran": "Trained from champion in four leagues; it beats champion in nine of ten games.",
+    "warden": "Trained from finisher in seven leagues, against patterns that evolved and all earlier players.",
 }
 """Descriptions that replace those of the cards, which are part of the policies' digests and cannot change."""
 
 
 class Shipped:
-    """A tactic of the zoo by name: called with a game, it makes the policy that plays it."""
+    """A named tactic of the zoo; calling it with a game makes its policy."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -50,7 +57,7 @@ class Shipped:
 
 
 class trained:  # noqa: N801  (reads like the policy's name that it is)
-    """The policy that was trained for the control system that flies its team, and for its least airspeed."""
+    """The policy that was trained for the team's control system, and for hovering or fixed-wing drones."""
 
     answers = ANY
     observation = ObservationConfig(kind="drones")

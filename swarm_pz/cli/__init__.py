@@ -58,16 +58,16 @@ def commands_of(program: str) -> dict[str, Callable[..., None]]:
         "render": machine.render,
         "bench": machine.bench,
         "warmup": machine.warmup,
-        "study": studies.run,  # for the list of commands: it has its own
+        "study": studies.run,  # for the list of commands; it has its own
     }
 
 
 ABOUT = (
-    "Swarm against swarm: train, measure, watch and play tactics. With --preset NAME, the rules of a command that has "
-    f"any begin with those of a preset: {', '.join(PRESETS)}. With --recipe NAME, train and sweep begin with the "
-    f"settings of a recipe: {', '.join(RECIPES)}."
+    "Swarm against swarm: train, measure, watch and play tactics. --preset NAME sets the default rules of any command "
+    f"that has rules: {', '.join(PRESETS)}. --recipe NAME sets the default settings of train and sweep: "
+    f"{', '.join(RECIPES)}."
 )
-STUDY_ABOUT = "A study with people: one file says what happens; see docs/studies.md."
+STUDY_ABOUT = "Studies with people, each described by one file; see docs/studies.md."
 
 
 def main(arguments: list[str] | None = None) -> None:

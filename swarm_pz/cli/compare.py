@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from swarm_pz.evaluation.tournament import Tournament
 
 _NAMED = 6
-"""Lost games that are named; a file of results has all of them."""
+"""Maximum number of lost games that are listed; a file of results has all of them."""
 
 
 def evaluate(
@@ -34,16 +34,16 @@ def evaluate(
     threads: int = 2,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
-    """Play a policy against an opponent and say how it did.
+    """Play a policy against an opponent and print the results.
 
-    Half of the games are played from each side, with the same seeds for both sides.
+    The policy plays each side in half of the games, with the same seeds.
 
     Args:
-        policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
-        opponent: Named in the same ways.
-        games: Number of games, even.
+        policy: Name of a policy, a folder that training wrote, FILE.py:NAME (a tactic in a file), or exec:PROGRAM.
+        opponent: The opponent, named in the same ways.
+        games: Number of games; must be even.
         seed: Seed of the match.
-        json: Write the figures to this file, too.
+        json: Also write the figures to this file.
         threads: Threads that share the games.
         game: The rules.
     """
@@ -78,13 +78,13 @@ def tournament(
 ) -> None:
     """Play every player against every other and write the ladder.
 
-    A tournament that was stopped goes on where it was; more players or games may be added later.
+    The same command continues a stopped tournament; you may add players or games later.
 
     Args:
-        players: Names of policies, folders that training wrote, FILE.py:NAME, or exec:PROGRAM; all installed
-            policies if none.
-        games: Games of every two players, even, half from each side.
-        seed: Seed of the tournament; all pairings play the same starts.
+        players: Names of policies, folders that training wrote, FILE.py:NAME, or exec:PROGRAM.
+            Without any, all installed policies that can play.
+        games: Games of each pair of players, half from each side; must be even.
+        seed: Seed of the tournament; all pairs of players play from the same starts.
         budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
         out: Folder of the tournament: games.jsonl, index.html, ladder.json and ladder.png.
         game: The rules.
@@ -103,7 +103,7 @@ def tournament(
 
 
 def _play_on(field: Tournament, workers: Workers) -> None:
-    """Play what is missing of a tournament, until it is asked to stop."""
+    """Play the missing games of a tournament, until a signal stops it."""
     with (
         goes_on_with(command()),
         workers.open() as pool,
@@ -143,15 +143,15 @@ def season(
 ) -> None:
     """Play the entries in a folder against each other and the benchmark's field, and write the season's page.
 
-    Called again, it plays only what is new: see docs/season.md.
+    The same command, run again, plays only new games: see docs/season.md.
 
     Args:
-        folder: Holds the folder `entries`; gets games.jsonl, index.html, ladder.json and ladder.png.
-        games: Games of every two players, even, half from each side.
-        seed: Seed of the season; all pairings play the same starts.
+        folder: Folder that holds `entries`, and gets games.jsonl, index.html, ladder.json and ladder.png.
+        games: Games of each pair of players, half from each side; must be even.
+        seed: Seed of the season; all pairs of players play from the same starts.
         budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
-        field: Play against the opponents of the benchmark's track `field`, too.
-        allow_programs: Run entries that are programs. They can do whatever you can.
+        field: Also play against the opponents of the benchmark's track `field`.
+        allow_programs: Also run entries that are programs, which can do anything that you can.
         game: The rules.
     """
     need("cli", "choix", "jinja2", "matplotlib")
@@ -177,13 +177,13 @@ def season(
 
 
 def list_policies() -> None:
-    """List the installed policies, and the control systems that they can fly by.
+    """List the installed policies and control systems.
 
-    A policy for which no kind of commands is named answers densities.
+    A policy sends densities, unless its line names another kind of command.
     """
     lines = known()
     for name, kind in ((name, kind_of(name)) for name in lines):
-        lines[name] = lines[name] if kind == "density" else f"answers {kind}: {lines[name]}"
+        lines[name] = lines[name] if kind == "density" else f"sends {kind}: {lines[name]}"
     tables.print_named(lines)
-    print("\ncontrol systems, by --game.controllers:")
+    print("\ncontrol systems, for --game.controllers:")
     tables.print_named(able_to_fly())

@@ -17,7 +17,7 @@ Command = Callable[..., None]
 
 
 def take(option: str, names: Iterable[str], arguments: Sequence[str]) -> tuple[str | None, list[str]]:
-    """Take an option with a name out of a command line; return the name, None without the option, and the rest."""
+    """Remove an option from a command line; return its value, or None without the option, and the rest."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     parser.add_argument(option, dest="name")
     try:
@@ -28,12 +28,12 @@ def take(option: str, names: Iterable[str], arguments: Sequence[str]) -> tuple[s
 
 
 def with_preset(command: Command, name: str) -> Command:
-    """Return a command whose rules are those of a preset, unless options say otherwise."""
+    """Return a command with the rules of a preset as defaults."""
     preset, standard = GameConfig.preset(name), GameConfig()
     changes = {key: getattr(preset, key) for key in preset.to_dict() if getattr(preset, key) != getattr(standard, key)}
 
     def put(value: Any) -> Any:
-        """Put what the preset changes into a game, or into the games inside a configuration."""
+        """Apply the preset's changes to a game, or to the games inside a configuration."""
         if isinstance(value, GameConfig):
             return value.replace(**changes)
         parts = {key: getattr(value, key) for key in value.to_dict()}
@@ -45,7 +45,7 @@ def with_preset(command: Command, name: str) -> Command:
 
 
 def with_recipe(command: Command, name: str) -> Command:
-    """Return a command whose training has the settings of a recipe, unless options say otherwise."""
+    """Return a command with the settings of a recipe as defaults, except for `threads`."""
     check_choice(name, "--recipe", tuple(RECIPES))
     return _with_defaults(
         command,
@@ -56,7 +56,7 @@ def with_recipe(command: Command, name: str) -> Command:
 
 
 def _with_defaults(command: Command, kind: type[Config], change: Callable[[Any], Any], refusal: str) -> Command:
-    """Return a command with other defaults where they are of a kind; without one, it refuses when it is called."""
+    """Return a command with changed defaults of type `kind`; if it has none, calls raise a ConfigError."""
     signature = inspect.signature(command)
     defaults = {name: one.default for name, one in signature.parameters.items()}
     changed = {name: change(default) for name, default in defaults.items() if isinstance(default, kind)}

@@ -1,6 +1,6 @@
-"""Ctrl-C, and SIGTERM the same: stop where nothing is lost, and say how to go on.
+"""Ctrl-C and SIGTERM: stop where nothing is lost, and print how to continue.
 
-A command whose work can be resumed is written so:
+Write a command whose work can be resumed like this:
 
     with goes_on_with(command()):
         with stops_at_safe_points() as should_stop:
@@ -24,12 +24,12 @@ from swarm_pz.errors import Stopped
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 STOPPED = 130
-"""Status of a command that was interrupted, as shells have it."""
+"""Exit status of an interrupted command, as in shells."""
 
 
 @contextmanager
 def goes_on_with(line: str) -> Iterator[None]:
-    """If the work within is interrupted, say where it stopped and which line goes on, and exit with status 130."""
+    """On an interrupt, print where the work stopped and the command that continues it, and exit with status 130."""
     with _handled(signal.default_int_handler):
         try:
             yield
@@ -42,10 +42,10 @@ def goes_on_with(line: str) -> Iterator[None]:
 
 @contextmanager
 def stops_at_safe_points() -> Iterator[Callable[[], bool]]:
-    """Let a first signal wait for the work within, which asks the yielded function now and then; a second one ends it.
+    """Yield a function that returns True after a first signal, for the work to call often; a second one ends the work.
 
-    Work that should stop saves what it has and raises `Stopped`. If it ends without having asked, KeyboardInterrupt is
-    raised at the end of the block.
+    Work that should stop saves its results and raises `Stopped`. If it ends otherwise after a signal, the block raises
+    a KeyboardInterrupt.
     """
     signals = 0
 

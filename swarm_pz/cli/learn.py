@@ -35,12 +35,12 @@ def train(
 ) -> None:
     """Train a tactic with PPO, measure it against uniform coverage and show the result.
 
-    What was stopped goes on where it was.
+    The same command continues a stopped run.
 
     Args:
         config: The training run.
         out: Folder of the run, with its curves for TensorBoard.
-        games: Games of the evaluation at the end, even.
+        games: Games of the evaluation at the end; must be even.
     """
     need("train", "torch", "stable_baselines3", "matplotlib")
     from swarm_pz.evaluation.match import paired_difference
@@ -83,15 +83,15 @@ def sweep(
     workers: WorkerOptions = WORKERS,
     games: int = 100,
 ) -> None:
-    """Train the same tactic with several seeds, as the benchmark asks of a method.
+    """Train a policy for each of several seeds, as the benchmark requires of a method.
 
-    What was stopped goes on where it was.
+    The same command continues a stopped run.
 
     Args:
-        config: The training runs, but for their seed.
-        seeds: Seeds; each trains a policy.
+        config: The settings of all runs, except their seed.
+        seeds: Seeds, one for each policy.
         out: Folder of the runs: seed-0, seed-1, and so on.
-        games: Games of the evaluation at the end, even.
+        games: Games of the evaluation at the end; must be even.
     """
     need("train", "torch", "stable_baselines3")
     from swarm_pz.evaluation.match import play_match
@@ -117,14 +117,14 @@ def league(
     games: int = 40,
     workers: WorkerOptions = ONE_WORKER,
 ) -> None:
-    """Train a tactic in a league: against scripts, its own snapshots, and exploiters of itself.
+    """Train a tactic in a league: against scripts, patterns, its own snapshots, and its exploiters.
 
-    What was stopped goes on where it was.
+    The same command continues a stopped run.
 
     Args:
         config: The league.
         out: Folder of the league.
-        games: Games against each script at the end, even.
+        games: Games against each script at the end; must be even.
     """
     need("train", "torch", "stable_baselines3")
     from swarm_pz.evaluation.workers import SerialExecutor
@@ -151,7 +151,7 @@ def league(
 def _against(
     names: Sequence[str], policy: LearnedPolicy, game: GameConfig, games: int, threads: int
 ) -> list[MatchResult]:
-    """Return a policy's matches against others."""
+    """Return a policy's matches against named players."""
     from swarm_pz.evaluation.match import play_match
     from swarm_pz.policy import load
 
@@ -165,13 +165,13 @@ def export(
     trust: bool = False,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
-    """Write a learned policy, or a model that Stable-Baselines3 saved, as an ONNX file with its card.
+    """Write a learned policy, or a saved Stable-Baselines3 model, as an ONNX file with a card that describes it.
 
     Args:
         policy: Name of a learned policy, a folder that training wrote, or a file.zip of Stable-Baselines3.
-        out: Folder to write, which is then a policy's name.
-        trust: Open the file.zip. It is a pickle, and opening it runs whatever code it holds: say so of your own alone.
-        game: The game that it plays: its number of drones, what is seen, and the control system.
+        out: Folder to write; its path is then the policy's name.
+        trust: Open the file.zip. It is a pickle: opening it runs any code in it, so trust only your own files.
+        game: The game that the policy plays: number of drones, observation, and control system.
     """
     from swarm_pz.policies.onnx_policy import check_new
 

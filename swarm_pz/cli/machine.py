@@ -38,20 +38,20 @@ def render(
 ) -> None:
     """Play one game of a match between two policies and write it as a film, or one moment of it as a picture.
 
-    With the same players, seed and rules it is that game of swarm-pz evaluate.
+    With the same players, seed and rules, swarm-pz evaluate plays the same game.
 
     Args:
-        policy: Name of a policy, a folder that training wrote, FILE.py:NAME, a tactic in a file, or exec:PROGRAM.
-        opponent: Named in the same ways.
+        policy: Name of a policy, a folder that training wrote, FILE.py:NAME (a tactic in a file), or exec:PROGRAM.
+        opponent: The opponent, named in the same ways.
         out: File to write: .gif, .mp4 or .webp, or .png for a picture.
         seed: Seed of the match.
-        pair: Number of the pair of games from one start.
-        side: Which game of the pair: the side that the policy plays.
-        seconds: Show this much of the game at most; the moment of a picture, its end if not given.
-        speed: Seconds of game a second of film.
-        overlay: What to show on the ground: the density that a team was asked for, the one that its controller
-            sees it cover, where it captures, the potential that pushes its drones.
-        overlay_team: The team that overlays are of.
+        pair: Number of the pair of games, which have the same start.
+        side: Side that the policy plays in this game of the pair.
+        seconds: Seconds of game to film at most; for a picture, its moment (by default, the end).
+        speed: Seconds of game per second of film.
+        overlay: What to show on the ground: a team's target, its coverage as its controller sees it,
+            where it captures, or the potential that pushes its drones.
+        overlay_team: Team whose overlays are shown.
         game: The rules.
     """
     from swarm_pz import policies
@@ -86,10 +86,10 @@ def bench(
     """Measure the speed of the simulator and the environments on this machine.
 
     Args:
-        games: Numbers of games side by side.
-        drones: Numbers of drones in a game, both teams together, even.
+        games: Numbers of games that run at once.
+        drones: Numbers of drones in a game, both teams together; must be even.
         threads: Numbers of threads.
-        jax: Measure games in JAX, too, on the device that it finds; on an accelerator with --games up to 65536.
+        jax: Also measure games in JAX, on the device that JAX finds; on an accelerator, try --games up to 65536.
     """
     from swarm_pz import bench as speed
 
@@ -126,7 +126,7 @@ def warmup(
     """Compile everything that a game needs.
 
     Args:
-        game: The rules; what they use is compiled.
+        game: The rules; the code that they use is compiled.
     """
     from swarm_pz.bench import make_batch_env_step
 

@@ -19,7 +19,7 @@ class Workers:
     processes: int = 2
     """Processes that share the games and trainings."""
     ray: str | None = None
-    """Share them among the machines of a Ray cluster instead: auto, or HOST:PORT."""
+    """Use the machines of a Ray cluster instead: auto, or HOST:PORT."""
 
     def open(self) -> AbstractContextManager[Executor]:
         """Return the pool of the workers."""
@@ -33,9 +33,9 @@ class Address:
     """The address of a server."""
 
     host: str = "127.0.0.1"
-    """Where to listen; 0.0.0.0 lets the local network in."""
+    """Address to listen on; 0.0.0.0 lets the local network in."""
     port: int = 8000
-    """Port to listen at; 0 takes any free one."""
+    """Port to listen on; 0 takes any free one."""
 
     def __post_init__(self) -> None:
         check_count(self.port, "port", 0, 65535)

@@ -1,4 +1,4 @@
-"""Commands for people at the table: ``play``, ``replay`` and ``site``."""
+"""Commands of the web page: ``play``, ``replay`` and ``site``."""
 
 from __future__ import annotations
 
@@ -50,24 +50,24 @@ def play(
     """Serve the web page: play in a browser, against a person or a policy; every game is recorded.
 
     Args:
-        opponent: Go straight into a game against this policy, a folder that training wrote, or FILE.py:NAME, a tactic
-            in a file; "none" is a practice arena without opponents.
-        allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.
-        min_command_interval: Seconds of game between two commands of a team.
-        countdown: Seconds for which the start of a game is shown before it begins.
+        opponent: Open the page in a game against this policy, a folder that training wrote, or FILE.py:NAME.
+            With "none", it opens in a practice arena without opponents.
+        allowed_hosts: Host names of proxies or tunnels that lead to this server, such as play.example.org.
+        min_command_interval: Least time between two commands of a team, in seconds of game.
+        countdown: Seconds of countdown before each game, while its start is shown.
         out: Folder of the recordings.
-        record_labels: Write into recordings what players call themselves; else only those at the table see it.
-        factors: File with what is varied at red's and at blue's seat: delays, what is shown, shared control.
-        embed: Origins of pages that may hold this one in a frame, such as https://lab.example.
-        rosbridge: Let ROS programs, such as the paper's tablet app, play and watch through a rosbridge at this port,
-            which is 9090 by custom; 0 takes any that is free.
-        ros_opponent: Let them play against this policy, or a folder that training wrote; else the other side is free.
-        ros_origin: Let pages of this address connect to the rosbridge, such as https://app.foxglove.dev, or file:// for
-            some desktop programs; may be given several times. Pages of this machine, and programs, need none.
-        poses: Let robots fly the games: drones are where a lab's programs see them, and setpoints are published to fly
-            them, through the rosbridge (at port 9090 if none is given).
+        record_labels: Write the players' labels into recordings; by default, only people in the room see them.
+        factors: File with the controlled factors of red's and blue's seats: delays, hidden things, shared control.
+        embed: Origins of pages that may show this page in a frame, such as https://lab.example.
+        rosbridge: Let ROS programs, such as the paper's tablet app, play and watch through a rosbridge at this port.
+            The usual port is 9090; 0 takes any free one.
+        ros_opponent: Policy or training folder that plays against ROS programs; by default, the other side is free.
+        ros_origin: Let pages of this address connect to the rosbridge, such as https://app.foxglove.dev.
+            Some desktop programs need file://; pages of this machine, and other programs, need nothing.
+        poses: Let robots fly the games: the rosbridge reads their poses from the lab and publishes setpoints for them.
+            Its port is 9090 if none is given.
         robots: The lab, in m and s.
-        game: The rules; sizes and time limit are each room's own.
+        game: The rules; each room sets its own team sizes and time limit.
     """
     need_play()
     from swarm_pz import policies
@@ -127,15 +127,15 @@ def replay(
     speed: float = 2.0,
     at: AddressOptions = HERE,
 ) -> None:
-    """Watch a recorded game in a browser; or verify or film it.
+    """Watch a recorded game in a browser, or verify, film or export it.
 
     Args:
-        recording: File that the table wrote.
-        verify: Only say whether the game comes out as recorded when it is simulated here.
-        film: Only write it as a film, .gif, .mp4 or .webp.
-        mcap: Only write it as ROS 2 messages, .mcap.
-        positions: Only write where each drone was, 30 times a second, .csv.
-        speed: Seconds of game a second of film.
+        recording: File of a recorded game, .jsonl.
+        verify: Only check that simulating the game here gives the same game.
+        film: Only write the game as a film: .gif, .mp4 or .webp.
+        mcap: Only write the game as ROS 2 messages: .mcap.
+        positions: Only write the drones' positions, 30 times a second: .csv.
+        speed: Seconds of game per second of film.
     """
     need_play()
     from swarm_pz.play.recordings.folder import checked_name
@@ -167,11 +167,11 @@ def replay(
 
 
 def site(out: Annotated[Path, tyro.conf.Positional], /, *, address: str = "") -> None:
-    """Write the page as a folder that any file host serves; games run in the page itself.
+    """Write the web page as a folder for any file host; games run in the browser.
 
     Args:
         out: Folder of the page.
-        address: Address that it will have, such as https://example.org/game/: with it, links to it show a picture.
+        address: Address of the published page, such as https://example.org/game/; links to it then show a picture.
     """
     need_play()
     from swarm_pz.play.site import write
@@ -183,7 +183,7 @@ def site(out: Annotated[Path, tyro.conf.Positional], /, *, address: str = "") ->
 
 
 def site_files(address: str = "") -> dict[str, bytes]:
-    """Return the files of `site` by their paths."""
+    """Return the files that `site` writes, by path."""
     from swarm_pz.play.site import files_of
     from swarm_pz.policies import zoo
 
@@ -192,7 +192,7 @@ def site_files(address: str = "") -> dict[str, bytes]:
 
 
 def _print_verified(recording: Path, result: Verification) -> None:
-    """Say that a recording comes out as recorded, or raise with all its faults."""
+    """Print that a recording verifies, or raise a SwarmError with all its faults."""
     faults = list(result.faults)
     if result.first_difference is not None:
         faults.append(
@@ -214,7 +214,7 @@ def _print_verified(recording: Path, result: Verification) -> None:
 def _beside(
     host: str, port: int | None, opponent: str | None, origins: Sequence[str], table: TableConfig, lab: Lab | None
 ) -> Callable[[str], AbstractContextManager[None]]:
-    """Return a context that serves ROS programs beside the server; an empty one without a port."""
+    """Return the maker of a context that serves ROS programs beside the server; without a port, it is empty."""
     if port is None:
         return lambda _: contextlib.nullcontext()
     require_extra("rosbags.typesys", "lab")
@@ -227,7 +227,7 @@ def _beside(
 
 
 def serve(installed: dict[str, str], **how: Any) -> None:
-    """Serve the table, with the installed policies, until it is stopped."""
+    """Run the server, with the installed policies, until it is stopped."""
     from swarm_pz import policies
     from swarm_pz.play.server import serve as server
 
@@ -235,7 +235,7 @@ def serve(installed: dict[str, str], **how: Any) -> None:
 
 
 def need_play() -> None:
-    """Name what is missing if the extra of the table is."""
+    """Raise a MissingExtraError if the extra `play` is missing."""
     need("play", "msgspec", "segno", "starlette", "uvicorn", "websockets")
 
 
@@ -250,7 +250,7 @@ def _cards() -> dict[str, Card]:
 
 
 def draw_code(address: str) -> str:
-    """Return an address as a picture made of text."""
+    """Return an address as a QR code made of text."""
     picture = io.StringIO()
     require_extra("segno", "play").make(address).terminal(picture, compact=True)
     return picture.getvalue()

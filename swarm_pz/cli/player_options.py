@@ -1,4 +1,4 @@
-"""Players and control systems on the command line: how they are named, and which can play."""
+"""Players and control systems on the command line: their names, and which can play."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _by_name(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[ControlSystem]
 
 
 def known() -> dict[str, str]:
-    """Return the names of installed policies that can be used, with a line about each; name others on stderr."""
+    """Return the names of installed policies that can be used, with a line about each; name broken ones on stderr."""
     return {name: about(name) for name in _usable(registered(), faults())}
 
 
@@ -60,7 +60,7 @@ def able(game: GameConfig) -> tuple[str, ...]:
     for name in known():
         try:
             load(name, game)
-        except KindError:  # it is for other control systems
+        except KindError:  # it is for another control system
             continue
         except SwarmError as error:
             print(f"left out: {name}: {error}", file=sys.stderr)

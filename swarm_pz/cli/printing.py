@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from swarm_pz.play.studies.planning import PowerRow
 
 _WIDE = 400
-"""Columns of a table in a pipe or a file, where names are whole."""
+"""Width of a table in a pipe or file, in characters; names are not wrapped there."""
 
 
 def print_matches(matches: list[MatchResult]) -> None:
@@ -162,14 +162,14 @@ def print_named(lines: Mapping[str, str]) -> None:
 
 
 def printable(text: str) -> str:
-    """Return a text whose control characters are written out: none of them reaches a terminal."""
+    """Return a text with its control characters escaped, so that none reaches a terminal."""
     return "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)
 
 
 def _print(
     headings: Sequence[str], rows: Sequence[Sequence[str]], *, title: str, caption: str = "", texts: int = 1
 ) -> None:
-    """Print a table; on a terminal, the first columns, the texts, are wrapped where it is too wide, never a number."""
+    """Print a table; on a narrow terminal, its first columns, the `texts`, are wrapped, but never numbers."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.markup import escape
@@ -178,7 +178,7 @@ def _print(
     from rich.text import Text
 
     table = Table(
-        box=SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
+        box=SIMPLE_HEAD,  # no lines between columns: tables must fit 80 characters
         show_edge=False,
         pad_edge=False,
         padding=(0, 1, 0, 0),
@@ -189,7 +189,7 @@ def _print(
         is_text = number < texts
         table.add_column(heading, justify="left" if is_text else "right", no_wrap=not is_text, overflow="fold")
     for row in rows:
-        table.add_row(*(Text(printable(cell)) for cell in row))  # names are no markup
+        table.add_row(*(Text(printable(cell)) for cell in row))  # names are not markup
     console = Console()
     wide = console.options.update(max_width=_WIDE)
     least = Measurement.get(console, wide, table).minimum

@@ -23,7 +23,7 @@ from swarm_pz.files import draft_of
 
 Move = Callable[..., None]
 QUIET = 60.0
-"""Seconds without a word that a log may have."""
+"""Seconds between two lines of progress in a log."""
 say = functools.partial(print, flush=True)
 arguments: ContextVar[list[str]] = ContextVar("arguments")
 """The words of the command line."""
@@ -35,7 +35,7 @@ def command() -> str:
 
 
 def program() -> str:
-    """Return the word that calls swarm-pz here: its name, or its place where it is not on the path."""
+    """Return the word that calls swarm-pz here: its name, or its path if it is not on PATH."""
     called = Path(sys.argv[0])
     if called.name != "swarm-pz" or shutil.which("swarm-pz") is not None:
         return "swarm-pz"
@@ -43,9 +43,9 @@ def program() -> str:
 
 
 def need(extra: str, *modules: str) -> None:
-    """Raise MissingExtraError if a module is missing that an extra installs: before any work is done.
+    """Raise a MissingExtraError, before any work is done, if a module of an extra is missing.
 
-    It looks for modules and does not import them, since importing some takes seconds.
+    It does not import modules, since importing some takes seconds.
     """
     for module in modules:
         if importlib.util.find_spec(module) is None:
@@ -53,15 +53,15 @@ def need(extra: str, *modules: str) -> None:
 
 
 def print_rules(game: GameConfig, note: str = "") -> None:
-    """Say which rules were played, once they were: results may be compared where they are the same."""
+    """Print the hash of the rules; results may be compared if it is the same."""
     print(f"rules: {game.rules_hash} {note}".rstrip())
 
 
 @contextmanager
 def progress(what: str = "games", doing: str = "playing") -> Iterator[Move]:
-    """Show a bar while games are played, or a line now and then in a log; give the function that moves it.
+    """Show a progress bar, or a line now and then in a log; yield the function that moves it.
 
-    That takes how much is done, how much there is, and of what, if that is something else.
+    Its arguments are the amount done, the total, and the unit if it is not `what`.
     """
     from rich.progress import Progress
 
@@ -82,7 +82,7 @@ def progress(what: str = "games", doing: str = "playing") -> Iterator[Move]:
 
 
 def in_seconds(doing: str = "filming") -> AbstractContextManager[Move]:
-    """As `progress`, while something goes through a game from its beginning to its end."""
+    """Return `progress` in seconds of a game that is played through."""
     return progress("seconds of game at most", doing)
 
 

@@ -22,16 +22,16 @@ def benchmark(
     quick: bool = False,
     attack_steps: int | None = None,
 ) -> None:
-    """Measure a method by the standard, and write a report: see docs/benchmark.md.
+    """Run the benchmark on a method, and write a report: see docs/benchmark.md.
 
     The same command continues a stopped run.
 
     Args:
-        policies: Names of policies, or folders that training wrote: one of each training seed of the method.
+        policies: Names of policies, or folders that training wrote: one for each training seed of the method.
         out: Folder of the report: index.html, report.json and games.jsonl.
-        name: Name of the method in tables; the first policy's name if not given.
-        quick: Play few and short games: they show that everything works, and say nothing about the policy.
-        attack_steps: Play the attacks alone, with exploiters that learn from so many commands.
+        name: Name of the method in tables; by default, the first policy's name.
+        quick: Play a few short games, to check that everything works; they say nothing about the policy.
+        attack_steps: Play only the attacks, with exploiters that each learn from this many commands.
     """
     need("train", "cma", "filelock", "safetensors", "stable_baselines3", "torch")
     from swarm_pz.standard import Entry, Protocol, run
@@ -66,7 +66,7 @@ def benchmark(
 
 
 def _interval(ends: Sequence[float], of: str = "") -> str:
-    """Return an interval in brackets; nothing where all games ended alike, and there was nothing to draw from."""
+    """Return an interval in brackets, or nothing if it has no width because all games ended alike."""
     low, high = ends
     return f" ({of}{low:.3f} to {high:.3f})" if high > low else ""
 

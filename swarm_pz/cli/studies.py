@@ -32,9 +32,9 @@ def run(
 
     Args:
         study: The study's file; see docs/studies.md.
-        folder: Folder of the study's data, made or gone on with.
-        allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.
-        countdown: Seconds for which the start of a game is shown before it begins.
+        folder: Folder of the study's data, which is created or continued.
+        allowed_hosts: Host names of proxies or tunnels that lead to this server, such as play.example.org.
+        countdown: Seconds of countdown before each game, while its start is shown.
     """
     need_play()
     require_extra("markdown_it", "lab")
@@ -66,7 +66,7 @@ def plan(study: Annotated[Path, tyro.conf.Positional], /, out: Path | None = Non
 
     Args:
         study: The study's file.
-        out: Markdown file to write it to.
+        out: Markdown file to write the plan to.
     """
     need_play()
     from swarm_pz.play.studies.design import Study
@@ -91,10 +91,10 @@ def power(
 
     Args:
         study: The study's file.
-        difference: Effect on the share won; of an interaction the difference of differences.
+        difference: Effect on the share won; for an interaction, the difference of differences.
         share: Share of games that participants win.
         spread: Standard deviation of this share among participants.
-        participants: Numbers of participants to try, by default the study's.
+        participants: Numbers of participants to try; by default, the study's number.
         runs: Simulated studies for each effect.
     """
     need_play()
@@ -113,7 +113,7 @@ def power(
 
 
 def _check_players(study: Study) -> None:
-    """Load the policies that participants meet, before anybody waits for one that cannot play."""
+    """Check that the policies that participants meet can be loaded, before anybody waits for them."""
     from swarm_pz import policies
     from swarm_pz.config import TEAM_NAMES
 
@@ -130,7 +130,7 @@ def _check_players(study: Study) -> None:
 
 
 def status(folder: Annotated[Path, tyro.conf.Positional], /) -> None:
-    """Show how far each participant of a study is.
+    """Show the progress of each participant of a study.
 
     Args:
         folder: Folder of the study's data.
@@ -151,7 +151,7 @@ def withdraw(code: Annotated[str, tyro.conf.Positional], /, folder: Path = Path(
 
     Args:
         code: The participant's code.
-        folder: Folder of the study's data; no server may run it meanwhile.
+        folder: Folder of the study's data; stop its server first.
     """
     need_play()
     from swarm_pz.play.studies.withdrawal import withdraw as delete
@@ -190,7 +190,7 @@ def export(
     Args:
         folder: Folder of the study's data; the study may still be running.
         out: Folder to write to.
-        overwrite: Replace the export that it holds.
+        overwrite: Replace an export that is already there.
     """
     need_play()
     from swarm_pz.play.studies.export import export as write

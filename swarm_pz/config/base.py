@@ -23,7 +23,7 @@ _LONGEST = 200
 
 
 class Range(NamedTuple):
-    """Ends of the numbers that a field takes, both among them: `share: Annotated[float, Range(0.0, 1.0)]`."""
+    """Least and largest number that a field takes: `share: Annotated[float, Range(0.0, 1.0)]`."""
 
     low: float
     high: float
@@ -43,7 +43,7 @@ def check(holds: bool, name: str, value: object, expected: str) -> None:
 
 
 def check_type(value: Any, name: str, hint: Any) -> Any:
-    """Return a value of a type as annotations write it; one of NumPy as Python's."""
+    """Return a value with NumPy's scalars and lists as Python's scalars and tuples; check that it fits `hint`."""
     value = _one_form(value)
     check(_fits(value, hint), name, value, _words(hint))
     return value
@@ -74,7 +74,7 @@ def _shown(value: object) -> str:
 
 
 def _parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    """Return the origin of a type and its arguments; every union alike."""
+    """Return the origin of a type and its arguments; all unions have the same origin."""
     origin = typing.get_origin(hint)
     return (types.UnionType if origin is typing.Union else origin), typing.get_args(hint)
 
@@ -93,7 +93,7 @@ def _fits(value: Any, hint: Any, ends: Range = _EVERY) -> bool:
         return len(items) == len(value) and all(_fits(*pair, ends) for pair in zip(value, items, strict=True))
     if hint in (int, float):
         is_number = isinstance(value, int if hint is int else (int, float)) and not isinstance(value, bool)
-        return is_number and ends.low <= value <= ends.high  # as they are: an int may be too large for a float
+        return is_number and ends.low <= value <= ends.high  # not converted: an int may be too large for a float
     kind = origin or hint
     return not isinstance(kind, type) or isinstance(value, kind)
 
@@ -122,22 +122,21 @@ def hints_of(kind: type) -> dict[str, Any]:
     """Return the types of a configuration's fields, with their ranges."""
     try:
         return typing.get_type_hints(kind, include_extras=True)
-    except NameError:  # another package's, of names that it imports for type checkers alone
+    except NameError:  # another package's class, with names imported only for type checkers
         return {}
 
 
 def hash_exempt(default: Any, metadata: Mapping[str, Any] | None = None) -> Any:
-    """Declare a field that does not count in the hash at its default, so files from before it keep theirs."""
+    """Declare a field that is left out of the hash at its default, so that older files keep their hashes."""
     return dataclasses.field(default=default, metadata={"hash_exempt": True, **(metadata or {})})
 
 
 class Config:
     """Checked fields; unknown names are refused with the nearest known one; plain dicts in and out.
 
-    Values that mean the same are kept the same: numpy's scalars as Python's, lists as tuples, and a pair of two equal
-    values as that value where a field is `PER_TEAM`. Each value must then be of its field's type, a number in its
-    `Range`; a subclass checks what depends on several fields. Raises a ConfigError if a name is unknown or a value is
-    out of range.
+    Equal values are stored in one form: NumPy's scalars as Python's, lists as tuples, and in a `PER_TEAM` field a pair
+    of two equal values as that value. Each value must then be of its field's type, and each number in its `Range`;
+    subclasses check conditions on several fields. Raises a ConfigError if a name is unknown or a value is out of range.
     """
 
     _section: ClassVar[str] = ""
@@ -165,7 +164,7 @@ class Config:
         return super().__new__(cls)
 
     def tag(self) -> dict[str, str]:
-        """Return plain values that name the class, for fields that hold one of several."""
+        """Return plain values that name the class, for fields that accept several classes."""
         return {}
 
     @classmethod
@@ -215,7 +214,7 @@ def _one_form(value: Any) -> Any:
 
 
 def _are_equal(red: Any, blue: Any) -> bool:
-    # Of one type: True equals 1, but is no number of drones.
+    # The types must match, too: True equals 1, but is not a number of drones.
     return type(red) is type(blue) and isinstance(red, (int, str, Config)) and red == blue
 
 
@@ -239,10 +238,9 @@ def _from_plain(hint: Any, value: Any) -> Any:
 
 
 def canonical(value: Any) -> Any:
-    """Return the plain values that a hash is of; the same for equal configurations.
+    """Return the plain values that are hashed; they are the same for equal configurations.
 
-    Whole floats and integers are written alike, so that 1 and 1.0 hash the same; exempt fields at their defaults are
-    left out.
+    Integers become floats, so that 1 and 1.0 hash the same; exempt fields at their defaults are left out.
     """
     if isinstance(value, Config):
         plain: dict[str, Any] = dict(value.tag())
@@ -256,5 +254,5 @@ def canonical(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [canonical(entry) for entry in value]
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return float(value) + 0.0  # -0.0 equals 0.0, and is written as it
+        return float(value) + 0.0  # -0.0 becomes 0.0, which it equals
     return value

@@ -27,7 +27,7 @@ MOTION_CHANNELS = ("own_now", "opposing_now", "own_soon", "opposing_soon")
 SOON = 0.5
 """Seconds that the channels of predicted positions look ahead, at constant velocity."""
 LONGEST_TRAIL = 600.0
-"""Seconds of trail that there is room for."""
+"""Seconds of the longest trail that there is room for."""
 RED, BLUE = 0, 1
 AGENTS = ("red_0", "blue_0")
 TEAM_NAMES = ("red", "blue")

@@ -55,13 +55,13 @@ class GameConfig(Config):
     """
 
     drones_per_team: TeamSize | tuple[TeamSize, TeamSize] = field(default=10, metadata=PER_TEAM)
-    """Drones of each team at the start; a pair makes a handicap."""
+    """Drones of each team at the start; a pair of numbers gives one side a handicap."""
     time_limit: Duration = 300.0
     """Seconds after which the game is a draw; whole control periods."""
     command_period: Duration = 1.0
-    """Seconds that one environment step holds a command; whole control periods."""
+    """Seconds for which one environment step holds a command; whole control periods."""
     command_cells: Annotated[int, Range(2, GRID_CELLS)] = 10
-    """Cells a side of a command."""
+    """Cells per side of a command."""
     spawn: SpawnConfig = field(default_factory=SpawnConfig)
     memory: MemoryConfig = field(default_factory=MemoryConfig)
     capture: CaptureConfig = field(default_factory=CaptureConfig)
@@ -114,9 +114,9 @@ class GameConfig(Config):
 
     @property
     def rules_hash(self) -> str:
-        """Sixteen hexadecimal digits that are the same for equal rules: what comparable results share.
+        """Sixteen hexadecimal digits that are the same for equal rules; comparable results share them.
 
-        Times count as the ticks that they come to, so 0.3 and 0.1 + 0.2 s are equal.
+        Times are rounded to ticks first, so 0.3 and 0.1 + 0.2 s are equal.
         """
         ticks = (self.limit_ticks, self.step_ticks, round((self.memory.trail or 0.0) * TICKS_PER_SECOND))
         limit, period, trail = (count / TICKS_PER_SECOND for count in ticks)
@@ -132,7 +132,7 @@ class GameConfig(Config):
 
     @property
     def num_drones(self) -> int:
-        """Drones of both teams together; the same at every time."""
+        """Drones of both teams together, which never changes."""
         return sum(self.team_sizes)
 
     @property
@@ -188,10 +188,10 @@ def resolve(
     wrapper: type,
     more: Iterable[str] = (),
 ) -> GameConfig:
-    """Return a configuration, or its dict, with a wrapper's keywords: fields to replace, and `preset` in its place.
+    """Return a configuration (or that of a dict, or the keyword `preset`) with fields replaced by a wrapper's keywords.
 
-    Raises an UnknownNameError if a keyword is unknown, with those that the wrapper's constructor takes and
-    `more`, and a ConfigError if a value is out of range, or config and preset are both given.
+    Raises an UnknownNameError if a keyword is unknown, which lists those of the wrapper's constructor and `more`,
+    and a ConfigError if a value is out of range, or config and preset are both given.
     """
     fields = dict(overrides)
     preset = fields.pop("preset", None)
@@ -200,7 +200,7 @@ def resolve(
             named = inspect.signature(wrapper).parameters.values()
             known = {"preset", *more, *GameConfig.__dataclass_fields__}
             known |= {parameter.name for parameter in named if parameter.kind is not parameter.VAR_KEYWORD}
-            # Python's own words: libraries look for them to find out what they may leave away.
+            # Python's own words: libraries look for them to find out which arguments to leave out.
             argument = f"{wrapper.__name__}() got an unexpected keyword argument {name!r}"
             raise UnknownNameError(f"{argument}; {nearest(name, known)}")
     if preset is not None:

@@ -14,31 +14,31 @@ FAULTS = (Exception, SystemExit)
 
 
 def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
-    """Return all entry points of a group: swarm-pz's own, then by package and value, however they are found."""
+    """Return all entry points of a group: swarm-pz's own first, then sorted by package and value."""
     return list(_looked_up(importlib.metadata.entry_points, group, _where()))
 
 
 def _where() -> tuple[tuple[str, float], ...]:
-    """Return the folders that packages are installed in, and when something was last put there or taken away."""
+    """Return the folders that packages are installed in, and when each was last modified."""
     found = []
     for folder in sys.path:
-        with contextlib.suppress(OSError):  # there is none, or no longer
+        with contextlib.suppress(OSError):  # the folder does not exist
             found.append((folder, Path(folder).stat().st_mtime))
     return tuple(found)
 
 
-@functools.lru_cache(maxsize=16)  # to look costs tens of milliseconds, and every policy that is named asks
+@functools.lru_cache(maxsize=16)  # a look-up takes tens of milliseconds, and every name of a policy needs one
 def _looked_up(
     look: Callable[..., Iterable[importlib.metadata.EntryPoint]],
     group: str,
     where: tuple[tuple[str, float], ...],  # noqa: ARG001 - else what is installed meanwhile is not found
 ) -> tuple[importlib.metadata.EntryPoint, ...]:
-    found = [(origin(point), point) for point in look(group=group)]  # once each: it takes the package's whole metadata
+    found = [(origin(point), point) for point in look(group=group)]  # once each: `origin` reads a package's metadata
     return tuple(point for name, point in sorted(found, key=lambda it: (it[0] != "swarm-pz", it[0], it[1].value)))
 
 
 def registered_in(group: str) -> dict[str, importlib.metadata.EntryPoint]:
-    """Return the entry points of a group by name: of several, swarm-pz's own or else the first."""
+    """Return the entry points of a group by name; if several share a name, swarm-pz's own or else the first."""
     found: dict[str, importlib.metadata.EntryPoint] = {}
     for point in entry_points(group):
         found.setdefault(point.name, point)

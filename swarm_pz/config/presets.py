@@ -10,8 +10,8 @@ PRESETS: dict[str, dict[str, Any]] = {
     "paper": {},
     # Drones that must keep flying: nobody can park, as docs/parking.md measures.
     "fixed_wing": {"dynamics": DynamicsConfig(min_speed=0.3)},
-    # The authors' published variant, without red's flocking (controllers=("flocking", "ergodic") has it), messages that
-    # are up to 0.1 s old, a field looked up with x and y swapped, and what docs/tables/released_left_out.csv names.
+    # The authors' published variant. Left out are red's flocking, which controllers=("flocking", "ergodic") adds,
+    # messages up to 0.1 s old, x and y swapped in the field, and the rest of docs/tables/released_left_out.csv.
     "released": {
         "spawn": SpawnConfig(layout="squares", speed=0.2),
         "memory": MemoryConfig(

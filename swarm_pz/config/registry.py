@@ -16,11 +16,11 @@ from swarm_pz.errors import ConfigError, nearest
 GROUP = "swarm_pz.systems"
 _NAMES = re.compile(r"\w[\w-]*(\.[\w-]+)*", re.ASCII)
 _UNINSTALLED = re.compile(r"[\w.:<>-]+")
-"""Default names: a class's module and place there, as in module:make.<locals>.System."""
+"""Names of systems that are not installed: by default module and qualified name, module:make.<locals>.System."""
 
 
 def registered() -> dict[str, importlib.metadata.EntryPoint]:
-    """Return the entry point of every installed control system, by name: of several, swarm-pz's own or the first."""
+    """Return the entry points of the installed control systems, by name, as `registered_in` chooses them."""
     return registered_in(GROUP)
 
 
@@ -79,7 +79,7 @@ def is_installed(kind: type[ControlSystem]) -> bool:
         return False
 
 
-@functools.cache  # looking through what is installed takes milliseconds, and every configuration asks
+@functools.cache  # a look-up takes milliseconds, and every configuration needs one
 def _find(name: str) -> importlib.metadata.EntryPoint:
     points = registered()
     if name not in points:
@@ -108,7 +108,7 @@ def about(name: str) -> str:
 
 
 def read_choice(choice: Any) -> str | ControlSystem:
-    """Return a control system in its one form: its name if all its parameters are defaults.
+    """Return a control system in one form: as its name if all its parameters are defaults.
 
     `choice` is a name, a control system or its class, installed or not, or plain values: `name` and other parameters.
     Raises a ConfigError if it is none of these, its name is unknown or another class's, or a parameter is out of range.

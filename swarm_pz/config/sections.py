@@ -1,6 +1,6 @@
-"""The sections of a game's configuration: every number stands here once, with the range it may take.
+"""The sections of a game's configuration: every number, its default and its range.
 
-What divides has a least value: whatever is reckoned from numbers in their ranges is finite, in float32 too.
+Divisors are bounded away from 0: all results of numbers in their ranges are finite, in float32 too.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ Occasion = Literal["capture", "command", "sending"]
 """Occasions of forgetting: a drone is captured, its team follows a new command, or its team is sent any command."""
 
 _REMOVED = (("message_loss", 0.0), ("relay", False))
-"""Options of the controller that this version no longer has, at the values of protocol 2 and of its players."""
+"""Removed options of the controller, with the values that files of protocol 2 and its players still hold."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpawnConfig(Config):
-    """Where drones start, and how they move then."""
+    """Positions and velocities of drones at the start."""
 
     _section: ClassVar[str] = "spawn"
 
@@ -38,13 +38,13 @@ class SpawnConfig(Config):
     radius: Annotated[float, Range(0.0, 0.5)] = 0.08
     """Largest distance of a drone from its corner point, in map widths; not above `inset`."""
     layout: Literal["corners", "squares"] = hash_exempt("corners")
-    """Each drone near a corner point of its own drawing, or each team in a square of its own: red at the lower left,
-    blue at the upper right."""
+    """With "corners", each drone starts near a corner point drawn at random for it.
+    With "squares", each team starts in a square: red at the lower left, blue at the upper right."""
     side: Share = hash_exempt(0.1)
-    """Side of these squares, in map widths."""
+    """Side of the squares, in map widths."""
     speed: Annotated[float, Range(0.0, 10.0)] = hash_exempt(0.0)
-    """Red's drones start with velocities drawn evenly from [0, speed] along each axis, blue's from [-speed, 0]; 0: at
-    rest. Drawn after all else, so that the places of a seed's start do not depend on it."""
+    """Red's drones start with velocities drawn evenly from [0, speed] along each axis, blue's from [-speed, 0].
+    0: at rest. Velocities are drawn last, so that a seed's starting places do not depend on them."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -60,16 +60,16 @@ class MemoryConfig(Config):
     _section: ClassVar[str] = "memory"
 
     trail: Annotated[float, Range(1 / TICKS_PER_SECOND, LONGEST_TRAIL)] | None = 5.0
-    """Seconds that a cell stays on a drone's trail; whole ticks. None: as long as `time_limit`, and at most as long as
-    there is room for."""
+    """Seconds that a cell stays on a drone's trail; whole ticks.
+    None: as long as `time_limit`, but at most the longest that is allowed."""
     controller: Annotated[float, Range(0.01, 1e6)] | None = 4.0
     """Time constant tau of the controller's decaying memory, in seconds. None: nothing decays."""
     trail_forgotten_on: tuple[Occasion, ...] = hash_exempt(())
     """Occasions on which a drone's trail is emptied. A trail that a capture does not empty moves to the new team."""
     controller_forgotten_on: tuple[Occasion, ...] = hash_exempt(("capture",))
-    """When the controller's memory of a drone is emptied. "command": its team's target differs from that of the last
-    solve. "sending": its team was sent a command since then, even if unchanged, by `Simulator.command` or by a person
-    at the table. Steps of environments, and policies at the table, send only what differs."""
+    """When the controller's memory of a drone is emptied. "command": its team's target differs from the last solve's.
+    "sending": since then its team was sent a command, even the same, by `Simulator.command` or a person at the table.
+    Environment steps, and policies at the table, send only changed commands."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -87,22 +87,22 @@ class CaptureConfig(Config):
     _section: ClassVar[str] = "capture"
 
     enabled: bool = True
-    """Without captures no game is ever won."""
+    """Whether drones can be captured; without captures, no game is won."""
     threshold: Annotated[float, Range(0.001, 0.999)] = 0.75
     """A drone is captured where the opposing capture field exceeds this fraction of its maximum."""
     field: Literal["occupancy", "reconstruction"] = hash_exempt("occupancy")
-    """The ring averages are of the team's trails, or of the density of its controller's coefficients, rescaled to [0,
-    1]; see `swarm_pz.kernels.reconstruction`."""
+    """Ring averages of the team's trails ("occupancy"), or of the density that its controller's coefficients give,
+    rescaled to [0, 1] ("reconstruction"; see `swarm_pz.kernels.reconstruction`)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ControllerConfig(Config):
-    """The decentralized ergodic controller, the same for every team that it flies."""
+    """The decentralized ergodic controller, the same for every team that uses it."""
 
     _section: ClassVar[str] = "controller"
 
     modes: Annotated[int, Range(2, MAX_MODES)] = 10
-    """Fourier modes a side."""
+    """Fourier modes per axis."""
     horizon: Annotated[int, Range(2, 100)] = 10
     """Points of the look-ahead, one control period apart."""
     ergodic_weight: ToMillion = 200.0
@@ -120,15 +120,15 @@ class ControllerConfig(Config):
     communication_radius: Annotated[float, Range(0.0, 2.0)] | None = hash_exempt(None)
     """Drones average over the team-mates within this distance, in map widths; None: over all."""
     target_mass: Annotated[float, Range(1e-3, 1e3)] = hash_exempt(1.0)
-    """Sum of a target that was sent: the controller compares c_k with this times the phi_k of a density. The uniform
-    target of the start sums to 1."""
+    """Mass of a target that was sent: the controller compares c_k with this factor times phi_k of the density.
+    The uniform target at the start has mass 1."""
     warm_start: bool = hash_exempt(False)
-    """A solve looks ahead along the controls that the last one planned, as the authors' code does; False: as if drones
-    coasted. A captured drone keeps its plan; drones that another system flies have none."""
+    """A solve looks ahead along the controls that the last solve planned, as in the authors' code.
+    False: it assumes that drones coast. A captured drone keeps its plan; drones that another system flies have none."""
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
-        """Build it from plain values, in which frozen protocols and players name two options more: both are off."""
+        """Build it from plain values, ignoring two removed options that frozen protocols and players name, both off."""
         if isinstance(values, Mapping):
             values = {name: value for name, value in values.items() if (name, value) not in _REMOVED}
         return super().from_dict(values)
@@ -136,28 +136,28 @@ class ControllerConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class FlockingConfig(Config):
-    """Flocking; see `swarm_pz.kernels.controllers.flocking` for what the numbers weigh."""
+    """Flocking; `swarm_pz.kernels.controllers.flocking` has the equations."""
 
     _section: ClassVar[str] = "flocking"
 
     alignment: ToMillion = 0.1
     """Weight of the neighbours' mean velocity."""
     cohesion: ToMillion = 0.1
-    """Weight of their mean position."""
+    """Weight of the neighbours' mean position."""
     separation: ToMillion = 0.15
-    """Weight of keeping apart."""
+    """Weight of the separation from close team-mates."""
     migration: tuple[ToMillion, ToMillion] = (50.0, 100.0)
     """Least and largest weight of an attractor."""
     communication_radius: Annotated[float, Range(0.0, 2.0)] = 0.15
     """Distance up to which team-mates are neighbours, in map widths."""
     separation_radius: Annotated[float, Range(0.0, 2.0)] = 0.05
-    """Distance below which they push each other away, in map widths."""
+    """Distance below which team-mates push each other away, in map widths."""
     max_turn: Annotated[float, Range(1e-3, math.pi)] = math.pi / 10
     """Largest turn in one control period, in radians."""
     speed: Annotated[float, Range(1e-3, 10.0)] = 0.25
-    """Velocity that drones aim at; map widths per second where the speed factor is 1."""
+    """Speed that drones aim at; in map widths per second if the speed factor is 1."""
     dwell: Annotated[float, Range(0.1, 1e6)] = hash_exempt(5.0)
-    """Seconds that each attractor of a command is in force before the next one is; the last one stays."""
+    """Seconds for which each attractor of a command is in force; the last one stays."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -173,13 +173,13 @@ class DynamicsConfig(Config):
     speed_factor: Annotated[float, Range(1e-3, 10.0)] = 1.0
     """Map widths travelled per unit of velocity: p' = speed_factor v. The controller knows it."""
     failure_rate: Annotated[float, Range(0.0, 1e3)] = 0.0
-    """Failures of a working drone per second. A failed one stands still, says and hears nothing and leaves no trail; it
-    can be captured where it stands."""
+    """Failures of a working drone per second. A failed drone stands still, sends and hears nothing and leaves no trail.
+    It can be captured where it stands."""
     repair_rate: Annotated[float, Range(0.0, 1e3)] = 0.0
-    """Returns of a failed drone to work, with an empty memory, per second."""
+    """Repairs of a failed drone per second; it returns to work with an empty memory."""
     min_speed: Annotated[float, Range(0.0, 2.0)] = hash_exempt(0.0)
-    """Least airspeed, in units of velocity, as of fixed-wing drones: a slower one is brought to it along its heading,
-    from rest towards the middle, and walls reverse velocities. 0: drones may stop, and walls stop them."""
+    """Least airspeed, in units of velocity, as of fixed-wing drones. 0: drones may stop, and walls stop them.
+    Above 0, a slower drone is sped up along its heading, from rest towards the middle; walls reverse velocities."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -194,11 +194,11 @@ class ObservationConfig(Config):
     _section: ClassVar[str] = "observation"
 
     kind: Literal["grids", "entities", "drones"] = "grids"
-    """Images, channel first; padded and masked lists of drones; or one row for every drone, by its number."""
+    """Images, channel first; padded and masked lists of drones; or a row for each drone, by its number."""
     grid: Annotated[int, Range(1, GRID_CELLS)] = GRID_CELLS
-    """Cells a side of the images; divides 50."""
+    """Cells per side of the images; must divide 50."""
     channels: tuple[str, ...] = CHANNELS
-    """The images' channels, in this order; see `swarm_pz.spaces.observation`."""
+    """The images' channels, in order; see `swarm_pz.spaces.observation`."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -210,7 +210,7 @@ class ObservationConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class RewardConfig(Config):
-    """Weights of the reward's terms; the reward is zero-sum whatever they are."""
+    """Weights of the reward's terms; the reward is zero-sum for all weights."""
 
     _section: ClassVar[str] = "reward"
 

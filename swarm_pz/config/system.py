@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 class Flight(NamedTuple):
-    """One team of each of n games, as the control system that flies it may know them.
+    """What a control system knows about the team that it flies in each of n games.
 
-    Drones of the other team, and those that have failed, stand in the arrays as NaN: nobody told it about them.
+    Positions and velocities of failed drones and of the other team are NaN: the system does not know them.
     """
 
     positions: NDArray[np.float32]
@@ -31,14 +31,14 @@ class Flight(NamedTuple):
     own: NDArray[np.bool_]
     """(n, N) the drones that it flies: those of the team that work."""
     heard: NDArray[np.bool_]
-    """(n, N, N) `[i, j]`: whether drone i hears what drone j shares in this control period; i hears itself. Only among
-    `own`. What drone i does may depend on the others that it hears, and on no others."""
+    """(n, N, N) `[i, j]`: whether drone i receives what drone j shares in this control period; i hears itself. False
+    outside `own`. What drone i does may depend only on drones that it hears."""
     commands: NDArray[np.float64]
     """(n, *shape) the team's commands in force, of the shape of the system's space."""
     former: NDArray[np.float64]
-    """(n, *shape) those that they took the place of."""
+    """(n, *shape) the commands before those."""
     age: NDArray[np.float64]
-    """(n,) seconds since they came into force."""
+    """(n,) seconds that `commands` have been in force."""
 
 
 class ControlSystem(Config):
@@ -49,7 +49,7 @@ class ControlSystem(Config):
     """
 
     name: ClassVar[str]
-    """That of its entry point; by default its module and class."""
+    """Name of its entry point; by default its module and class."""
     takes: ClassVar[str]
     """The kind of its commands. Policies state the kind that they return; the same word means the same space."""
     shares: ClassVar[str] = "nothing"
@@ -57,10 +57,10 @@ class ControlSystem(Config):
     shapes: ClassVar[tuple[str, ...]] = ()
     """Names of the shapes that its commands may have."""
     turns: ClassVar[str] = ""
-    """Form of commands that turn with the square, if what it does turns, too: images (..., A, A), or numbers whose last
-    axis begins with x and y."""
+    """How commands turn with the square, if its flight turns alike: "images" (..., A, A), or "places" or "vectors",
+    whose last axis begins with x and y."""
     kernel: ClassVar[str] = ""
-    """"ergodic" or "direct" fly in the games' own loop in place of `solve`; empty for none."""
+    """"ergodic" or "direct": compiled code in the games' loop flies in place of `solve`. Empty: `solve` flies."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -69,7 +69,7 @@ class ControlSystem(Config):
         cls._section = cls.name
 
     def tag(self) -> dict[str, str]:
-        """Return the name, which stands among a system's plain values."""
+        """Return the name, which is one of a system's plain values."""
         return {"name": self.name}
 
     def space(self, config: GameConfig) -> spaces.Box:
@@ -77,7 +77,7 @@ class ControlSystem(Config):
         raise NotImplementedError(f"{type(self).__name__} must say which commands it takes")
 
     def learner_space(self, config: GameConfig) -> spaces.Box:
-        """Return the space of learners' commands: all, or a shorter form that `parse_all` reads, too."""
+        """Return the space of learners' commands: `space`, or that of a shorter form that `parse_all` also reads."""
         return self.space(config)
 
     def default(self, config: GameConfig) -> NDArray[np.float64]:
@@ -85,7 +85,7 @@ class ControlSystem(Config):
         raise NotImplementedError(f"{type(self).__name__} must have a command to begin with")
 
     def parse(self, command: Any, config: GameConfig, name: str = "command") -> NDArray[np.float64]:
-        """Return one command, in any form, as float64 of the space's shape; raise a CommandError if it is not of it."""
+        """Return one command, in any form, as float64 of the space's shape; raise a CommandError if it is invalid."""
         space = self.space(config)
         return check_values(command, space.shape, space.low, space.high, name)
 
@@ -100,7 +100,7 @@ class ControlSystem(Config):
         """Raise a CommandError if teams of `sizes` (n,) drones cannot fly parsed commands (n, *shape)."""
 
     def from_densities(self, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
-        """Return commands (n, *shape) for densities (n, A, A), with which policies of densities fly it; None: never."""
+        """Return commands (n, *shape) for densities (n, A, A) of policies; None if such policies cannot fly it."""
         return None
 
     def to_densities(self, commands: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:
@@ -108,25 +108,25 @@ class ControlSystem(Config):
         return np.ones((len(commands), config.command_cells, config.command_cells))
 
     def named(self, config: GameConfig) -> Mapping[str, NDArray[np.float64]]:
-        """Return commands by name, among which discrete actions choose; none if there are no such actions."""
+        """Return the commands that discrete actions choose from, by name; empty if there are no such actions."""
         return {}
 
     def solve(self, flight: Flight, config: GameConfig) -> NDArray[Any]:
-        """Choose accelerations for the games of a flight, which is not to be written to.
+        """Choose accelerations for the games of a flight, which must not be modified.
 
         Returns
         -------
         array (n, N, 2), castable to float32
-            Map widths per second squared, of the drones that it flies; of the others anything. Each drone's is cut
-            to `controller.max_acceleration` afterwards.
+            Map widths per second squared. Rows of drones that it does not fly are ignored; magnitudes are cut to
+            `controller.max_acceleration` afterwards.
         """
         raise NotImplementedError(f"{type(self).__name__} must choose accelerations")
 
 
 def serve(system: ControlSystem, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
-    """Return densities (n, A, A) as commands (n, *shape) of a system; None if densities mean nothing to it.
+    """Return densities (n, A, A) as commands (n, *shape) of a system; None if it does not take densities.
 
-    Raises a CommandError if its `from_densities` returns what is not of its space; whatever that raises passes through.
+    Raises a CommandError if `from_densities` returns commands outside the space; errors that it raises pass through.
     """
     if system.takes == "density":
         return densities

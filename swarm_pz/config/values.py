@@ -14,7 +14,7 @@ from swarm_pz.errors import CommandError
 TOLERANCE = 1e-6
 """Numbers this far outside their range are clipped: rounding."""
 _FAINTEST = 1e-300
-"""Numbers nearer to 0 are 0: fast math divides by reciprocals, which would overflow."""
+"""Numbers nearer to 0 become 0: fast math divides by means of reciprocals, which would overflow."""
 
 
 def check_densities(densities: ArrayLike, shape: tuple[int, ...], name: str = "command") -> NDArray[np.float64]:
@@ -29,12 +29,12 @@ def check_values(
     high: float | NDArray[Any],
     name: str,
 ) -> NDArray[np.float64]:
-    """Return numbers as a fresh float64 array of a shape, in a range for all or for each along the last axes.
+    """Return numbers as a fresh float64 array of a shape; `low` and `high` are for all, or arrays along the last axes.
 
-    Numbers up to 1e-6 outside are clipped, and those within 1e-300 of 0 are 0. `name` begins the errors. Raises a
+    Numbers up to 1e-6 outside are clipped; those within 1e-300 of 0 become 0. Errors begin with `name`. Raises a
     CommandError if they do not cast to float, have another shape, or hold NaN, infinity or numbers outside the range.
     """
-    plain = type(given) is np.ndarray and given.dtype.kind in "biuf"  # says at once that it casts, and quicker
+    plain = type(given) is np.ndarray and given.dtype.kind in "biuf"  # these cast without the checks of `as_floats`
     values = np.array(given, np.float64, order="C") if plain else as_floats(given, _expected(name, shape, low, high))
     if values.shape != shape:
         came = describe(given) if values.ndim == 0 else f"shape {values.shape}"
@@ -79,7 +79,7 @@ def check_indices(given: ArrayLike, shape: tuple[int, ...], count: int, expected
 def as_floats(given: Any, expected: str) -> NDArray[np.float64]:
     """Return real numbers as a fresh float64 array in C order; none may be masked, a date or complex.
 
-    Raises a CommandError that begins with `expected` if they are no such numbers.
+    Raises a CommandError that begins with `expected` otherwise.
     """
     try:
         found = np.asanyarray(given)

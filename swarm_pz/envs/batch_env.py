@@ -29,14 +29,14 @@ from swarm_pz.simulator.spawn import Seed, check_team
 from swarm_pz.spaces.observation import Observations, observe
 
 _LONGEST = 10**12
-"""Steps of the longest game that can be asked for."""
+"""Largest `max_cycles`."""
 
 
 class StepResult(NamedTuple):
     """The result of a step of all games; rows of games that had ended before are zero or False."""
 
     rewards: NDArray[np.float64]
-    """(E, 2) of red and blue, which sum to zero; of wrappers (E,) of learners, or (E, N) of drones."""
+    """(E, 2) of red and blue, which sum to zero; in wrappers (E,) of learners, or (E, N) of drones."""
     terminated: NDArray[np.bool_]
     """(E,) one team owns every drone."""
     truncated: NDArray[np.bool_]
@@ -88,7 +88,7 @@ class BatchEnv:
         return self.simulator.control.command_shape
 
     def pack(self, commands: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return commands (n, ...) of one control system in that shape."""
+        """Return commands (n, ...) of one control system in `command_shape`."""
         return self.simulator.control.pack(commands)
 
     def reset(
@@ -109,9 +109,9 @@ class BatchEnv:
     ) -> StepResult:
         """Hold one command of each team for a command period, or until the game ends.
 
-        Commands are densities (E, 2, A, A) of red and blue in [0, 1], or checked ones; those of ended games are not
-        used. Where other control systems fly, they are a pair of sequences (E,), red's and blue's, each command as its
-        system's `parse` reads it. `after_control_period` is called after every one, for animations.
+        Commands are densities (E, 2, A, A) of red and blue in [0, 1], or checked ones; those of ended games are
+        ignored. With other control systems they are a pair of sequences (E,), red's and blue's, of commands that the
+        system's `parse` reads. `after_control_period` is called after every control period, for animations.
 
         Raises
         ------
@@ -163,7 +163,7 @@ class BatchEnv:
         return np.stack(sides, axis=1)
 
     def observe(self, observation: ObservationConfig, teams: ArrayLike, rows: ArrayLike | None = None) -> Observations:
-        """Return fresh observations of n games (all, without rows), from the side of one team or of one each (n,)."""
+        """Return fresh observations of n games (by default all), from the side of one team or one per game (n,)."""
         chosen = self.simulator.rows(rows)
         given = np.asarray(teams)
         whole = np.issubdtype(given.dtype, np.integer) or not given.size
@@ -193,12 +193,12 @@ class BatchEnv:
         PolicyError
             If it returns other than n commands of its kind, or that kind cannot fly its team.
         FlightError
-            If the control system that flies its team fails to serve its densities.
+            If the control system that flies its team fails to convert its densities.
         """
         if not len(rows):
             return np.zeros((0, *self.command_shape))
         answers = clock if clock is not None else nullcontext()
-        plan = getattr(policy, "plan", None)  # to ask its Protocol takes longer than most answers
+        plan = getattr(policy, "plan", None)  # isinstance with a Protocol is slower than most answers
         if plan is not None:
             with answers:
                 answer = plan(self.simulator, teams, rows)
@@ -232,9 +232,9 @@ class BatchEnv:
     def infos(
         self, result: StepResult | None, teams: NDArray[np.int64], rows: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Return the infos of one team (n,) in each of the rows (n,), numbers by the same names always.
+        """Return the infos of one team (n,) in each of the rows (n,): numbers, always by the same names.
 
-        `result` is the last step's, None before the first. The names: size, captured, lost, recaptured, time_s, and
+        `result` is the last step's, None before the first. The names are size, captured, lost, recaptured, time_s, and
         outcome: 1 for a win, -1 for a loss, else 0.
         """
         games, counts, times = self.simulator.games, np.empty((5, len(rows)), np.int64), np.empty(len(rows))

@@ -1,4 +1,4 @@
-"""Every drone an agent, in each of E games: what the wrappers for drones share."""
+"""E games in which every drone is an agent: the common base of the wrappers for drones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Side = Literal["random", "red", "blue", "both"]
 
 
 class DronesBatch:
-    """E games whose learning side is flown drone by drone, by the control system `direct`; keywords as of `DronesEnv`.
+    """E games in which agents fly the drones of the learning side, by `direct`; keywords as of `DronesEnv`.
 
     Several opponents are dealt to the games in turn. `duel` is None where both sides learn.
     """
@@ -74,7 +74,7 @@ class DronesBatch:
 
     @property
     def flies(self) -> NDArray[np.bool_]:
-        """(E, N) active drones: those of a side that learns, that work."""
+        """(E, N) active drones: working drones of a side that learns."""
         games = self.batch.simulator.games
         if self.duel is None:
             return ~games.failed
@@ -109,7 +109,7 @@ class DronesBatch:
     ) -> StepResult:
         """Hold accelerations (E, N, 2), as `DroneActions.read` returns them, for a step; inactive drones have none."""
         sides = self.sides
-        # A drone that comes over in this step flies on without a push until its agent has seen something.
+        # A drone that is captured in this step coasts to its end, until its agent has an observation.
         commands = np.where(self.flies[:, :, None], accelerations, 0.0)
         packed = self.batch.pack(commands)
         if self.duel is None:

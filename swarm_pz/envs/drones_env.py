@@ -18,10 +18,10 @@ from swarm_pz.spaces.drones import DroneAction, DroneActions
 
 
 class DronesEnv(OneGameEnv):
-    """Every drone of the learning side flies itself, against a swarm that is commanded by an opponent.
+    """Each drone of the learning side is an agent; an opponent commands the other swarm.
 
     The game is that of `swarm_pz.envs.parallel_env.CaptureEnv`; the learning side's control system is `direct`, and
-    each row of its command comes from an agent of its own.
+    each agent sends one row of its command.
 
     |                   |                                                                       |
     |-------------------|-----------------------------------------------------------------------|
@@ -34,17 +34,17 @@ class DronesEnv(OneGameEnv):
     | Reward            | the team's, the same for all                                          |
     | Episode           | 1500 steps of 0.2 s, or until a team owns every drone                 |
 
-    **Agents.** An agent is a drone, named after the side with which it begins, and there for the whole game. It is
-    *active* while its drone works and belongs to a side that learns. Otherwise it sees -1 and zeros, its action means
-    nothing, and it is not learned from. So the opponent's drones are inactive until they are captured.
+    **Agents.** Every drone is an agent for the whole game, named after the side with which it begins. It is
+    *active* while its drone works and belongs to a side that learns. Otherwise it sees -1 and zeros, its action is
+    ignored, and learners leave it out. So the opponent's drones are inactive until they are captured.
 
     **Action.** An acceleration in units of the largest; a vector longer than 1 counts as one of length 1. With
     ``action="discrete"``, the number of one of `swarm_pz.spaces.drones.DIRECTIONS`. It is held for one step. A drone
     that is captured within a step coasts until the next.
 
-    **Observation.** One vector; `swarm_pz.spaces.drones` has its parts, and `view.parts` where they stand.
+    **Observation.** One vector; `swarm_pz.spaces.drones` lists its parts, and `view.parts` has their slices and shapes.
 
-    **Reward.** That of the team that the agent plays for when the step begins, for inactive agents, too.
+    **Reward.** That of the team that the agent plays for when the step begins, also for inactive agents.
 
     **Infos.** Those of `CaptureEnv` for that team; ``side``, the team (0 red, 1 blue); and ``flies``, 1 for an active
     agent, else 0.
@@ -52,16 +52,16 @@ class DronesEnv(OneGameEnv):
     Parameters
     ----------
     config : GameConfig, optional
-        The rules. Pairs are (learner, opponent), and (red, blue) where both sides learn; learners of unequal teams need
-        a `side`. `controllers` flies for the opponent, or of a pair ("direct", other) the second does; its
+        The rules. Pairs are (learner, opponent), or (red, blue) if both sides learn; unequal teams need a `side` other
+        than "random". `controllers` flies the opponent's drones; of a pair ("direct", other) the second does.
         `command_period` is how long an opponent's command holds.
     side : {"random", "red", "blue", "both"}
         The side that learns.
     opponent : str, Path, Policy or model, optional
-        As of `swarm_pz.envs.gymnasium_env.DuelEnv`, ``uniform`` if not given; there is none where both sides learn.
+        As of `swarm_pz.envs.gymnasium_env.DuelEnv`, ``uniform`` if not given; there is none if both sides learn.
     action : {"acceleration", "discrete"}
     action_period : float
-        Seconds of a step: whole control periods of 0.1 s, and a whole part of `command_period`.
+        Seconds of a step: a multiple of 0.1 s that divides `command_period`, unless both sides learn.
     neighbours, grid, patch : int
         See `swarm_pz.spaces.drones.DroneView`.
     render_mode, max_cycles, **overrides
@@ -150,7 +150,7 @@ class DronesEnv(OneGameEnv):
         read = self.drones.actions.read
         try:  # all at once, which is quicker
             accelerations = read([actions[agent] for agent in agents], (len(agents),), "actions")
-        except CommandError:  # one by one, to say whose
+        except CommandError:  # one by one, to name the agent
             accelerations = np.stack([read(actions[agent], (), f"{agent}'s action") for agent in agents])
         result = self.drones.step(accelerations[None], self.screen.after_control_period)
         return self._stepped(result, result.rewards[0])

@@ -39,7 +39,7 @@ class DuelEnv(OneLearner, gymnasium.Env[Any, Any]):
     render_mode : str, optional
     max_cycles : int, optional
     **rules
-        Fields of `GameConfig` to replace; `preset`, the name of one to begin with.
+        Fields of `GameConfig` to replace; `preset` names a preset to begin with.
 
     Examples
     --------
@@ -83,8 +83,8 @@ class DuelEnv(OneLearner, gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Start a game, without a seed the next of `np_random`'s sequence; `options` may hold a scenario."""
-        scenario = check_scenario(options or {}, self.duel.config)  # what is refused leaves the seeds as they are
+        """Start a game: without a seed, the next of `np_random`'s sequence. `options` may hold a scenario."""
+        scenario = check_scenario(options or {}, self.duel.config)  # an error leaves the seeds unchanged
         if seed is not None:
             check_seed(seed)
             seed = int(seed)

@@ -1,4 +1,4 @@
-"""Many games at once, one learner in each; what ``gymnasium.make_vec("swarm_pz/Capture-v0")`` gives."""
+"""Many games at once, one learner in each: ``gymnasium.make_vec("swarm_pz/Capture-v0")``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from swarm_pz.spaces.observation import Observations, of_game
 
 
 class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
-    """Many games at once, one learner in each; what ``gymnasium.make_vec`` gives.
+    """Many games at once, one learner in each; made by ``gymnasium.make_vec``.
 
     Parameters
     ----------
@@ -33,9 +33,9 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
     render_mode : str, optional
         `render` returns a tuple, with an entry for each game; ``human`` shows the first.
     autoreset_mode : AutoresetMode or str
-        When a game that has ended starts afresh, as Gymnasium defines it: at the next step, whose action is
-        not used (``NextStep``); at once, its last observation and info in ``final_obs`` and ``final_info``
-        (``SameStep``); or never but by `reset` (``Disabled``).
+        When an ended game starts afresh, as Gymnasium defines it: at the next step, which ignores its action
+        (``NextStep``); at once, with its last observation and info in ``final_obs`` and ``final_info``
+        (``SameStep``); or only by `reset` (``Disabled``).
 
     Examples
     --------
@@ -88,7 +88,7 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
 
     @property  # type: ignore[misc]  # as of SyncVectorEnv
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
-        """The random generator of each game, from which its next games come."""
+        """The random generator of each game, which seeds its next games."""
         return tuple(self._generators)
 
     @property
@@ -104,10 +104,10 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
         Parameters
         ----------
         seed : int or sequence of int or None, optional
-            One seed s gives game i the seed s + i; without one each game goes on with the sequence of its last seed.
+            One seed s gives game i the seed s + i; without one each game continues the sequence of its last seed.
         options : mapping, optional
-            A scenario; and ``reset_mask``, a bool array (num_envs,) of the games to start: the others go on
-            as they are, and have no infos.
+            A scenario; and ``reset_mask``, a bool array (num_envs,) of the games to start: the others
+            continue unchanged, and have no infos.
 
         Raises
         ------
@@ -160,7 +160,7 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
             self._restart(waiting)
         over = result.terminated | result.truncated
         final = self._finish(result, over) if self.autoreset_mode == AutoresetMode.SAME_STEP and over.any() else {}
-        # Of games that have just begun the result says nothing: their row is all zero.
+        # Games that have just begun have only zeros in the result.
         infos = self.duel.infos(result)
         if final:
             for name in ("captured", "lost", "recaptured"):
@@ -168,7 +168,7 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
         return self.duel.observe(), result.rewards, result.terminated, result.truncated, _masked(infos) | final
 
     def _finish(self, result: StepResult, over: NDArray[np.bool_]) -> dict[str, Any]:
-        """Start the games that are over afresh, and return their ends as Gymnasium has them."""
+        """Restart the games that are over, and return their last observations and infos in Gymnasium's form."""
         rows = np.flatnonzero(over)
         last, infos = self.duel.observe(rows), self.duel.infos(result)
         observations = np.full(self.num_envs, None, dtype=object)
@@ -198,7 +198,7 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
             screen.after_control_period()
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return each game's picture as the render mode says; a window shows the first, and nothing is returned."""
+        """Return each game's picture as the render mode says; a window shows the first game, and returns None."""
         frames = tuple(screen.render() for screen in self.screens)
         return None if self.render_mode in (None, "human") else frames
 
@@ -226,7 +226,7 @@ def _check_mask(mask: Any, count: int) -> NDArray[np.bool_]:
 
 
 def _masked(infos: dict[str, NDArray[Any]], mask: NDArray[np.bool_] | None = None) -> dict[str, Any]:
-    """Return infos with masks, as Gymnasium has them, of all games or of those in `mask`; others are zero."""
+    """Return infos with Gymnasium's masks, of all games or of those in `mask`; other games have zeros."""
     masked: dict[str, Any] = {}
     for name, values in infos.items():
         masked[name] = values if mask is None else values * mask

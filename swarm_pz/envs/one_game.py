@@ -48,7 +48,7 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
         self.agents: list[str] = []
         self.state_space = spaces.Box(0, 255, (len(STATE_CHANNELS), GRID_CELLS, GRID_CELLS), np.uint8)
         self.np_random = seeding.np_random()[0]
-        """The generator from which games without a seed come; may be assigned."""
+        """The generator that seeds games without a seed; may be assigned."""
 
     @property
     def np_random_seed(self) -> Any:
@@ -71,7 +71,7 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-        """Start a game, without a seed the next of the last seed's sequence; `options` may hold a scenario.
+        """Start a game: without a seed, the next of the last seed's sequence. `options` may hold a scenario.
 
         Raises
         ------
@@ -87,7 +87,7 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
         return self._observations(), self._infos(None)
 
     def _stepped(self, result: Any, rewards: NDArray[np.float64]) -> Step:
-        """Return a step's results; rewards (A,) are those of the agents in their order."""
+        """Return a step's results; rewards (A,) are the agents', in their order."""
         agents = self.possible_agents
         if not self.batch.running[0]:
             self.agents = []

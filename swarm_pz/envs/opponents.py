@@ -34,9 +34,9 @@ class _Opponent(NamedTuple):
 class DuelBatch:
     """E games, each with a learner on one side and an opponent on the other; keywords as of `DuelVectorEnv`.
 
-    Every pair in `config` is (learner, opponent), on either side. Policies have an observation of their own;
-    of a model, its side's `observation` names the channels. An opponent's command holds for `answer_ticks`, by default
-    a step. `format` has the learner's spaces; infos hold numbers into `opponent_names`, all that were dealt so far.
+    Every pair in `config` is (learner, opponent), on either side. Policies have their own observation; for a
+    model, the `observation` of its side names the channels. An opponent's command holds for `answer_ticks`, by default
+    a step. `format` has the learner's spaces. Infos have indices into `opponent_names`: all opponents dealt so far.
     """
 
     def __init__(
@@ -83,14 +83,14 @@ class DuelBatch:
         given: list[Opponent] = [opponent] if alone else list(opponent)  # type: ignore[list-item, arg-type]
         if not given:
             raise ConfigError("opponent must be a policy, a name or a sequence of these, got none")
-        # One object for all games against the same opponent: they are answered together.
+        # Games against the same opponent share one policy object, which answers them together.
         system, theirs = self.config.team_systems[1], self.config
-        if isinstance(theirs.observation, tuple):  # a model's channels are first looked for in its own
+        if isinstance(theirs.observation, tuple):  # a model's channels are looked up in its own one first
             theirs = theirs.replace(observation=theirs.observation[::-1])
         loaded = {key: load(policy, theirs, system) for key, policy in {_key(one): one for one in given}.items()}
         called = [name_of(policy) for policy in given] if names is None else list(names)
         self.opponent_names += [name for name in dict.fromkeys(called) if name not in self.opponent_names]
-        may_hold = not self.batch.simulator.control.is_given  # others may refuse a command once a team has grown
+        may_hold = not self.batch.simulator.control.is_given  # other systems may refuse it once a team has grown
         dealt = [
             _Opponent(self.opponent_names.index(name), loaded[_key(policy)], may_hold and is_constant(policy))
             for name, policy in zip(called, given, strict=True)
@@ -171,7 +171,7 @@ def _key(policy: Opponent) -> str | int:
 
 
 def _child_seeds(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
-    """Derive streams from a seed without changing it, unlike its own `spawn`."""
+    """Derive two seeds from a seed without changing it, unlike `SeedSequence.spawn`."""
     return [
         np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, purpose), pool_size=seed.pool_size)
         for purpose in (1_000_001, 1_000_002)
@@ -179,14 +179,14 @@ def _child_seeds(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
 
 
 class OneLearner:
-    """The properties of Gymnasium's wrappers of a `DuelBatch`."""
+    """Properties of the Gymnasium wrappers of a `DuelBatch`."""
 
     duel: DuelBatch
     _spec: EnvSpec | None = None
 
     @property
     def spec(self) -> EnvSpec | None:
-        """Gymnasium's spec, with the steps until a draw; a `TimeLimit` would not know `max_cycles`."""
+        """Gymnasium's spec, with `max_cycles` as `max_episode_steps`; a `TimeLimit` would not know it."""
         return self._spec
 
     @spec.setter
@@ -197,10 +197,10 @@ class OneLearner:
 
     @property
     def opponent_names(self) -> list[str]:
-        """Names of opponents, by the numbers in infos."""
+        """Names of opponents, by their indices in infos."""
         return self.duel.opponent_names
 
     @property
     def command_names(self) -> tuple[str, ...]:
-        """The names of discrete actions; empty for others."""
+        """The names of discrete actions; empty for other actions."""
         return self.duel.format.command_names

@@ -22,7 +22,7 @@ from swarm_pz.spaces.formats import Format
 from swarm_pz.spaces.observation import Observations, of_game
 
 _GAMES, _TEAMS = np.zeros(2, np.int64), np.array([RED, BLUE])
-"""The sides of the one game: its number, and the team."""
+"""Row and team of each side of the one game."""
 
 
 class CaptureEnv(OneGameEnv):
@@ -57,7 +57,7 @@ class CaptureEnv(OneGameEnv):
     taken back within a second), ``time_s``, and ``outcome``: 1 for a win, -1 for a loss, else 0.
 
     **Reset options.** ``positions`` (N, 2), ``velocities`` (N, 2), ``teams`` (N,) set up a
-    scenario. A misspelt option is an error; others are not used.
+    scenario. A misspelt option is an error; others are ignored.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class CaptureEnv(OneGameEnv):
     max_cycles : int, optional
         Steps until a draw; follows from the time limit if not given.
     **rules
-        Fields of `GameConfig` to replace; `preset`, the name of one to begin with.
+        Fields of `GameConfig` to replace; `preset` names a preset to begin with.
 
     Examples
     --------
@@ -114,7 +114,7 @@ class CaptureEnv(OneGameEnv):
 
     @property
     def command_names(self) -> tuple[str, ...]:
-        """The names of red's discrete actions; empty for others."""
+        """The names of red's discrete actions; empty for other actions."""
         return self.formats[AGENTS[RED]].command_names
 
     def _start(self, seed: np.random.SeedSequence, scenario: Mapping[str, NDArray[Any]]) -> None:
@@ -142,7 +142,7 @@ class CaptureEnv(OneGameEnv):
         """Return the commands (1, 2, *command_shape) of both agents."""
         red, blue = given = [actions[agent] for agent in AGENTS]
         if self._are_alike and type(red) is type(blue) is np.ndarray and red.dtype == blue.dtype == np.float32:
-            with suppress(CommandError, ValueError):  # at once, which is quicker; one by one it is said whose is wrong
+            with suppress(CommandError, ValueError):  # both at once is quicker; below, errors name the agent
                 return self.batch.pack(self.formats[AGENTS[RED]].read(np.array(given), 2, ""))[None]
         return np.array(
             [[self.check_action(agent, action).values for agent, action in zip(AGENTS, given, strict=True)]]

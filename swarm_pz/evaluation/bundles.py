@@ -16,12 +16,12 @@ from swarm_pz.files import draft_of, explain
 from swarm_pz.policy import Player, digest_of, load
 
 MOST_BYTES = 2**26
-"""Largest size of a bundle."""
+"""Maximum size of a bundle."""
 
 
 @dataclass(frozen=True)
 class PolicyBundle:
-    """The files of a policy's folder, by name and content; folders in it are left out."""
+    """The files of a policy's folder, by name and content, without subfolders and hidden files."""
 
     name: str
     files: tuple[tuple[str, bytes], ...]
@@ -54,21 +54,21 @@ class PolicyBundle:
 
 @dataclass(frozen=True)
 class VerifyingLoader:
-    """Loads players by `loader` or from `bundles`, perhaps elsewhere, and refuses those of an unexpected digest."""
+    """Loads players by `loader` or from `bundles`, on any machine, and refuses unexpected digests."""
 
     loader: Callable[[str, GameConfig], Player]
     digests: Mapping[str, str]
     bundles: dict[str, PolicyBundle]
 
     def __call__(self, name: str, game: GameConfig) -> Player:
-        """Load a player; raise a WorkerError if it cannot be made here, or has another digest."""
+        """Load a player; raise a WorkerError if that fails here or the digest is unexpected."""
         try:
             if name in self.bundles:
                 with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
                     player = load(self.bundles[name].unpack(Path(place)), game)
             else:
                 player = self.loader(name, game)
-        except FAULTS as error:  # no game is lost by that
+        except FAULTS as error:  # this forfeits no game
             raise WorkerError(f"{platform.node()} cannot load {name}: {error!r}") from error
         expected = self.digests.get(name)
         if expected is not None and (found := digest_of(name, player)) != expected:
@@ -81,7 +81,7 @@ class VerifyingLoader:
 
 @contextmanager
 def unpacked_policy(name: str, game: GameConfig, digest: str | None, bundle: PolicyBundle | None) -> Iterator[str]:
-    """Yield the name of a policy, or its folder on this machine; raise a WorkerError if its digest is another."""
+    """Yield a policy's name, or the folder of its unpacked bundle; raise a WorkerError if its digest differs."""
     with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
         here = name if bundle is None else str(bundle.unpack(Path(place)))
         if digest is not None or bundle is not None:

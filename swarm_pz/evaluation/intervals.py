@@ -1,4 +1,4 @@
-"""Numbers from few games, with 95 % intervals."""
+"""Statistics of few games, with 95 % intervals."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
 
 
 def over_runs(values: ArrayLike) -> tuple[float, float]:
-    """Return Student's interval of the mean of whole runs (n,) of at least two, which are shares: cut to [0, 1]."""
+    """Return Student's interval of the mean of at least two runs (n,), cut to [0, 1] since they are shares."""
     stats = require_extra("scipy.stats", "cli")
     runs = _samples(values)
     if len(runs) < 2:
@@ -84,7 +84,7 @@ def median_with_interval(values: ArrayLike) -> tuple[float, tuple[float, float]]
 
 
 def rounded(values: ArrayLike, digits: int = 4) -> Any:
-    """Return numbers as plain lists with so many significant digits."""
+    """Return numbers as plain lists, rounded to `digits` significant digits."""
     array = np.asarray(values, np.float64)
     safe = np.where((array == 0) | ~np.isfinite(array), 1.0, np.abs(array))
     scale = 10.0 ** (digits - 1 - np.floor(np.log10(safe)))

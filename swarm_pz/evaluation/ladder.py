@@ -71,7 +71,7 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
 
 
 def _count(games: float) -> int | float:
-    """Return a number of games, with a half only where there is one."""
+    """Return a number of games, as an int if it is whole."""
     return int(games) if games == int(games) else games
 
 

@@ -29,7 +29,7 @@ class PlayedGame(Config):
     """One game of a tournament, a line of the file.
 
     `one` and `other` are in alphabetical order; `outcome` and `share` are those of `one`, which is red if the number is
-    even. The other fields are as of `rollout.Game`.
+    even. `fingerprint` is hashed; see `rollout.Game`.
     """
 
     one: str
@@ -68,7 +68,7 @@ G = TypeVar("G", bound=_OfPair)
 
 
 def distinct(games: Iterable[G]) -> list[list[G]]:
-    """Return the games that count, each as a list: of both games of a pair, if they are identical."""
+    """Return lists of games that each count once; only identical games of a pair share a list."""
     found: dict[tuple[int, str], list[G]] = {}
     for game in games:
         found.setdefault((game.number // 2, game.fingerprint), []).append(game)
@@ -77,7 +77,7 @@ def distinct(games: Iterable[G]) -> list[list[G]]:
 
 @contextlib.contextmanager
 def folder_lock(folder: Path) -> Iterator[None]:
-    """Lock a folder; raise a ResultsError if another process has. The system's lock ends with the process."""
+    """Lock a folder; raise a ResultsError if another process holds it. The lock ends with the process."""
     filelock = require_extra("filelock", "cli")
     folder.mkdir(parents=True, exist_ok=True)
     lock, holder = filelock.FileLock(folder / ".lock"), folder / ".holder"
@@ -97,20 +97,20 @@ def folder_lock(folder: Path) -> Iterator[None]:
 
 
 def recorded_digests(folder: Path) -> dict[str, str]:
-    """Return the digests of the players in a tournament's folder; none where it has no settings that can be read."""
+    """Return the digests of the players in a tournament's folder, or none if its settings cannot be read."""
     try:
         return {
             str(name): str(digest) for name, digest in json.loads((folder / SETTINGS).read_text())["learned"].items()
         }
-    except (OSError, LookupError, TypeError, ValueError, RecursionError):  # a Ledger says why
+    except (OSError, LookupError, TypeError, ValueError, RecursionError):  # `Ledger` reports why
         return {}
 
 
 class Ledger:
     """A tournament's folder.
 
-    Nothing is changed before the folder's lock is taken. A ResultsError is raised for a folder of another tournament,
-    with players of other digests, or with corrupt files.
+    Files stay unchanged until `take_up`. Raises a ResultsError for a folder of another tournament, with players of
+    other digests, or with corrupt files.
     """
 
     def __init__(self, folder: Path, *, seed: int, budget_ms: float, game: GameConfig, digests: dict[str, str]) -> None:
@@ -180,7 +180,7 @@ class Ledger:
         return games
 
     def append(self, games: Iterable[PlayedGame]) -> None:
-        """Add finished games, which even a crash of the system keeps."""
+        """Append finished games; they survive a crash of the system."""
         lines = "".join(json.dumps(dataclasses.asdict(game)) + "\n" for game in games)
         path = self.folder / GAMES
         with named_if_full(path, path), path.open("ab") as file:

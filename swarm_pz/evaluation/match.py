@@ -45,7 +45,7 @@ class MatchResult:
 
     @property
     def unique(self) -> list[Game]:
-        """The games that count: of two identical ones, that with the policy as red."""
+        """The games that count: of two identical games, only the one as red."""
         return list({(game.pair, game.fingerprint): game for game in reversed(self.games)}.values())[::-1]
 
     @property
@@ -71,9 +71,9 @@ class MatchResult:
         return float(np.mean([POINTS[game.outcome] for game in self.unique]))
 
     def win_rate_interval(self) -> tuple[float, float]:
-        """Return the 95 % interval of the win rate: Wilson's, or a bootstrap over pairs if some are identical games."""
+        """Return the 95 % interval of the win rate: Wilson's, or a bootstrap over pairs if some games are identical."""
         games = self.unique
-        # A bootstrap of games that are all won, or all lost, has no width.
+        # If all games, or none, are won, a bootstrap has no width.
         if len(games) == len(self.games) or self.count("win") in (0, len(games)):
             return wilson(self.count("win"), len(games))
         totals: dict[int, NDArray[np.float64]] = defaultdict(lambda: np.zeros(2))
@@ -146,11 +146,11 @@ def play_match(
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> MatchResult:
-    """Play a match of `games`, an even number, half of them from each side; by the rules of `config`, as of `Rollout`.
+    """Play a match of an even number of games, half from each side, by the rules of `config` (see `Rollout`).
 
-    `progress` is called with games finished and games in all after every step. A side whose control system or program
-    fails or takes too long forfeits the game. Raises a ConfigError if `games` is odd or below 2, and a PolicyError if a
-    policy is unknown or answers nonsense.
+    `progress` is called after every step with the numbers of finished and of all games. A side whose control system
+    or program fails or takes too long forfeits the game. Raises a ConfigError if `games` is odd or below 2, and a
+    PolicyError if a policy is unknown or returns invalid commands.
     """
     games = check_count(games, "games", 2, 10**9)
     check(games % 2 == 0, "games", games, "an even number, half for each side")

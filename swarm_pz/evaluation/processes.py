@@ -1,4 +1,4 @@
-"""Processes that run policies: a time limit, and an end with their parent."""
+"""Processes that run policies: a time limit, and termination with their parent."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from pathlib import Path
 from types import FrameType
 
 _WAITS = Path("/proc/thread-self/schedstat")
-"""Linux writes the nanoseconds for which a thread waited for a processor here, as the second number."""
+"""File of Linux whose second number is the time in ns that a thread has waited for a processor."""
 _AGAIN_S = 0.5
-"""Most seconds until an alarm rings again, for code that catches one or cannot be interrupted yet."""
+"""Maximum seconds until an alarm fires again, if code caught it or could not be interrupted."""
 
 
 class LostTaskError(BrokenExecutor):
-    """Several workers died of one task; the pool still works."""
+    """One task killed several workers; the pool still works."""
 
 
 @contextmanager
 def alarm(seconds: float) -> Iterator[None]:
-    """Raise a TimeoutError in Python code that takes longer; afterwards, where the system has no alarms.
+    """Raise a TimeoutError in Python code that takes longer; without SIGALRM or outside the main thread, after it.
 
     Time spent waiting for a busy processor does not count on Linux. Imports and compilation are finished first: an
-    interrupt would leave half a library, or half a function.
+    interrupt would leave a half-loaded library or a half-compiled function.
     """
     late = f"no command within {seconds:g} s"
-    entered = sys._getframe(2)  # of who calls this; the first is contextlib's
+    entered = sys._getframe(2)  # the caller's frame; frame 1 is contextlib's
 
     def ring(_: int, frame: FrameType | None) -> None:
         if _own_time() - began > seconds and not _gets_ready(frame, entered):
@@ -56,16 +56,16 @@ def alarm(seconds: float) -> Iterator[None]:
 
 
 def _own_time() -> float:
-    """Return seconds for which this thread worked or slept, and did not wait for a processor."""
+    """Return a clock in seconds that stops while this thread waits for a processor."""
     try:
         waited = int(_WAITS.read_bytes().split()[1]) / 1e9
-    except (OSError, LookupError, ValueError):  # only on Linux
+    except (OSError, LookupError, ValueError):  # not on Linux
         waited = 0.0
     return time.monotonic() - waited
 
 
 def _gets_ready(frame: FrameType | None, until: FrameType | None) -> bool:
-    """Return True if calls above a frame import or compile something."""
+    """Return True if this thread compiles, or a call between the frames imports something."""
     numba = sys.modules.get("numba.core.compiler_lock")
     if numba is not None and numba.global_compiler_lock.is_locked():  # by this thread
         return True
@@ -82,7 +82,7 @@ def interrupts_blocked() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    resource_tracker.ensure_running()  # which would unblock it while a process is started
+    resource_tracker.ensure_running()  # started later, it would unblock SIGINT
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -91,7 +91,7 @@ def interrupts_blocked() -> Iterator[None]:
 
 
 def end_processes() -> None:
-    """End the processes that this one started, whatever they do."""
+    """Terminate the processes that this one started, even busy ones."""
     for process in multiprocessing.active_children():
         process.terminate()
 
@@ -100,7 +100,7 @@ def prepare_process() -> None:
     """Make this process end with its parent, ignore Ctrl-C, and use one core."""
     parent = multiprocessing.parent_process()
     if parent is not None:
-        # A terminal sends Ctrl-C to all processes; only the one that shares out the work decides what to do.
+        # A terminal sends Ctrl-C to all processes; only the one that distributes the work handles it.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         if hasattr(signal, "pthread_sigmask"):
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
@@ -110,5 +110,5 @@ def prepare_process() -> None:
             os._exit(1)
 
         threading.Thread(target=end_with, args=(parent,), daemon=True).start()
-    # Read by PyTorch's and others' thread pools when they are first loaded.
+    # PyTorch and others read this when their thread pools are loaded.
     os.environ["OMP_NUM_THREADS"] = "1"

@@ -17,7 +17,7 @@ from swarm_pz.config.registry import GROUP as SYSTEMS
 from swarm_pz.policy import FOLDERS, GROUP
 
 _PACKAGES = ("swarm-pz", "numpy", "numba", "torch", "stable-baselines3")
-"""Packages that results depend on; the last two, those of training."""
+"""Packages that results depend on; the last two matter for training."""
 
 
 def versions() -> dict[str, str]:
@@ -25,7 +25,7 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: v for name in _PACKAGES if (v := _version(name)) is not None}
 
 
-@functools.cache  # to look takes tens of milliseconds, and every checkpoint asks
+@functools.cache  # it takes tens of milliseconds, and every checkpoint asks
 def _version(name: str) -> str | None:
     with contextlib.suppress(importlib.metadata.PackageNotFoundError):
         return importlib.metadata.version(name)
@@ -34,7 +34,7 @@ def _version(name: str) -> str | None:
 
 @functools.cache
 def required_versions() -> dict[str, str]:
-    """Return the versions that machines must share to share work: of packages, plug-ins, and swarm-pz's source."""
+    """Return the versions that must agree on machines that share work: of packages, plug-ins, swarm-pz's source."""
     found = {name: version for name, version in versions().items() if name != "python"}
     found["swarm-pz"] = f"{found.get('swarm-pz', 'in a folder')}, source {_source()}"
     for group in (GROUP, FOLDERS, SYSTEMS):
@@ -43,14 +43,14 @@ def required_versions() -> dict[str, str]:
 
 
 def _source() -> str:
-    """Return a hash of the code of all folders."""
+    """Return a hash of swarm-pz's Python files."""
     content = hashlib.sha256()
     for package in ("swarm_pz", "swarm_pz.policies", "swarm_pz.training"):
         spec = importlib.util.find_spec(package)
         for root in map(Path, (spec.submodule_search_locations or ()) if spec is not None else ()):
             for path in sorted(root.rglob("*.py")):
                 place = path.relative_to(root)
-                if package != "swarm_pz" or place.parts[0] not in ("policies", "training"):  # links, in a clone
+                if package != "swarm_pz" or place.parts[0] not in ("policies", "training"):  # symbolic links in a clone
                     content.update(f"{package} {place.as_posix()}\n".encode() + path.read_bytes())
     return content.hexdigest()[:12]
 
@@ -58,7 +58,7 @@ def _source() -> str:
 def provenance(config: GameConfig, command: str = "") -> dict[str, Any]:
     """Return rules, their hash, versions and the command, for a file of results.
 
-    Results may be compared where the hashes are equal.
+    Results may be compared if their hashes are equal.
 
     Examples
     --------

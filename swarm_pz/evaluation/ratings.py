@@ -1,7 +1,7 @@
-"""Ratings of a field, with intervals, their cyclic rest, and Nash averaging.
+"""Ratings of a field with intervals, the cyclic part that they miss, and Nash averaging.
 
 In the Bradley-Terry model player i beats j with probability 1 / (1 + exp(r_j - r_i)) (Biometrika 39, 1952). Strengths r
-cannot describe cycles, see `intransitivity`, and depend on the other players, see `nash_average`.
+cannot describe cycles (see `intransitivity`) and depend on who else plays (see `nash_average`).
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ SCALE = 400.0 / np.log(10.0)
 ANCHOR = 1000.0
 """Rating of the anchor."""
 PRIOR = 0.5
-"""Points of each player from each other before the first game, so that ratings are finite."""
+"""Points that each player has against each other before the first game, so that ratings are finite."""
 _RESAMPLES = 400
 _SIMULATIONS = 100
 _LP = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 _SLACKS, _TIGHT = (1e-9, 1e-8, 1e-7, 1e-6), 1e-6
-"""Tolerances of a level that was found, tried in turn, and the least dual value of a tight row."""
+"""Tolerances for levels that were found, tried in turn, and the minimum dual value of a tight row."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Results:
         return points, games
 
     def reweighted(self, generator: np.random.Generator) -> Array:
-        """Return points (n, n) with exponential weights of pairs of games and of the prior.
+        """Return points (n, n) with random exponential weights of pairs of games and of the prior.
 
         This is the Bayesian bootstrap (Rubin, Annals of Statistics 9, 1981), which has a width even for equal results.
         """
@@ -83,9 +83,9 @@ def _with_prior(points: Array) -> Array:
 
 
 def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
-    """Rate a field; the anchor, or else the mean, has 1000 points. `seed` is of the bootstrap over pairs of games.
+    """Rate a field; the anchor, or else the mean, has 1000 points. `seed` seeds the bootstrap over pairs of games.
 
-    A CommandError is raised for fewer than two players, a pairing without games, or an unknown anchor.
+    Raises a CommandError for fewer than two players, a pairing without games, or an unknown anchor.
     """
     points, games = results.payoffs()
     n = len(results.players)
@@ -110,7 +110,7 @@ class Intransitivity:
     cyclic_share: float
     """Fraction of the squared log-odds that no rating explains; 1 is pure rock-paper-scissors."""
     expected: float
-    """The same by chance, in as many games of a field that ratings describe."""
+    """Mean `cyclic_share` of simulated fields that ratings describe, with as many games."""
     cycles: int
     """Cycles among the `triples`."""
     triples: int
@@ -170,13 +170,13 @@ def intransitivity(results: Results) -> Intransitivity:
 def nash_average(shares: Array) -> tuple[Array, Array]:
     """Return the equilibrium mixture (n,) of a field, and every player's skill (n,) against it.
 
-    Of several equilibria of the game in which both sides choose a player, linear programs choose one: they minimise the
-    largest skill, then the next largest, and so on, and then likewise the shares. Both results are unique, and clones
-    of a player change no skill (Marris et al., "Deviation ratings", arXiv 2502.11645, 2025), which maximum entropy does
-    not grant (Balduzzi et al., "Re-evaluating evaluation", NeurIPS 2018).
+    In the game, both sides choose a player. Linear programs choose one of its equilibria: they minimise the largest
+    skill, then the next largest, and so on, then likewise the shares. Both results are unique, and clones of a player
+    change no skill (Marris et al., "Deviation ratings", arXiv 2502.11645, 2025); with maximum entropy they may
+    (Balduzzi et al., "Re-evaluating evaluation", NeurIPS 2018).
 
-    `shares` (n, n) are each player's (row) of the points against each other (column); the diagonal does not count. A
-    skill is a share of the points against the mixture less one half, at most 0 within 1e-6. Raises a ResultsError if
+    `shares` (n, n) are the points that each player (row) takes from each other (column); the diagonal is ignored. A
+    skill is a share of the points against the mixture minus one half, at most 0 within 1e-6. Raises a ResultsError if
     rounding keeps the linear programs from being solved.
     """
     linprog = require_extra("scipy.optimize", "cli").linprog
@@ -200,7 +200,7 @@ def nash_average(shares: Array) -> tuple[Array, Array]:
                     f"Nash averaging must solve a linear program of {n} players, and SciPy failed: {found.message}; "
                     "play more games, or leave a player out"
                 )
-            # A row with a dual value is as large in every solution; those of the open rows sum to 1.
+            # A row with a dual value is equal in all solutions; dual values of open rows sum to -1.
             is_tight = is_open & (found.ineqlin.marginals < -_TIGHT)
             levels[is_tight], mixture = found.fun, np.maximum(found.x[:n], 0.0)
             is_open &= ~is_tight

@@ -1,7 +1,7 @@
 """A Ray cluster as a pool of workers.
 
-Ray repeats a task if its worker or machine dies. Folders of players travel once. A machine with other versions ends the
-work.
+Ray repeats a task if its worker or machine dies. Each player's folder is sent once. The work fails if a machine has
+other versions.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from swarm_pz.evaluation.processes import LostTaskError
 from swarm_pz.evaluation.provenance import required_versions
 
 _RETRIES = 2
-"""Repetitions of a task after its worker died."""
+"""Repetitions of a task whose worker dies."""
 _MOST_TASKS = 10_000
 _LOOK_S = 1.0
-"""Seconds between two looks whether a task was ended."""
+"""Seconds between two checks whether `end` was called."""
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
 
 
 class RayPool(ThreadPoolExecutor):
-    """The machines of the Ray cluster of this one; each task has a thread here that waits for it.
+    """The Ray cluster of this machine; a thread here waits for each task.
 
-    `address` is "auto", or HOST:PORT of the cluster's head. Raises a WorkerError if there is no such cluster, or it
+    `address` is "auto", or HOST:PORT of the cluster's head. Raises a WorkerError if there is no such cluster, or if it
     runs another version of Ray or Python.
     """
 
@@ -63,14 +63,14 @@ class RayPool(ThreadPoolExecutor):
         return int(sum(self._machines())) + 1
 
     def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
-        """Give a task to the cluster."""
+        """Submit a task to the cluster."""
         places = [place for place, value in enumerate(args) if isinstance(value, PolicyBundle)]
         bare = [None if place in places else value for place, value in enumerate(args)]
         work = self._ray.cloudpickle.dumps((fn, bare, kwargs))
         return super().submit(self._do, work, places, [self._put(args[place]) for place in places])
 
     def end(self) -> None:
-        """End what the workers do."""
+        """Cancel the running tasks."""
         self._is_over = True
         for ref in list(self._running):
             self._ray.cancel(ref, force=True)
@@ -88,7 +88,7 @@ class RayPool(ThreadPoolExecutor):
         return self._bundles[bundle]
 
     def _machines(self) -> list[float]:
-        """Return the processors of each machine that has some."""
+        """Return the number of processors of each machine with any."""
         try:
             nodes = [node for node in self._ray.nodes() if node["Alive"]]
         except Exception as error:
@@ -102,7 +102,7 @@ class RayPool(ThreadPoolExecutor):
         ref = self._run.remote(self._expected, work, places, *bundles)
         self._running.add(ref)
         try:
-            # Ray may miss a call to cancel a task whose worker is just starting, so `end` is repeated here.
+            # Ray may miss the cancellation of a task whose worker is just starting, so repeat it.
             while not self._ray.wait([ref], timeout=_LOOK_S)[0]:
                 if self._is_over:
                     self._ray.cancel(ref, force=True)
@@ -130,7 +130,7 @@ def _make_runner() -> Callable[..., tuple[str, dict[str, str] | None, Any]]:
     def run(
         expected: dict[str, str], work: bytes, places: list[int], *bundles: Any
     ) -> tuple[str, dict[str, str] | None, Any]:
-        """Return the host, its versions where they differ, and the result of a task; travels as code."""
+        """Return the host, its versions if they differ, and the task's result; Ray sends it as code."""
         import os
         import pickle
         import platform
@@ -139,7 +139,7 @@ def _make_runner() -> Callable[..., tuple[str, dict[str, str] | None, Any]]:
         try:
             from swarm_pz.evaluation.bundles import PolicyBundle
             from swarm_pz.evaluation.provenance import required_versions
-        except ImportError:  # it is not there, or another one
+        except ImportError:  # missing, or another version
             return host, {}, None
         found = required_versions()
         if any(found.get(name) != version for name, version in expected.items()):
@@ -155,7 +155,7 @@ def _make_runner() -> Callable[..., tuple[str, dict[str, str] | None, Any]]:
 
 @contextlib.contextmanager
 def _handlers_kept() -> Iterator[None]:
-    """Keep what SIGTERM does, which Ray changes."""
+    """Restore the handler of SIGTERM, which Ray changes."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -171,7 +171,7 @@ def _connect(ray: Any, address: str) -> None:
     if address != "auto" and found is None:
         raise WorkerError(f"ray must be 'auto' or HOST:PORT of a cluster that this machine is part of, got {address!r}")
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-    os.environ.setdefault("RAY_task_oom_retries", str(_RETRIES))  # by itself Ray would never give up
+    os.environ.setdefault("RAY_task_oom_retries", str(_RETRIES))  # else Ray retries forever
     try:
         if found is not None:  # Ray itself would try for minutes
             socket.create_connection((found[1], int(found[2])), timeout=10).close()

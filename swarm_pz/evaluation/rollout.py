@@ -1,6 +1,6 @@
 """The loop that plays games between two policies.
 
-In a match, game 2p is pair p with the policy as red, and 2p + 1 the same start with the policy as blue. Seed and number
+Games 2p and 2p + 1 are pair p of a match: the same start, with the policy as red, then as blue. Seed and number
 determine a game.
 """
 
@@ -59,7 +59,7 @@ class Game:
     captures: int
     """Captures of both teams."""
     recaptures: int
-    """Captures among these within a second of another one of the same drone."""
+    """Captures within a second of the same drone's previous one."""
     fingerprint: bytes
     """Final positions and teams."""
     sizes: list[int]
@@ -73,7 +73,7 @@ class Game:
 
 
 class FaultError(PolicyError):
-    """A policy (place 0) or its opponent (1) raised, or answered nonsense or too late."""
+    """A policy (place 0) or its opponent (1) raised an error, returned invalid commands, or took too long."""
 
     def __init__(self, place: int, reason: str) -> None:
         super().__init__(place, reason)  # all arguments, so that it can be pickled
@@ -84,15 +84,15 @@ class FaultError(PolicyError):
 
 
 class GroundedError(FaultError):
-    """A control system or a program failed, answered nonsense or took too long: its side forfeits."""
+    """A control system or program failed, returned invalid values or took too long: its side forfeits."""
 
 
 @contextmanager
 def policy_errors(place: int, name: str) -> Iterator[None]:
-    """Turn errors of a policy in this context into a FaultError with the place."""
+    """Turn errors of a policy in this context into a FaultError with its place."""
     try:
         yield
-    except (FlightError, ForfeitError) as error:  # a control system may not serve the policy's densities
+    except (FlightError, ForfeitError) as error:  # a control system may fail to convert the densities
         raise GroundedError(place, str(error)) from error
     except PolicyError as error:
         raise FaultError(place, str(error)) from error
@@ -105,21 +105,21 @@ def policy_errors(place: int, name: str) -> Iterator[None]:
 class Rollout:
     """Games of a match, side by side, which can be watched.
 
-    Raises a CommandError if the seed is no whole number of at least 0, a PolicyError if a policy is unknown, or (a
-    FaultError) fails when its games begin, a ConfigError if a control system cannot be flown.
+    Raises a CommandError if the seed is no whole number of at least 0, a PolicyError if a policy is unknown, a
+    FaultError if its reset fails, and a ConfigError if a control system cannot be used.
 
     Parameters
     ----------
     numbers : sequence of int
-        The games, as of `game_number`. A game does not depend on the games beside it.
+        The games, by `game_number`. A game does not depend on the games beside it.
     seed : int
-        Starts and both policies' random streams follow from it.
+        It determines the starts and both policies' random streams.
     config : GameConfig, optional
         The rules. Handicaps belong to red and blue. The first of two controllers flies for the policy, the second for
         its opponent, on either side.
     clock : callable, optional
-        From a number of games and whether they begin, to a context for a policy's reset or commands, which raises if
-        they take too long.
+        Maps a number of games, and whether they begin, to a context for a policy's reset or commands. The context
+        raises if they take too long.
 
     Attributes
     ----------
@@ -172,10 +172,10 @@ class Rollout:
         after_step: Watch | None = None,
         after_control_period: Watch | None = None,
     ) -> None:
-        """Play on to the end, or to the step in which so many seconds of game are over.
+        """Play to the end, or to the step in which the game time reaches `seconds`.
 
-        `after_step` and `after_control_period` are called with this object. A FaultError is raised if a policy fails, a
-        GroundedError if a control system does.
+        `after_step` and `after_control_period` are called with this object. Raises a FaultError if a policy fails, and
+        a GroundedError if a control system fails.
         """
         end = math.inf if seconds is None else seconds
         look = None if after_control_period is None else functools.partial(after_control_period, self)
@@ -291,7 +291,7 @@ def play_or_forfeit(
 ) -> list[Game]:
     """Play games as `play_games` does; a side with a fault of type `forfeits` loses its game, other faults are raised.
 
-    Players answer many games at once. So after a fault each game is played again alone, with players from `make`.
+    One call of a player serves many games. So after a fault each game is played again alone, with players from `make`.
     `progress` is called with the number of games that have ended.
     """
     try:

@@ -1,6 +1,6 @@
-"""A season: a tournament of players that strangers send in, each a folder.
+"""A season: a tournament of players that strangers submit as folders.
 
-Policies are safetensors or ONNX, which run no code. Programs do, and play only if the host allows them.
+Policies are safetensors or ONNX, which run no code. Programs run code, and play only if the host allows them.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ from swarm_pz.policy import Player, Program, digest_of, load, registered
 ENTRIES, CARD, PAGE = "entries", "entry.toml", "index.html"
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 FIELDS = {"by": 60, "link": 200, "exec": 300, "digest": 32}
-"""Fields of a card, and their most letters."""
+"""Fields of a card, and their maximum lengths."""
 _MOST_REASONS, _MOST_LETTERS, _MOST_UPSETS = 3, 300, 5
-"""Limits of the page: reasons of a player's forfeits, letters of each, and games to watch."""
+"""Limits of the page: reasons for a player's forfeits, letters of a reason, and games to watch."""
 
 
 @dataclass(frozen=True)
 class Entries:
-    """The entries of a season by name: a loader of players, which knows installed policies, too."""
+    """The entries of a season by name; a call loads an entry or an installed policy."""
 
     folders: dict[str, Path] = field(default_factory=dict)
     cards: dict[str, dict[str, str]] = field(default_factory=dict)
     """The `entry.toml` of each."""
     left_out: dict[str, str] = field(default_factory=dict)
-    """Reasons, by folders that do not play."""
+    """Folders that do not play, with reasons."""
     _made: dict[str, Player] = field(default_factory=dict)
-    """Players that were made as a trial, and are used first: programs start once."""
+    """Players that `read` made; the first call takes them, so that programs start once."""
 
     @classmethod
     def read(cls, season: Path, game: GameConfig, *, allow_programs: bool) -> Entries:
-        """Read the folders in `entries`, and leave out those that cannot play; raise a ResultsError without them."""
+        """Read the folders in `entries`, leaving out those that cannot play; raise a ResultsError if it is missing."""
         place, found, played = season / ENTRIES, cls(), recorded_digests(season)
         if not place.is_dir():
             raise ResultsError(f"{season} must hold a folder {ENTRIES}, with a folder of each entry in it")
@@ -98,7 +98,7 @@ def _check(folder: Path, *, allow_programs: bool) -> dict[str, str]:
 
 
 def reasons_of(games: Iterable[PlayedGame]) -> dict[str, list[tuple[str, int]]]:
-    """Return the most frequent reasons of each player's forfeits, with the number of games."""
+    """Return the most frequent reasons for each player's forfeits, with numbers of games."""
     found: dict[str, Counter[str]] = {}
     for game in games:
         if game.forfeit:
@@ -110,7 +110,7 @@ def reasons_of(games: Iterable[PlayedGame]) -> dict[str, list[tuple[str, int]]]:
 def upsets(
     ladder: dict[str, Any], entries: Entries, games: Iterable[PlayedGame]
 ) -> list[tuple[str, str, str, PlayedGame]]:
-    """Return winner, loser, command and the game of the greatest upsets, at most one of two players, and no program."""
+    """Return winner, loser, command and game of the greatest upsets, at most one of two players, without programs."""
     programs = {name for name, card in entries.cards.items() if "exec" in card}
     ratings = {entry["player"]: entry["rating"] for entry in ladder["players"]}
     found: dict[tuple[str, str], PlayedGame] = {}
@@ -128,14 +128,14 @@ def upsets(
 
 
 def _command(game: PlayedGame, seed: int, entries: Entries) -> str:
-    """Return the command that plays a game again as a film."""
+    """Return the command that renders a game as a film."""
     options = ["--seed", seed, "--pair", game.number // 2, "--side", TEAM_NAMES[game.number % 2], "--out", "game.mp4"]
     players = (entries.folders.get(name, name) for name in (game.one, game.other))
     return shlex.join(["swarm-pz", "render", *map(str, [*players, *options])])
 
 
 def render(title: str, ladder: dict[str, Any], entries: Entries, games: Collection[PlayedGame] = ()) -> str:
-    """Return the page of a season or tournament: one file that fetches nothing but the picture beside it."""
+    """Return the page of a season or tournament: one file that loads only the picture beside it."""
     page: str = _template().render(
         title=title, ladder=ladder, entries=entries, reasons=reasons_of(games), upsets=upsets(ladder, entries, games)
     )

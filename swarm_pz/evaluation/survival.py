@@ -1,4 +1,4 @@
-"""Times to a decision, where a draw is a lower bound (Kaplan & Meier, J. Am. Stat. Assoc. 53, 1958)."""
+"""Times to a decision; undecided games are right-censored (Kaplan & Meier, J. Am. Stat. Assoc. 53, 1958)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from swarm_pz.errors import ResultsError, require_extra
 
 Array = NDArray[np.float64]
 _HALF = 0.5 * (1 + 1e-12)
-"""S is a product of floats: one half may come out just above it."""
+"""S is a product of floats: one half may come out slightly above it."""
 
 
 def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[float | None, float]:
@@ -26,14 +26,14 @@ def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[flo
 
 
 def survival_curve(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[list[float], list[float]]:
-    """Return the times of decisions and the share undecided from each on, from (0, 1) to the longest time."""
+    """Return times and shares of the curve S(t), from (0, 1) to the longest time."""
     times, shares = _survival(seconds, decided)
     undecided = [1.0, *shares.tolist()]
     return [0.0, *times.tolist(), float(np.max(seconds))], [*undecided, undecided[-1]]
 
 
 def _survival(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[Array, Array]:
-    """Return each time of decisions, and S from it on."""
+    """Return the times of decisions, and S(t) at each."""
     lengths, ended = np.asarray(seconds, np.float64), np.asarray(decided, bool)
     if lengths.ndim != 1 or lengths.shape != ended.shape or not len(lengths):
         raise ResultsError(

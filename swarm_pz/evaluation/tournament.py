@@ -1,7 +1,7 @@
 """A tournament: every player against every other, both sides, the same starts.
 
-Finished blocks of games are appended to a file. So a tournament that was stopped goes on, and one with more players
-plays only what is missing.
+Finished blocks of games are appended to a file. So a stopped tournament continues, and one with more players plays only
+the missing games.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from swarm_pz.policy import Player, digest_of, folder_of, sort_of
 _BLOCK = 20
 """Games that one process plays side by side."""
 _PATIENCE = 600.0
-"""Seconds more for a reset and a first command, which may load and compile."""
+"""Extra seconds for a reset and a first command, which may load and compile code."""
 
 _OUTCOMES = tuple(POINTS)
 
@@ -46,7 +46,7 @@ class TournamentConfig(Config):
     """Settings of all games of a tournament."""
 
     games: Annotated[int, Range(2, 10**6)] = 40
-    """Games of every two players, even; more may be asked for later."""
+    """Games of every two players, even; it may be raised later."""
     seed: Annotated[int, Range(0, 2**128 - 1)] = 0
     budget_ms: Annotated[float, Range(1e-3, 1e7)] = 2000.0
     """Milliseconds for a command; a player that takes longer forfeits the game."""
@@ -56,7 +56,7 @@ class TournamentConfig(Config):
     def __post_init__(self) -> None:
         super().__post_init__()
         check(self.games % 2 == 0, "games", self.games, "even, half for each side")
-        self.game.to_dict()  # refuses what the folder cannot name
+        self.game.to_dict()  # refuses control systems that are not installed
 
 
 def play_block(
@@ -68,11 +68,11 @@ def play_block(
     digests: Mapping[str, str] = MappingProxyType({}),
     *bundles: PolicyBundle | None,
 ) -> list[PlayedGame]:
-    """Play some games of two players; a policy that fails forfeits the game in which it did.
+    """Play some games of two players; a policy that fails in a game forfeits it.
 
-    Players without an entry in `digests` are not checked. On another machine, `bundles` have the files of `one` and of
-    `other` where they come from a folder. Raises a WorkerError if a player cannot be made here, or has another digest:
-    nobody has lost by that.
+    Players without an entry in `digests` are not checked. On another machine, `bundles` hold the files of `one` and of
+    `other` if they come from folders. Raises a WorkerError if a player cannot be loaded here or has another digest;
+    that is not a forfeit.
     """
     carried = {name: bundle for name, bundle in zip((one, other), bundles, strict=False) if bundle is not None}
     make = VerifyingLoader(loader, digests, carried)
@@ -111,9 +111,9 @@ class Tournament:
     """A tournament of two or more players in a folder, new or continued; one process plays in a folder at a time.
 
     The folder holds ``tournament.json``, the settings with the `command` line, and ``games.jsonl``, the finished games.
-    `loader` makes a policy for a name and a game; it can be pickled, and may have a method `folder_of` from a name to
-    its folder. `sorts` has the `sort_of` each player. Raises a PolicyError if a player is unknown or cannot be made,
-    and a ResultsError if the folder holds another tournament, or its files are corrupt.
+    `loader` makes a policy from a name and a game. It must be picklable, and may have a method `folder_of` from a name
+    to a folder. `sorts` maps each player to its `sort_of`. Raises a PolicyError if a player is unknown or cannot be
+    made, and a ResultsError if the folder holds another tournament or corrupt files.
     """
 
     def __init__(
@@ -133,11 +133,11 @@ class Tournament:
         self.games = self._ledger.read()
 
     def pairings(self) -> list[tuple[str, str]]:
-        """Return every two players, each two in alphabetical order."""
+        """Return all pairs of players, each pair in alphabetical order."""
         return list(itertools.combinations(sorted(self.players), 2))
 
     def rules_of(self, one: str, other: str) -> TournamentConfig:
-        """Return the settings of the games of two players: here, those of all."""
+        """Return the settings of the games of two players: here, the same for all."""
         return self.config
 
     def missing(self) -> list[tuple[str, str, list[int]]]:
@@ -146,9 +146,9 @@ class Tournament:
         planned = {name for name, sort in self.sorts.items() if sort == "planned"}
         for one, other in self.pairings():
             numbers = [number for number in range(self.config.games) if (one, other, number) not in self.games]
-            size = _BLOCK // 10 if {one, other} & planned else _BLOCK  # planners think game by game
+            size = _BLOCK // 10 if {one, other} & planned else _BLOCK  # planners compute one game at a time
             blocks += [(one, other, numbers[start : start + size]) for start in range(0, len(numbers), size)]
-        # Long ones first, so that no process works alone in the end.
+        # Long blocks first, so that no process works alone at the end.
         return sorted(blocks, key=lambda block: not {block[0], block[1]} & planned)
 
     def play(
@@ -162,7 +162,7 @@ class Tournament:
 
         `progress` is called with games finished and games that were missing, `should_stop` between blocks. Finished
         games are always kept. Raises a ResultsError if another process plays in the folder, or it holds another
-        tournament; a WorkerError if a process died, or a player changed; Stopped if `should_stop`.
+        tournament; a WorkerError if a process died, or a player changed; Stopped if games are left.
         """
         with (
             nullcontext(pool) if pool is not None else open_pool(processes) as workers,
@@ -203,7 +203,7 @@ class Tournament:
             yield self._loader, one, other, numbers, rules, digests, bundles.get(one), bundles.get(other)
 
     def between(self, one: str, other: str) -> list[PlayedGame]:
-        """Return the finished games of two players by number."""
+        """Return the finished games of two players, ordered by number."""
         keys = [(*sorted((one, other)), number) for number in range(self.config.games)]
         return [self.games[key] for key in keys if key in self.games]
 
@@ -212,7 +212,7 @@ class Tournament:
         return distinct(self.between(one, other))
 
     def tally(self, player: str, other: str) -> NDArray[np.float64]:
-        """Return a player's wins, draws and losses in each pair of games (pairs, 3); identical games are halved."""
+        """Return a player's wins, draws and losses in each pair of games (pairs, 3); identical games count half."""
         pairs: dict[int, list[float]] = {}
         for alike in self.counting(player, other):
             row = pairs.setdefault(alike[0].number // 2, [0.0] * len(_OUTCOMES))

@@ -22,16 +22,16 @@ Result = TypeVar("Result")
 P = ParamSpec("P")
 
 _LOOK_S = 0.2
-"""Seconds between two looks at whether to stop, while a task is waited for."""
+"""Seconds between two checks of `should_stop` while `fetch` waits for a task."""
 
 
 class SerialExecutor(Executor):
-    """Does each task in this process, at once; `slots` are the tasks that may wait, `count` the processes."""
+    """Runs each task in this process, at once; `slots` are the tasks that may wait, `count` the processes."""
 
     slots = count = 1
 
     def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
-        """Do a task; the future is done."""
+        """Run a task; the future is done."""
         future: Future[Result] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -41,19 +41,19 @@ class SerialExecutor(Executor):
 
 
 class Processes(ProcessPoolExecutor):
-    """Processes of this machine, which end with this one, however that ends."""
+    """Processes on this machine, which end when this process ends in any way."""
 
     def __init__(self, count: int) -> None:
         super().__init__(count, mp_context=multiprocessing.get_context("spawn"), initializer=prepare_process)
         self.count, self.slots = count, 2 * count
 
     def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
-        """Give a task to a process, and start one if there are too few."""
+        """Submit a task, and start a process if there are too few."""
         with interrupts_blocked():
             return super().submit(fn, *args, **kwargs)
 
     def end(self) -> None:
-        """End the processes, whatever they do."""
+        """Terminate the processes, even busy ones."""
         end_processes()
 
 
@@ -75,10 +75,10 @@ def share(
     name: Callable[[Task], str] = str,
     verb: str = "played",
 ) -> None:
-    """Give tasks, the long ones first, to a pool, and keep results as they come.
+    """Run tasks, best the long ones first, in a pool, and keep results as they come.
 
-    `keep` is called with each task and its result, in this thread. Once `should_stop`, tasks that began are finished
-    and kept. A worker that dies raises a WorkerError, which calls tasks by `name` and says that they were `verb`.
+    `keep` is called with each task and its result, in this thread. After `should_stop` returns True, tasks that have
+    begun are finished and kept. If a worker dies, a WorkerError says which tasks (`name`) were being `verb`.
     """
     left = iter(tasks)
     waiting: dict[Future[Result], Task] = {}
@@ -98,12 +98,12 @@ def share(
                     lost = list(waiting.values()) if is_over else [waiting[future]]
                     raise _died(verb, {name(task) for task in lost}) from error
                 keep(waiting.pop(future), result)
-    except KeyboardInterrupt:  # at once
+    except KeyboardInterrupt:  # stop at once
         if is_over := hasattr(pool, "end"):
             pool.end()
         raise
     finally:
-        # The futures of a pool that is over come back by themselves, mostly as errors.
+        # When a pool is over, its futures finish by themselves, mostly with errors.
         begun = [future for future in waiting if is_over or not future.cancel()]
         for future in wait(begun).done:
             if not future.cancelled() and future.exception() is None:
@@ -127,7 +127,7 @@ def silent(_: str) -> None:
 
 
 class BackgroundTasks:
-    """Long tasks that a pool does in the background; a context, which ends those that still run."""
+    """Long tasks that a pool runs in the background; leaving this context ends unfinished ones."""
 
     def __init__(self, pool: Executor) -> None:
         self.pool = pool
@@ -146,16 +146,16 @@ class BackgroundTasks:
 
     @property
     def is_here(self) -> bool:
-        """True if this process does the tasks, at once."""
+        """True if this process runs each task at once."""
         return isinstance(self.pool, SerialExecutor)
 
     @property
     def is_elsewhere(self) -> bool:
-        """True if other machines may do the tasks."""
+        """True if other machines may run the tasks."""
         return bool(getattr(self.pool, "elsewhere", False))
 
     def send(self, name: str, work: Callable[..., Any], *arguments: Any) -> None:
-        """Give a task to the pool under a name."""
+        """Submit a task to the pool under a name."""
         self._sent[name] = self.pool.submit(work, *arguments)
 
     def check(self) -> None:

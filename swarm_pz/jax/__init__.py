@@ -1,6 +1,6 @@
 """The default game as pure functions of JAX (`pip install "swarm-pz[jax]"`).
 
-`reset` and `step` play one game; `swarm_pz.jax.environments` gives it the faces of JaxMARL and Gymnax, and
+`reset` and `step` play one game; `swarm_pz.jax.environments` wraps it for JaxMARL and Gymnax, and
 `swarm_pz.jax.players` holds opponents.
 """
 

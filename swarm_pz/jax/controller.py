@@ -24,14 +24,14 @@ _MATRIX = coefficient_matrix(MODES, _RULES.command_cells).astype(np.float32)
 _COSINE, _SINE = (
     [np.float32((-1) ** (n // 2) * math.pi**n / math.factorial(n)) for n in range(first, 13, 2)] for first in (0, 1)
 )
-"""Taylor's factors of cos(pi x) and sin(pi x) / x, in powers of x squared."""
+"""Taylor coefficients of cos(pi x) and sin(pi x) / x, in powers of x squared."""
 
 
 def harmonics(places: Array) -> tuple[Array, Array]:
     """Return cos(pi k x) and sin(pi k x), (K, ...), to 1e-6.
 
-    The nearest whole number n to k x gives the sign, and what is left goes into a Taylor series: each entry by itself,
-    since tables that are put together from rows take a processor five times as long.
+    The whole number nearest to k x gives the sign, and the remainder goes into a Taylor series. Each entry is computed
+    separately: a CPU takes five times as long for tables that are stacked from rows.
     """
     return circle(lax.broadcasted_iota(jnp.float32, (MODES, *places.shape), 0) * places)
 
@@ -60,13 +60,13 @@ def wanted_of(targets: Array) -> Array:
 def solve(state: State, goes_on: Array) -> State:
     """Choose all accelerations; the steps are those of `swarm_pz.kernels.controllers.ergodic.ergodic`.
 
-    Tables are `[mode, place]`, and point h of drone n is place h * N + n: what is summed lies side by side.
+    Tables are `[mode, place]`, and point h of drone n is place h * N + n, so that summands are adjacent.
     """
     of_team = (state.teams == jnp.arange(2)[:, None]).astype(jnp.float32)  # (2, N)
     positions, velocities = state.positions.T, state.velocities.T
     with jax.default_matmul_precision("highest"):
         (cos_x, _), (cos_y, _) = harmonics(positions[0]), harmonics(positions[1])
-        # Who was captured since the last solve remembers nothing.
+        # A drone captured since the last solve has no memory.
         decay = jnp.where(state.capture_ticks > state.tick - TICKS_PER_CONTROL_PERIOD, 0.0, CONTROLLER.decay)
         memory = decay * state.memory + cos_x[:, None] * cos_y[None, :]  # (K, K, N)
         weight = decay * state.memory_weight + 1.0
@@ -81,11 +81,11 @@ def solve(state: State, goes_on: Array) -> State:
         is_blue = jnp.tile(state.teams == BLUE, HORIZON)
 
         def across(images: Array, table: Array) -> Array:
-            """Sum images (2, K, K) over k2 with a table (K, places), at each place its team's: (K, places)."""
+            """Return sums (K, places) over k2 of images (2, K, K) times a table (K, places), by each place's team."""
             red, blue = (images.reshape(-1, MODES) @ table).reshape(2, MODES, -1)
             return jnp.where(is_blue, blue, red)
 
-        # Python's sums of rows become one loop with what they sum; a reduction over modes takes longer.
+        # XLA fuses Python's sums of rows and their summands into one loop; a reduction over modes takes longer.
         along_x = -sum(_FREQUENCIES[:, None] * sin_x * across(error, cos_y))
         along_y = -sum(cos_x * across(error * _FREQUENCIES, sin_y))
     margin = CONTROLLER.wall_margin

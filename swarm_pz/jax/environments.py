@@ -1,4 +1,4 @@
-"""The game with the interfaces of two libraries, neither of which it needs: JaxMARL's for sides, Gymnax's for one."""
+"""The game with the interfaces of JaxMARL (for sides) and Gymnax (for one side); it needs neither library."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _RED, _BLUE = AGENTS
 
 
 def default_params() -> Params:
-    """Return ten drones against ten, seen on a grid of 10."""
+    """Return the parameters of ten drones against ten, observed on a grid of 10."""
     return make_params(GameConfig(observation=ObservationConfig(grid=10)))
 
 
@@ -30,17 +30,17 @@ class TwoSides(*library_classes("multi_agent_env", "MultiAgentEnv", ("jaxmarl",)
     Parameters
     ----------
     params : Params, optional
-        Ten drones against ten, seen on a grid of 10, if not given.
+        By default, ten drones against ten, observed on a grid of 10.
     action : {"command", "modes", "discrete"}
         Densities (10, 10), weights (5,) of cosines, or the number of one of 57 named densities.
     observation : {"images", "vector"}
-        uint8 images, or the same as float32 vectors in [0, 1]. With vectors, observations have also `world_state`: for
-        each agent its vector and the other side's, for a critic that sees both.
+        uint8 images, or the same as float32 vectors in [0, 1]. With vectors, observations also have `world_state`: each
+        agent's vector and the other side's, for a critic that sees both.
     opponent : Player, optional
-        It plays blue; see `swarm_pz.jax.players.load`.
+        The player of blue; see `swarm_pz.jax.players.load`.
     final_observation : bool
-        Whether `infos` of `step` have `final_observation`, what each agent saw last, for values after a truncation.
-        Most trainers of JaxMARL reshape `infos` to one number an agent, and fail with it.
+        Whether `infos` of `step` have `final_observation`, each agent's last observation, for values after a
+        truncation. Most trainers of JaxMARL reshape `infos` to one number an agent, and fail with it.
     """
 
     name = "swarm_pz"
@@ -91,7 +91,7 @@ class TwoSides(*library_classes("multi_agent_env", "MultiAgentEnv", ("jaxmarl",)
         return self._show(seen), state
 
     def step(self, key: Array, state: State, actions: dict[str, Array], reset_state: State | None = None) -> Any:
-        """As `step_env`; after an end, the observations and the state are of `reset_state`, or of a new game."""
+        """As `step_env`; if the game ends, return observations and state of `reset_state`, or of a new game."""
         to_opponent, to_next = jax.random.split(key)
         seen, after, rewards, dones, infos = self.step_env(to_opponent, state, actions)
         if self._has_final:
@@ -102,7 +102,7 @@ class TwoSides(*library_classes("multi_agent_env", "MultiAgentEnv", ("jaxmarl",)
         return seen, after, rewards, dones, infos
 
     def step_env(self, key: Array, state: State, actions: dict[str, Array]) -> Any:
-        """As `swarm_pz.jax.step_once`, for the agents that there are."""
+        """As `swarm_pz.jax.step_once`, for this environment's agents."""
         densities = {agent: self._read(action) for agent, action in actions.items()}
         if self._opponent is not None:
             player = self._opponent
@@ -140,7 +140,7 @@ class OneSide:
         return make_observations(params or self.default_params, is_vector=False)
 
     def action_space(self, params: Params | None = None) -> Box:
-        """Return the space of its densities."""
+        """Return the space of the learner's densities."""
         del params
         return make_actions("command").space
 
@@ -154,8 +154,8 @@ class OneSide:
     ) -> tuple[Any, State, Array, Array, Array, dict[str, Array]]:
         """Hold the learner's density (10, 10) for a command period.
 
-        Returns observation, state, reward, terminated, truncated and info. After an end the first two are of the next
-        game, and `info["final_observation"]` of the one that ended.
+        Returns observation, state, reward, terminated, truncated and info. If the game ends, the first two belong to
+        the next game, and `info["final_observation"]` to the one that ended.
         """
         env = TwoSides(params or self.default_params, opponent=self.opponent, final_observation=True)
         seen, state, rewards, dones, infos = env.step(key, state, {_RED: action})

@@ -1,4 +1,4 @@
-"""Cells and capture fields, in whole numbers: so rounding decides no capture."""
+"""Cells and capture fields, in whole numbers, so that rounding cannot decide a capture."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, RING_COUNTS
 
 WEIGHTS = (FIELD_UNIT // RING_COUNTS).astype(np.int32)
 _FIXED = 29
-"""Bits after the point of a coordinate from which its cell is computed: all that a float32 of 1/64 or more has."""
+"""Fractional bits of a coordinate that are used to find its cell: all those of a float32 of at least 1/64."""
 
 
 def cells_of(positions: Array) -> Array:
-    """Return the cells (N,), row * 50 + column. A coordinate times 50 is not rounded: a float32 could round it up."""
+    """Return the cells (N,), row * 50 + column. The product with 50 is exact: float32 could round it up."""
     column, row = along(positions).T
     return row * GRID_CELLS + column
 
 
 def along(coordinates: Array) -> Array:
-    """Return the columns, or rows, of coordinates."""
-    fixed = (coordinates * np.float32(2**_FIXED)).astype(jnp.int32)  # what is cut off lies within the first cell
+    """Return the columns of x coordinates, or the rows of y coordinates."""
+    fixed = (coordinates * np.float32(2**_FIXED)).astype(jnp.int32)  # bits are cut off only within the first cell
     high, low = fixed >> 16, fixed & 0xFFFF
     return jnp.minimum((GRID_CELLS * high + (GRID_CELLS * low >> 16)) >> (_FIXED - 16), GRID_CELLS - 1)
 
@@ -37,7 +37,7 @@ def fields_of(occupancy: Array) -> Array:
     size = GRID_CELLS
     narrow = framed[:, 1 : size + 1] + framed[:, 2 : size + 2] + framed[:, 3 : size + 3]
     wide = narrow + framed[:, :size] + framed[:, 4:]
-    narrow, wide = lax.optimization_barrier((narrow, wide))  # else they are added up anew for each column
+    narrow, wide = lax.optimization_barrier((narrow, wide))  # else XLA recomputes them for each column
     inner = narrow[:, :, 1 : size + 1] + narrow[:, :, 2 : size + 2] + narrow[:, :, 3 : size + 3]
     outer = sum(wide[:, :, d : d + size] for d in range(2 * BORDER + 1))
     return WEIGHTS * (outer - inner).astype(jnp.int32)
@@ -51,7 +51,7 @@ def limits_of(fields: Array, threshold: Array) -> Array:
 def limit_of(maximum: Array, threshold: Array) -> Array:
     """Return the whole part of maximum * threshold / `PARTS`."""
     most = maximum.astype(jnp.uint32)
-    # In halves of 16 bits, since 32 times 32 bits are too many.
+    # In halves of 16 bits, since a product of two 32-bit numbers overflows.
     high, low, of_high, of_low = most >> 16, most & 0xFFFF, threshold >> 16, threshold & 0xFFFF
     one, other = high * of_low + (low * of_low >> 16), low * of_high
     carried = (one & 0xFFFF) + (other & 0xFFFF) >> 16

@@ -1,9 +1,9 @@
 """The default game as pure functions, for one game: `jax.vmap` over games, `jax.lax.scan` over steps.
 
-The rules and equations are those of `swarm_pz.kernels`, to whose states tests hold every tick. Everything is float32
-and whole numbers. Two things lie otherwise, for accelerators: drones are places with a mask, so that a game of any size
-has the same shapes; and capture fields are added up anew from occupancies at every tick, as differences of sums over
-squares, since a dense image is quicker there than scattered updates.
+The rules and equations are those of `swarm_pz.kernels`; tests compare the states at every tick. All numbers are float32
+or integers. Two things differ, for accelerators. Drones are places with a mask, so that games of any size have the same
+shapes. Capture fields are computed from occupancies at every tick, as differences of sums over squares, since dense
+images are faster there than scattered updates.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ _NEVER = -(10**6)
 
 
 def reset(key: Array, params: Params) -> tuple[dict[str, Any], State]:
-    """Begin a game: drones near corners, at rest, as the simulator's starts are distributed."""
+    """Begin a game with drones at rest near corners, distributed as in the simulator."""
     spawn = _RULES.spawn
-    drawn = jax.random.uniform(key, (4, params.drones))  # of one stream: each takes long to compile
+    drawn = jax.random.uniform(key, (4, params.drones))  # one stream: each takes long to compile
     corners = jnp.where(drawn[:2] < 0.5, spawn.inset, 1.0 - spawn.inset).T
     angle, distance = 2.0 * np.pi * drawn[2], spawn.radius * jnp.sqrt(drawn[3])
     offsets = distance[:, None] * jnp.stack([jnp.cos(angle), jnp.sin(angle)], axis=1)
@@ -75,22 +75,22 @@ def step(
 ) -> tuple[dict[str, Any], State, dict[str, Array], dict[str, Array], dict[str, Array]]:
     """Hold a command of each side for a command period; a game that ends is followed by a new one, drawn by `key`.
 
-    Raises a CommandError, when it is traced, if a side is missing or a command has another shape.
+    Raises a CommandError during tracing if a side is missing or a command has another shape.
 
     Parameters
     ----------
     actions : dict of float array (10, 10)
-        Densities of `red_0` and `blue_0` in [0, 1], rows from the bottom up. Values beyond are clipped, NaN is 0, and
-        `infos` counts both.
+        Densities of `red_0` and `blue_0` in [0, 1], rows from the bottom up. Other values are clipped, NaN becomes 0,
+        and `infos` counts both.
 
     Returns
     -------
     observations, state
-        After an end those of the next game.
+        If the game ends, those of the next game.
     rewards, dones, infos : dict
-        As of the parallel environment, and `dones["__all__"]`. `infos` are of the game that went on, each (2,) for red
-        and blue: `size`, `captured`, `lost`, `recaptured`, `outcome` (1 won, -1 lost), `time_s`, `truncated` (time is
-        up: a draw), and `clipped`, how many values of its command were not in [0, 1].
+        As of the parallel environment, and `dones["__all__"]`. `infos` are of the game played, each (2,) for red and
+        blue: `size`, `captured`, `lost`, `recaptured`, `outcome` (1 won, -1 lost), `time_s`, `truncated` (time is up:
+        a draw), and `clipped`, how many values of its command were not in [0, 1].
     """
     seen, after, rewards, dones, infos = step_once(state, actions, params)
     done, begun = dones["__all__"], reset(key, params)
@@ -135,7 +135,7 @@ def step_once(
 
 
 def sizes_of(teams: Array) -> Array:
-    """Return the drones (2,) of red and blue."""
+    """Return the numbers (2,) of red and blue drones."""
     return jnp.stack([(teams == team).sum(dtype=jnp.int32) for team in (RED, BLUE)])
 
 
@@ -151,7 +151,7 @@ def advance(state: State, until: Array, params: Params) -> State:
         return advance_tick(state, until, params.threshold)
 
     def period(_: int, state: State) -> State:
-        # Without the barrier, the compiler repeats the solve for every use of what it gives.
+        # Without the barrier, the compiler repeats the solve for every use of its result.
         state = lax.optimization_barrier(solve(state, _goes_on(state, until)))
         return lax.fori_loop(0, TICKS_PER_CONTROL_PERIOD, one_tick, state)
 
@@ -170,7 +170,7 @@ def see(state: State, params: Params) -> dict[str, Any]:
 
 
 def _read(actions: dict[str, Array]) -> tuple[Array, Array]:
-    """Return commands (2, A, A) in [0, 1], and how many values (2,) of each were not."""
+    """Return commands (2, A, A) in [0, 1], and the numbers (2,) of values that were outside."""
     if sorted(actions) != sorted(AGENTS):
         raise CommandError(f"actions must have the keys {' and '.join(AGENTS)}, got {', '.join(map(str, actions))}")
     for agent, action in actions.items():
@@ -192,7 +192,7 @@ def _targets(commands: Array) -> Array:
 
 
 def _count(occupancy: Array, cells: Array, ticks: Array) -> Array:
-    """Add ticks (...) to cells of an occupancy, counted row by row; where the cell is -1, nowhere."""
+    """Add ticks (...) to cells of an occupancy, which are numbered row by row; skip cells of -1."""
     place = jnp.where(cells >= 0, cells, occupancy.size)
     return occupancy.reshape(-1).at[place].add(ticks, mode="drop").reshape(occupancy.shape)
 

@@ -1,8 +1,8 @@
 """A command period of a game as one kernel of Pallas, for GPUs: the game stays on chip.
 
-A program plays one game. Drones are lanes, filled up with absent ones to a power of two: so nothing needs a mask.
-Small arrays stay in registers, and caches hold trails, occupancy and memory. A whole capture field is computed only
-where it may capture a drone, as in `swarm_pz.kernels.capture`.
+Each program plays one game. Drones are lanes, padded with absent drones to a power of two, so that nothing needs a
+mask. Small arrays stay in registers; caches hold trails, occupancy and memory. A whole capture field is computed only
+if it may capture a drone, as in `swarm_pz.kernels.capture`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from swarm_pz.jax.state import ABSENT, State
 from swarm_pz.kernels.capture import BORDER, FRAMED_CELLS
 
 _ROWS = 16
-"""Modes along an axis, filled up to a power of two."""
+"""Modes along an axis, padded to a power of two."""
 _TRAIL = GameConfig().trail_ticks
 _TICK = np.float32(1 / TICKS_PER_SECOND)
 _BOARD = FRAMED_CELLS**2
@@ -36,7 +36,7 @@ _RING = [
     for column in range(2 * BORDER + 1)
     if max(abs(row - BORDER), abs(column - BORDER)) == BORDER
 ]
-"""From the first corner of a ring to its cells."""
+"""Offsets of a ring's cells from its first corner."""
 _SECONDS = float(CONTROLLER.times[1])
 
 
@@ -56,7 +56,7 @@ class _Game(NamedTuple):
     captures: tuple[Array, Array]
     recaptures: tuple[Array, Array]
     peaks: tuple[Array, Array]
-    """Cells where the fields were highest when that mattered last."""
+    """Cells where the fields were highest when last computed as a whole."""
 
 
 def advance(state: State, until: Array, threshold: Array) -> State:
@@ -174,7 +174,7 @@ def _play(*refs: Any, barrier: Any) -> None:
         count(_place(teams, cells, moves), jnp.where(moves, 1, 0))
         now = game.tick + 1
 
-        # Fields are nowhere higher than at their maxima: most tests fail already against where those were lately.
+        # The maximum is at least the value at the last peak: most tests fail already against that value.
         asked, board = cells, jnp.where(moves, 1 - teams, RED)
         for team, peak in enumerate(game.peaks):
             is_peak = lane == lanes - 2 + team
@@ -224,7 +224,7 @@ def _play(*refs: Any, barrier: Any) -> None:
         mix_high, mix_low = _split(mix)
         mode = lax.broadcasted_iota(jnp.float32, (_ROWS, lanes), 0)
         x, y = circle(game.x[None]), circle(mode * game.y[None])
-        # From point to point, angles grow by the same amounts.
+        # Angles grow by the same amount from each point to the next.
         by_x, by_y = circle(_SECONDS * game.speed_x[None]), circle(mode * (_SECONDS * game.speed_y[None]))
         sums = []
         for k, cos_x in enumerate(_modes_of(x)[0]):
@@ -303,7 +303,7 @@ def _corner(cells: Array) -> Array:
 
 
 def _place(team: Array, cells: Array, is_there: Array) -> Array:
-    """Return the places of cells in the occupancy; of absent ones, a corner that stays empty."""
+    """Return the indices of cells in the occupancy; for absent ones, that of a corner that stays empty."""
     return jnp.where(is_there, team * _BOARD + _MIDDLE + _corner(cells), 0)
 
 
@@ -334,7 +334,7 @@ def _modes_of(one: tuple[Array, Array]) -> tuple[list[Array], list[Array]]:
 
 
 def _split(x: Array) -> tuple[Array, Array]:
-    """Return two parts that add up to x: tensor cores multiply numbers of 11 bits."""
+    """Return two parts that add up to x, since tensor cores multiply numbers of 11 bits."""
     high = lax.bitcast_convert_type(lax.bitcast_convert_type(x, jnp.int32) & -(2**13), jnp.float32)
     return high, x - high
 

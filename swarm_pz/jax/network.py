@@ -1,7 +1,7 @@
 """The network of learned tactics, `swarm_pz.policies.network.Actor`, as functions of its weights.
 
-Weights are a dict by the names that PyTorch gives them: so a policy of the zoo plays here, and what was trained here
-plays everywhere.
+Weights are a dict with PyTorch's names, so that policies of the zoo play here, and policies trained here play
+everywhere.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def features_of(weights: Weights, images: Array) -> Array:
     edge = jnp.broadcast_to(jnp.maximum(axis[:, None], axis)[..., None], (len(images), grid, grid, 1))
 
     def convolve(name: str, seen: Array, *, is_block: bool = False) -> Array:
-        """Channels last, as a product of matrices: in a loop on a CPU, XLA's convolutions take ten times as long."""
+        """Convolve (channels last) as a matrix product: in a loop on a CPU, XLA's convolutions are ten times slower."""
         weight, bias = weights[f"trunk.{name}.weight"], weights[f"trunk.{name}.bias"]
         kernel = weight.reshape(-1)[kernel_places(weight.shape).transpose(2, 3, 1, 0)]
         count, rows, columns, channels = seen.shape
@@ -75,7 +75,7 @@ def features_of(weights: Weights, images: Array) -> Array:
 
 def decide(weights: Weights, features: Array) -> Array:
     """Turn features (n, width, a, a) into mean actions (n, a, a)."""
-    head = jnp.tile(weights["head.weight"].reshape(-1), ORIENTATIONS) / ORIENTATIONS  # of the mean over orientations
+    head = jnp.tile(weights["head.weight"].reshape(-1), ORIENTATIONS) / ORIENTATIONS  # averages over orientations
     return jnp.einsum("nfyx,f->nyx", features, head) + weights["head.bias"]
 
 

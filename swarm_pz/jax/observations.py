@@ -1,4 +1,4 @@
-"""Observations as of `swarm_pz.spaces.observation`: the nine default channels, also with those of motion, or lists."""
+"""Observations of `swarm_pz.spaces.observation`: the nine default channels, with or without motion, or lists."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BRIGHTNESS = brightness_of_ages(GameConfig().trail_ticks)
 def observe(state: State, fields: Array, limits: Array, side: int, params: Params) -> Any:
     """Return a side's observation: uint8 images (9 or 13, grid, grid), or a dict of lists of drones.
 
-    Of both capture fields (2, 50, 50), cells above `limits` (2,) capture.
+    `fields` are both capture fields (2, 50, 50), whose cells above `limits` (2,) capture.
     """
     if not params.grid:
         return _entities(state, side, params)
@@ -43,7 +43,7 @@ def observe(state: State, fields: Array, limits: Array, side: int, params: Param
 
 
 def _coarse(cells: Array, grid: int) -> Array:
-    """Return which cell of a coarser grid holds each cell of the full one."""
+    """Return the cell of a coarser grid that holds each cell of the full grid."""
     block = GRID_CELLS // grid
     return cells // GRID_CELLS // block * grid + cells % GRID_CELLS // block
 
@@ -55,7 +55,7 @@ def _positions(positions: Array, is_its: Array, grid: int) -> Array:
 
 
 def _shared(places: Array, is_its: Array, grid: int) -> Array:
-    """Share 64 for each drone out among the four cells whose centres are around its place, up to 255."""
+    """Distribute 64 for each drone over the four cells whose centres surround it, up to 255."""
     at = (jnp.clip(places, 0.0, 1.0) * grid - 0.5).T
     low = jnp.floor(at)
     x, y = jnp.clip(jnp.stack([low, low + 1.0], axis=1), 0.0, grid - 1.0).astype(jnp.int32)
@@ -66,22 +66,22 @@ def _shared(places: Array, is_its: Array, grid: int) -> Array:
 
 
 def _trail_ages(state: State, is_its: Array, grid: int) -> Array:
-    """Show how lately the team's drones were in each cell."""
+    """Show how recently the team's drones were in each cell."""
     length = len(state.trails)
     ages = (state.tick - 1 - jnp.arange(length)) % length
     shade = jnp.where(is_its & (state.trails >= 0), jnp.asarray(_BRIGHTNESS)[ages][:, None], 0)
     cells, block = jnp.maximum(state.trails, 0).astype(jnp.int32), GRID_CELLS // grid
-    # On the full grid, since a GPU is slow where many share a cell.
+    # On the full grid, since a GPU is slow if many trails share a cell.
     image = jnp.zeros(GRID_CELLS**2, jnp.uint8).at[cells.reshape(-1)].max(shade.reshape(-1).astype(jnp.uint8))
     return image.reshape(grid, block, grid, block).max(axis=(1, 3))
 
 
 def _field(field: Array, limit: Array, grid: int) -> Array:
-    """Show 255 value / maximum, kept on the side of 192 that says whether the cell captures."""
+    """Show 255 value / maximum, clipped to 192 or more where a cell captures, and below 192 elsewhere."""
     block = GRID_CELLS // grid
     highest = field.reshape(grid, block, grid, block).max(axis=(1, 3))
     most = highest.max()
-    # The nearest whole number, exactly: an estimate in float32, then what is left in 32 bits, which may wrap round.
+    # Exact rounding: an estimate in float32, corrected by the remainder in 32 bits, which may wrap round.
     nearly = (255.0 * (highest / jnp.maximum(most, 1))).astype(jnp.int32)
     left = 510 * highest + most - 2 * most * nearly
     brightness = nearly + (left >= 2 * most) - (left < 0)
@@ -91,7 +91,7 @@ def _field(field: Array, limit: Array, grid: int) -> Array:
 
 
 def _target(target: Array, grid: int) -> Array:
-    """Show the density asked for, over its largest cell."""
+    """Show the commanded density, divided by its largest cell."""
     weights = jnp.asarray(coarse_interpolation(grid, len(target)), jnp.float32)
     with jax.default_matmul_precision("highest"):
         image = weights @ (target / target.max()) @ weights.T
@@ -99,7 +99,7 @@ def _target(target: Array, grid: int) -> Array:
 
 
 def _entities(state: State, side: int, params: Params) -> dict[str, Array]:
-    """List each side's drones first to last, padded with zeros."""
+    """List each side's drones in order, padded with zeros."""
     seen = {}
     for name, team in (("own", side), ("opposing", 1 - side)):
         is_its = state.teams == team

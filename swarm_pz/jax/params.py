@@ -19,11 +19,11 @@ from swarm_pz.config.base import check, check_count
 Array = Any
 """An array of JAX: its own type says nothing of shapes."""
 PARTS = 2**32
-"""A threshold is a whole number of these, rounded up: so 0.9 of 100 is not less than 90."""
+"""A threshold is stored in units of 1 / `PARTS`, rounded up, so that 0.9 of 100 is not less than 90."""
 MOST_DRONES = 200
-"""Of both teams: the occupancy of more does not fit into int16."""
+"""Most drones of both teams: the occupancy of more does not fit into int16."""
 MOST_FOR_PALLAS = 126
-"""More do not fit into a GPU's shared memory."""
+"""Most drones with Pallas: more do not fit into a GPU's shared memory."""
 GRIDS = (10, 25, 50)
 _MAY_DIFFER = ("drones_per_team", "time_limit", "command_period", "capture", "observation")
 
@@ -62,11 +62,11 @@ class Params:
 def make_params(config: GameConfig | None = None, *, drones: int | None = None, pallas: bool = False) -> Params:
     """Return the parameters of a game, the default one if no `config` is given.
 
-    Its teams' sizes, times, threshold and observation may be any that fit; games that differ in the first three can be
-    stacked and mapped over, and share what was compiled. So do games of all sizes with as many places for `drones`, at
-    least the drones of both teams, which is the default. With `pallas`, a kernel of Pallas plays each command period:
-    for NVIDIA GPUs; a processor interprets it. Raises a ConfigError that names the rule if one is not the default one,
-    or is not there in JAX.
+    Team sizes, times, threshold and observation may differ from the default. Games that differ in the first three can
+    be stacked and mapped over, and share compiled code, if they have equally many places for `drones`: at least the
+    drones of both teams, which is the default. With `pallas`, a Pallas kernel for NVIDIA GPUs plays each command
+    period; a CPU interprets it. Raises a ConfigError that names the rule if another rule is not the default, or if
+    games in JAX do not have the value.
     """
     rules, default = GameConfig() if config is None else config, GameConfig()
     for field in dataclasses.fields(GameConfig):
@@ -100,7 +100,7 @@ def make_params(config: GameConfig | None = None, *, drones: int | None = None, 
 
 
 def _images_of(observation: ObservationConfig | tuple[ObservationConfig, ObservationConfig]) -> tuple[int, bool]:
-    """Return the cells a side of the images asked for, 0 for lists of drones, and whether they show motion."""
+    """Return the images' cells a side (0 for lists of drones), and whether they show motion."""
     if isinstance(observation, ObservationConfig) and observation.kind == "entities":
         return 0, False
     found = [

@@ -70,7 +70,7 @@ SCRIPTS = {
     "halo": Player(10, _halo),
     "ring": Player(25, _ring),
 }
-"""Those of `swarm_pz.policies.scripted` that play here, too."""
+"""Scripts of `swarm_pz.policies.scripted` that also play here."""
 
 
 def player_of(weights: Weights, grid: int, *, motion: bool = False) -> Player:
@@ -86,7 +86,7 @@ def player_of(weights: Weights, grid: int, *, motion: bool = False) -> Player:
 def load(name: str | Path) -> Player:
     """Return a script by its name, or a learned policy: one that ships, or a folder that training wrote.
 
-    Raises a CheckpointError if there is no such player, or it looks at what games in JAX do not show.
+    Raises a CheckpointError if there is no such player, or if it observes what games in JAX do not show.
     """
     if name in SCRIPTS:
         return SCRIPTS[str(name)]

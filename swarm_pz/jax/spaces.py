@@ -1,4 +1,4 @@
-"""Spaces of actions and observations, which JaxMARL and Gymnax take for their own where they are installed."""
+"""Spaces of actions and observations, subclasses of those of JaxMARL and Gymnax if these are installed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ActionKind = Literal["command", "modes", "discrete"]
 
 
 def library_classes(module: str, name: str, libraries: tuple[str, ...] = ("jaxmarl", "gymnax")) -> tuple[Any, ...]:
-    """Return the classes of a name in a module of each library that is installed."""
+    """Return the class `name` of a module of each library that is installed."""
     found = []
     for library in libraries:
         with suppress(ImportError):
@@ -42,7 +42,7 @@ class Box(*library_classes("spaces", "Box")):  # type: ignore[misc]
         return drawn.astype(self.dtype)
 
     def contains(self, values: Array) -> Array:
-        """Tell whether an array belongs to it."""
+        """Return whether an array belongs to the space."""
         return jnp.all((values >= self.low) & (values <= self.high))
 
 
@@ -57,7 +57,7 @@ class Discrete(*library_classes("spaces", "Discrete")):  # type: ignore[misc]
         return jax.random.randint(key, self.shape, 0, self.n, self.dtype)
 
     def contains(self, value: Array) -> Array:
-        """Tell whether a number belongs to it."""
+        """Return whether a number belongs to the space."""
         return (value >= 0) & (value < self.n)
 
 
@@ -69,7 +69,7 @@ class Actions(NamedTuple):
 
 
 def make_actions(kind: ActionKind) -> Actions:
-    """Return densities themselves, weights of cosines, or numbers of named densities, as `action` means elsewhere."""
+    """Return actions as in other wrappers: densities, weights of cosines, or numbers of named densities."""
     if kind == "command":
         return Actions(Box(0.0, 1.0, (_CELLS, _CELLS), jnp.float32), lambda action: action)
     if kind == "modes":
@@ -83,7 +83,7 @@ def make_actions(kind: ActionKind) -> Actions:
         return Actions(Box(-LARGEST_MODE, LARGEST_MODE, (len(waves),), jnp.float32), of_modes)
     check(kind == "discrete", "action", kind, "'command', 'modes' or 'discrete'")
     named = jnp.asarray(named_commands(_CELLS), jnp.float32)
-    # Trainers of JaxMARL hand over arrays (1,).
+    # Trainers of JaxMARL pass arrays (1,).
     return Actions(Discrete(len(named)), lambda action: named[jnp.reshape(action, ())])
 
 

@@ -1,4 +1,4 @@
-"""Speed of games in JAX on the device that it finds."""
+"""Speed of games in JAX on its default device."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _COMMANDS = 8
 
 
 def make_steps() -> dict[str, Any]:
-    """Return by name the makers of steps, with the kernel of Pallas where there is a GPU."""
+    """Return the makers of steps by name, with the Pallas kernel if there is a GPU."""
     plain = {"jax": make_jax_step}
     return plain if jax.default_backend() == "cpu" else plain | {"jax, pallas": partial(make_jax_step, pallas=True)}
 
 
 def make_jax_step(config: GameConfig, games: int, threads: int, *, pallas: bool = False) -> Callable[[], object]:
     """Return a step of many games, with the observations of both sides; as `swarm_pz.bench.MakeStep` does."""
-    del threads  # XLA takes those that it wants
+    del threads  # XLA chooses its threads itself
     params = make_params(config, pallas=pallas)
     key, drawn = jax.random.split(jax.random.key(0))
     commands = jax.random.uniform(drawn, (_COMMANDS, 2, games, config.command_cells, config.command_cells))
@@ -45,6 +45,6 @@ def make_jax_step(config: GameConfig, games: int, threads: int, *, pallas: bool 
 
 
 def device() -> str:
-    """Return the name of what JAX computes with."""
+    """Return the name of the device that JAX computes on."""
     first = jax.devices()[0]
     return "the processor: JAX found no accelerator" if first.platform == "cpu" else str(first.device_kind)

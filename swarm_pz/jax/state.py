@@ -14,7 +14,7 @@ class State(NamedTuple):
     """All that changes in a game of N places for drones."""
 
     tick: Array
-    """int32: since the start."""
+    """int32: ticks since the start."""
     positions: Array
     """float32 (N, 2), map widths."""
     velocities: Array
@@ -30,11 +30,11 @@ class State(NamedTuple):
     memory: Array
     """float32 (K, K, N): each drone's decayed sums of F_k."""
     memory_weight: Array
-    """float32 (N,): their weight."""
+    """float32 (N,): the weight of these sums."""
     targets: Array
     """float32 (2, A, A): the commands in force; each sums to 1."""
     capture_ticks: Array
-    """int32 (N,): of each drone's last capture."""
+    """int32 (N,): tick of each drone's last capture."""
     captures: Array
     """int32 (2,): drones that each team has taken."""
     recaptures: Array

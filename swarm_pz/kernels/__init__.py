@@ -3,26 +3,26 @@
 ================  ==========================================================
 `controllers`     the controllers: commands and the past -> accelerations
 `swarm`           the drones of a game, as controllers see them
-`lanes`           sixteen numbers that are computed with at once
+`lanes`           vectors of sixteen numbers
 `fourier`         cosine and sine tables of a drone's path
 `dynamics`        motion of the point masses
-`capture`         capture field and who is captured
+`capture`         the capture field, and which drones it captures
 `reconstruction`  the capture field of the preset `released`
 `trails`          trails, and what they add to the capture field
 `rng`             random numbers within a game
 `game`            one game's tick in the order of the rules, and a loop over games
-`step`            one call a step: commands, ticks, and how it went
+`step`            one call a step: commands, ticks and a report
 `observation`     one side's grid observation, or its lists of drones
-`sight`           what drones that are agents see
+`sight`           observations of drones that are agents
 `painting`        strokes of a brush on an image
-`arrays`          arrays by the type of their numbers
-`assignment`      who takes which place of a formation
+`arrays`          types of arrays
+`assignment`      which drone takes which slot of a formation
 `compiler`        how kernels are compiled
-`cache`           until when machine code is kept
+`cache`           the sources for which machine code is kept
 ================  ==========================================================
 
 Change a rule by changing its function: the compiled code is rebuilt whenever any file of this
-package or of `swarm_pz.config` changes. All that is compiled and kept stands here.
+package or of `swarm_pz.config` changes. All kernels whose machine code is kept must be in this package.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ except ImportError as missing:
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# Of fast math, what neither hides faults (NaN and infinity stay) nor lets bits depend on where arrays
-# lie in memory: compilers choose between scalar and vector loops at run time, and only sums that may
-# be reordered tell the two apart.
+# The parts of fast math that keep NaN and infinity, which show faults, and whose results do not depend on where
+# arrays lie in memory: compiled code chooses scalar or vector loops at run time, which differ only in sums that
+# may be reordered.
 _FASTMATH = {"contract", "nsz", "arcp"}
 
 
@@ -58,17 +58,17 @@ def kernel(function: Function) -> Function:
 
 
 def loop(function: Function) -> Function:
-    """Compile a kernel that makes no arrays and returns none, else it is refused.
+    """Compile a kernel that neither makes nor returns arrays; others are refused.
 
-    numba counts the users of arrays, which takes longer than many a loop; of these functions' arrays it does not.
+    numba counts the references to arrays, which takes longer than many loops; in these functions it does not.
     """
     return _compiled(Part, function, _FASTMATH, _nrt=False)
 
 
 def reduction(function: Function) -> Function:
-    """Compile a kernel whose sums may be reordered, which is what lets them become vector sums.
+    """Compile a kernel whose sums may be reordered, and so become vector sums.
 
-    Its inner loops must only read, so that there is but one way to run them.
+    Its inner loops must only read, so that there is only one way to run them.
     """
     return _compiled(Part, function, _FASTMATH | {"reassoc"})
 
@@ -79,21 +79,21 @@ def entry_point(function: Function) -> Function:
 
 
 def code_for(function: Callable[..., None], *arguments: object) -> Callable[..., None]:
-    """Return an entry point's machine code for arguments of the types of these, of arrays in C order.
+    """Return an entry point's machine code for arguments of these types, with arrays in C order.
 
-    It does not look at each argument first, which can take longer than a kernel: others than these make it crash.
+    It does not check its arguments, which can take longer than a kernel: other types make it crash.
     """
     types: Callable[..., Callable[..., None]] | None = getattr(function, "compile", None)
     return function if types is None else types(tuple(map(numba.typeof, arguments)))
 
 
 def exact(function: Function) -> Function:
-    """Compile an entry point without fast math, so that it rounds as NumPy does; its own parts are of `exact_part`."""
+    """Compile an entry point without fast math, so that it rounds as NumPy does; it calls kernels of `exact_part`."""
     return _compiled(EntryPoint, function, set())
 
 
 def exact_part(function: Function) -> Function:
-    """Compile a kernel without fast math, which entry points without it call."""
+    """Compile a kernel without fast math, so that it rounds as NumPy does."""
     return _compiled(Part, function, set())
 
 

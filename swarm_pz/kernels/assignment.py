@@ -1,7 +1,7 @@
 """Linear assignment by shortest augmenting paths.
 
 After Crouse, "On implementing 2D rectangular assignment algorithms" (IEEE Transactions on Aerospace and Electronic
-Systems 52, 2016), with the order of `scipy.optimize.linear_sum_assignment`, so that equal costs are shared out alike.
+Systems 52, 2016), in the order of `scipy.optimize.linear_sum_assignment`, so that ties are broken alike.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The stamp that says of which sources machine code is.
+"""The stamp of the sources that machine code was compiled from.
 
-A compiled function holds the code of all that it calls and the value of every constant that it names. So
-its machine code is of the sources of the whole package `swarm_pz.kernels`, folders within it too, and of
-`swarm_pz.config`, whose constants kernels take; they may take nothing from elsewhere.
+A compiled function contains the code of all functions that it calls and the value of every constant that it
+uses. So the stamp covers the whole package `swarm_pz.kernels`, with its subpackages, and `swarm_pz.config`,
+whose constants kernels use. Kernels may use nothing from elsewhere.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import llvmlite.binding
 import numba
 
 SOURCES = ("kernels", "config")
-"""Modules and whole packages of swarm_pz whose text makes the stamp of machine code."""
+"""Modules and whole packages of swarm_pz whose text the stamp covers."""
 
 
 def sources(package: Path) -> list[Path]:
-    """Return the files that machine code is of, in the folder of swarm_pz or a copy of it."""
+    """Return the files that the stamp covers, in the folder of swarm_pz or a copy of it."""
     return sorted(path for name in SOURCES for path in (*package.glob(f"{name}.py"), *package.glob(f"{name}/**/*.py")))
 
 
@@ -33,9 +33,9 @@ def stamp_of(package: Path) -> str:
 
 
 STAMP = stamp_of(Path(__file__).parents[1])
-"""Of the sources as this process found them."""
+"""The stamp of the sources as this process found them."""
 
 
 def processor() -> str:
-    """Return the kind of processor that machine code is made for; on another a game may go another way."""
+    """Return the kind of processor that machine code is made for; on another kind a game may differ."""
     return str(getattr(numba.config, "CPU_NAME", None) or llvmlite.binding.get_host_cpu_name())

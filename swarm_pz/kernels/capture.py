@@ -1,12 +1,11 @@
-"""The capture field, and who is captured; `change_team` in `game` lets those change sides.
+"""The capture field, and which drones it captures; `change_team` in `game` moves them to the other team.
 
-The capture field at a cell is S / n: the team's occupancy summed over those of the 16 outer cells
-of the 5x5 sub-grid around it that lie inside the square, over their number. It is computed in units of
-1 / 55440, which makes every value a whole number, since 55440 is a multiple of every n: so values
-are exact, and are compared without division.
+The capture field at a cell is S / n. Of the 16 outer cells of the 5x5 sub-grid around it, n lie inside the square,
+and S is the team's occupancy summed over these. The field is computed in units of 1 / 55440. Since 55440 is a multiple
+of every n, all values are whole numbers: exact, and compared without division.
 
-What changes with every tick is the occupancy alone, on boards with a border of two cells on each side, which stay
-empty. A whole field is computed only where it may capture somebody.
+Each tick changes only the occupancy, on boards with a border of two empty cells on each side. A whole field is
+computed only if it may capture a drone.
 """
 
 from __future__ import annotations
@@ -26,8 +25,8 @@ BORDER = 2
 FRAMED_CELLS = GRID_CELLS + 2 * BORDER
 _CELLS, _FRAMED = np.uint64(GRID_CELLS), np.uint64(FRAMED_CELLS)
 _MIDDLE = np.uint64(BORDER * FRAMED_CELLS + BORDER)
-"""From the first corner of a ring to the cell that it is around."""
-# Numbers of cells are unsigned, because a signed one costs a test for a count from the end.
+"""Offset from the first corner of a ring to the cell in its middle."""
+# Indices of cells are unsigned, because signed ones cost a test for negative values.
 _ONE, _LAST, _SIDE = np.uint64(1), np.uint64(2 * BORDER), np.uint64(2 * BORDER + 1)
 
 
@@ -60,11 +59,11 @@ def capture_fields(occupancy: NDArray[np.integer]) -> NDArray[np.int64]:
 RING_COUNTS = ring_sums(np.pad(np.ones((GRID_CELLS, GRID_CELLS), np.int64), BORDER))
 """(G, G) number n of cells of each cell's ring that lie inside the square."""
 FIELD_UNIT = math.lcm(*RING_COUNTS.ravel().tolist())
-"""Value of a capture field of 1."""
+"""The whole number that stands for a capture field of 1."""
 
 
 class Boards(NamedTuple):
-    """The occupancy of one game, and what makes capture fields of it."""
+    """The occupancy of one game, and the weights that turn it into capture fields."""
 
     occupancy: Integers
     """(2, (G + 4)^2) ticks that each team's trails count in each cell; int16, or int32 for larger numbers."""
@@ -73,7 +72,7 @@ class Boards(NamedTuple):
 
 
 def empty_boards(largest_occupancy: int) -> Boards:
-    """Return an empty board of each team, and weights, of types that hold so many ticks on a ring, and its field."""
+    """Return empty boards and weights, of types that hold `largest_occupancy` ticks on a ring, and its field."""
     weights = FIELD_UNIT // RING_COUNTS
     small, whole = (np.iinfo(one).max for one in (np.int16, np.int32))
     is_small = largest_occupancy <= min(small, whole // int(weights.max()))
@@ -102,7 +101,7 @@ def value_at(board: Integers, ring_weights: Integers, cell: int) -> int:
 
 
 class FieldScratch(NamedTuple):
-    """A capture field and what it takes to compute it, for one game after the other."""
+    """A capture field and scratch to compute it, for one game after the other."""
 
     field: Integers
     """(G^2,) of the type of the ring's weights."""
@@ -158,14 +157,14 @@ def find_captured(
 ) -> bool:
     """Mark the drones (N,) of one game that the opposing field captures, and return whether there are any.
 
-    `peaks` (2,) are any cells; they are updated to those of the maxima once that matters. Since a field is nowhere
-    higher than at its maximum, most tests fail already against where it was lately, and no field need be computed.
+    `peaks` (2,) are any cells. The field there gives a limit that its maximum can only raise: if no drone exceeds it,
+    no field is computed. Otherwise the field is computed, and its peak becomes the cell of its maximum.
     """
     occupancy, weights = boards.occupancy, boards.ring_weights
     red_limit = capture_limit(value_at(occupancy[0], weights, peaks[0]), threshold)
     blue_limit = capture_limit(value_at(occupancy[1], weights, peaks[1]), threshold)
     candidates = 0  # a bit for each losing team: 1 for red, 2 for blue
-    for i in range(cells.shape[0]):  # without branches, which nobody could predict
+    for i in range(cells.shape[0]):  # without branches, which a processor could not predict
         value = value_at(occupancy[np.uint64(1 - teams[i])], weights, cells[i])
         captured[i] = value > (red_limit if teams[i] else blue_limit)
         candidates |= captured[i] << teams[i]

@@ -1,16 +1,16 @@
-"""Compilation of kernels: an entry point as a whole, and each of its parts no further than that needs.
+"""Compilation of kernels: entry points as a whole, and their parts only as far as entry points need them.
 
-numba makes machine code of every function, optimised with all that it calls, and again as a part of each of its
-callers: of kernels that are called through five others, six times. It lets each be called from Python, too, which takes
-more code than most kernels themselves: all arrays of a game are unpacked one by one. Of a part we keep only what its
-callers take into their own code.
+numba compiles every function to optimised machine code with all that it calls, and again within each of its callers:
+a kernel that is called through five others, six times. It also lets Python call each one, with a wrapper that is more
+code than most kernels, since it unpacks all arrays of a game one by one. Of a part we keep only the code that its
+callers inline.
 
-And an entry point keeps that code to itself. Where two of them, or a function and its part, have functions of one name,
-the linker takes the first of these for all. Their code may round differently, and a game would go another way in the
-process that compiled it than in those that load it later.
+The code of an entry point is private to it. If two entry points, or a function and its part, contained functions of the
+same name, the linker would use the first one for all. Their code may round differently, and a game would go differently
+in the process that compiled it than in those that load it later.
 
-All this takes private parts of numba. Where one is missing, this module cannot be imported, and `swarm_pz.kernels`
-compiles as numba does by itself.
+All this uses private parts of numba. If one is missing, this module cannot be imported, and `swarm_pz.kernels` uses
+`numba.jit`.
 """
 
 from __future__ import annotations
@@ -58,10 +58,10 @@ for _kind, _names in _PRIVATE.items():
 
 
 class _PartLibrary(JITCodeLibrary):
-    """The code of one kernel and of what it calls, of which nothing is made but the code of its callers."""
+    """The code of one kernel and of all that it calls, which becomes machine code only within its callers."""
 
     def add_llvm_module(self, module: Any) -> None:
-        """Take the code over into its callers: passing on all arrays of a game takes longer than most parts."""
+        """Inline the code into its callers: passing on all arrays of a game takes longer than most parts."""
         for function in module.functions:
             if not function.is_declaration and function.name.startswith("_Z"):  # not what makes exceptions
                 function.add_function_attribute("alwaysinline")
@@ -77,7 +77,7 @@ class _PartLibrary(JITCodeLibrary):
 
 
 class _WholeLibrary(JITCodeLibrary):
-    """The code of an entry point, and of all kernels that it calls, which nobody else's can stand in for."""
+    """The code of an entry point and of all kernels that it calls, which the linker cannot replace by another's."""
 
     def __init__(self, codegen: Codegen, name: str) -> None:
         super().__init__(codegen, name)
@@ -86,13 +86,13 @@ class _WholeLibrary(JITCodeLibrary):
     def _optimize_final_module(self) -> None:
         super()._optimize_final_module()
         for function in self._final_module.functions:
-            # After the optimisation, which treats these otherwise: so the code is what it always was.
+            # After the optimisation, which would treat internal functions differently: so the code stays the same.
             if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
                 function.linkage = Linkage.internal
 
 
 class _IntoALibrary(FunctionPass):
-    """Have the code of a function go into a library of another kind than numba's."""
+    """Put the code of a function into a library of another kind than numba's."""
 
     library: type[JITCodeLibrary]
 
@@ -100,7 +100,7 @@ class _IntoALibrary(FunctionPass):
         FunctionPass.__init__(self)
 
     def run_pass(self, state: dict[str, object]) -> bool:
-        """Make the library, which numba makes itself where there is none."""
+        """Make the library; numba makes its own only if there is none."""
         codegen = state.targetctx.codegen()  # type: ignore[attr-defined]
         state.library = self.library(codegen, state.func_id.func_qualname)  # type: ignore[attr-defined]
         return False
@@ -124,7 +124,7 @@ def _holds_array(kind: Any) -> bool:
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class _OfferToKernels(LoweringPass):
-    """Let other kernels find a part, which numba does for what it has made machine code of."""
+    """Let other kernels find a part, as numba does only for functions with machine code."""
 
     _name = "offer_to_kernels"
 
@@ -132,7 +132,7 @@ class _OfferToKernels(LoweringPass):
         LoweringPass.__init__(self)
 
     def run_pass(self, state: dict[str, object]) -> bool:
-        """Register the part by a key, in place of what Python would call."""
+        """Register the part by a key, in place of the function that Python would call."""
         if not state.flags.nrt and _holds_array(state["return_type"]):  # type: ignore[attr-defined]
             name = state.func_id.func_name  # type: ignore[attr-defined]
             raise TypingError(f"{name} is a loop, and arrays that it returns would be freed twice: write into one")
@@ -152,7 +152,7 @@ class _WithItsPartsEnvironments(LoweringPass):
         LoweringPass.__init__(self)
 
     def run_pass(self, state: dict[str, object]) -> bool:
-        """Put each where the code looks for it; exceptions are made with them."""
+        """Put each environment where the code looks for it to make exceptions."""
         compiled = state["cr"]
         for environment in compiled._find_referenced_environments():  # type: ignore[attr-defined]
             compiled.library.codegen.set_env(environment.env_name, environment)  # type: ignore[attr-defined]
@@ -237,30 +237,30 @@ def _load_without_scipy() -> None:
 
 
 class _Files(IndexDataCacheFile):
-    """numba's files of a function's machine code, each called by the arguments that its code takes.
+    """numba's files of a function's machine code, each named by the arguments that its code takes.
 
-    numba numbers them. Of two processes that compile a function at once for other arguments, both would take the
+    numba itself numbers them. Two processes that compile a function for different arguments at once would use the
     same number, and the index of one could then lead to the code of the other.
     """
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep machine code in a file that no other arguments have."""
+        """Save machine code in a file for these arguments only."""
         name, arguments = self._index_name.removesuffix(".nbi"), hashlib.sha256(repr(key).encode()).hexdigest()[:16]
         self._data_name_pattern = f"{name}-{arguments}.{{number}}.nbc"
         super().save(key, data)
 
 
 class StampedCache(FunctionCache):
-    """numba's cache of a function's machine code, in files that carry the stamp in their names.
+    """numba's cache of a function's machine code, with the stamp in the names of its files.
 
-    numba's own looks at the file of the function alone, and would miss a change in a kernel that it calls.
-    Files of other sources are never opened: they may name classes that are there no more, and numba writes an
+    numba itself checks only the file of the function, and would miss a change in a kernel that it calls.
+    Files of other sources are never opened: they may name classes that no longer exist, and numba writes an
     index before the code that it lists, so that an old file could be taken for a new one.
 
     Raises
     ------
     SwarmError
-        If the function is not one of `swarm_pz.kernels`, since its own file would not be stamped.
+        If the function is not in `swarm_pz.kernels`, since the stamp would not cover its file.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -275,14 +275,14 @@ class StampedCache(FunctionCache):
         self._cache_file = _Files(self.cache_path, f"{self._unstamped}-{STAMP}", STAMP)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Load machine code for a signature, or say that it is compiled."""
+        """Load machine code for a signature; if there is none, log that it is compiled."""
         found = super().load_overload(sig, target_context)
         if found is None:
             _tell_that_it_compiles(self._function_name)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep machine code, and no longer what is of other sources."""
+        """Save machine code, and delete that of other sources."""
         super().save_overload(sig, data)
         function = self._unstamped.split("-")[0]
         for path in Path(self.cache_path).glob(f"{function}-*.nb[ic]"):

@@ -22,7 +22,7 @@ def move(
 ) -> None:
     """Move every drone of one game by one tick.
 
-    A wall stops a drone and takes its normal velocity; where there is a least airspeed, it turns that velocity round.
+    A wall stops a drone and sets its normal velocity to 0, or reverses that velocity if there is a least airspeed.
 
     Arrays (2N,) hold x and y of one drone after the other; accelerations are saturated already. `tick` is in seconds,
     `drift` map widths a tick per unit of velocity, `min_speed` in units of velocity.

@@ -62,7 +62,7 @@ def fill_harmonics(x: Float32s, places: int, modes: tuple[int, ...], cosines: Fl
 
 @loop
 def largest(image: Floats) -> float:
-    """Return the largest value of an image; numba takes half a second to compile the method that does it."""
+    """Return the largest value of an image; NumPy's method takes half a second to compile."""
     most: float = image[0, 0]
     for row in range(image.shape[0]):
         for column in range(image.shape[1]):
@@ -130,13 +130,13 @@ class Aims(NamedTuple):
     coefficients: Float32s
     """(E, 2, K, K) of the targets; indexed `[k1 (x), k2 (y)]`."""
     sent: Bools | None
-    """(E, 2) whether each team was sent a target; None where it is all the same."""
+    """(E, 2) whether each team was sent a target; None if that has no effect."""
     matrix: Float64s
     """(A, K) integrals of cos(pi k x) times each cell's interpolation weight."""
     mass: float
     """Sum of a target, as the controller sees it: phi_0."""
     holds: bool
-    """True: a density that asks for what is in force leaves it as it is; only where `sent` is kept."""
+    """True: a density that gives the target in force changes nothing; only if `sent` is not None."""
 
 
 @kernel

@@ -1,7 +1,7 @@
 """One game's tick, in the order of the rules, and the loop over games that Python calls.
 
 `change_team` carries out a capture, and `capture` decides it. A game ends here when a team owns every drone; the time
-limit is kept by `swarm_pz.envs.batch_env`, and by `swarm_pz.play.game` at the table.
+limit is enforced by `swarm_pz.envs.batch_env`, and by `swarm_pz.play.game` at the table.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from swarm_pz.kernels.trails import cell_of, extend_trails, forget_trail, hand_o
 ERGODIC = 0
 """Control system of a team: the ergodic controller, in this loop."""
 DIRECT = 1
-"""Its commands are its accelerations, in this loop, too."""
+"""Control system whose commands are the accelerations, in this loop, too."""
 GIVEN = 2
-"""From this number on, its accelerations are given by a control system outside of the kernels."""
+"""From this number on, a control system outside the kernels chooses the accelerations."""
 
 
 class Games(NamedTuple):
-    """Everything that changes, of E games; copying these arrays copies the games."""
+    """The state of E games; copying these arrays copies the games."""
 
     ticks: Int64s
     """(E,) ticks since the start."""
@@ -43,15 +43,15 @@ class Games(NamedTuple):
     accelerations: Float32s
     """(E, N, 2) map widths per second squared, held between solves."""
     altitudes: Float32s
-    """(E, N) shown, never used; distinct within a game."""
+    """(E, N) only shown; distinct within a game."""
     teams: Int8s
     """(E, N) 0 red, 1 blue."""
     trails: Int16s
-    """(E, T, N) grid cells, -1 where there is no past yet."""
+    """(E, T, N) grid cells, -1 where there is none."""
     occupancy: Integers
     """(E, 2, G + 4, G + 4) ticks that each team's trails count in each cell, framed as in `capture`."""
     peaks: Int64s
-    """(E, 2) cells where each team's capture field was highest when that mattered last."""
+    """(E, 2) the cell where each team's capture field was highest when it was last computed."""
     memory: Float32s
     """(E, K, K, N') the controller's decayed sums of F_k over the past; N' is `room_for(N)`."""
     memory_weight: Float32s
@@ -67,13 +67,13 @@ class Games(NamedTuple):
     captures: Int64s
     """(E, 2) drones that each team has captured since the start."""
     recaptures: Int64s
-    """(E, 2) of these, drones that it had itself lost within the last second."""
+    """(E, 2) of these, drones that the team had lost within the last second."""
     seeds: Uint64s
-    """(E,) of what happens by chance during the game; see `swarm_pz.kernels.rng`."""
+    """(E,) of random events during the game; see `swarm_pz.kernels.rng`."""
     failed: Bools
     """(E, N) drones that do not work now."""
     flown_by: Int8s
-    """(E, 2) who flies each team: `ERGODIC`, or a number from `GIVEN` on."""
+    """(E, 2) each team's control system: `ERGODIC`, `DIRECT`, or a number from `GIVEN` on."""
     followed: Float64s
     """(E, 2, A, A) each team's target at the last solve, if commands make it forget; else (E, 2, 0, 0)."""
     sent: Bools
@@ -81,13 +81,13 @@ class Games(NamedTuple):
     reconstruction: Float32s
     """(E, 2, G, G) each team's capture field, if it is made of densities; else (E, 2, 0, 0)."""
     given: Float32s
-    """(E, N, 2) accelerations that others than the ergodic controller have chosen; (E, 0, 2) if there are none."""
+    """(E, N, 2) accelerations by systems other than the ergodic controller; (E, 0, 2) if there are none."""
     commands: Float64s
-    """(E, 2, S) the commands in force of teams that others fly, filled up with zeros; else (E, 2, 0)."""
+    """(E, 2, S) the commands in force of teams that such systems fly, padded with zeros; else (E, 2, 0)."""
     former: Float64s
     """(E, 2, S) the commands before those."""
     commanded: Int64s
-    """(E, 2) the ticks at which those in force came."""
+    """(E, 2) the ticks at which the commands in force came."""
 
 
 class RuleParameters(NamedTuple):
@@ -116,7 +116,7 @@ class RuleVariants(NamedTuple):
     command_forgets: tuple[bool, bool]
     """(trail, memory) of the team that a new command empties."""
     sending_forgets: tuple[bool, bool]
-    """(trail, memory) of the team that any command empties, the same one again, too."""
+    """(trail, memory) of the team that any command empties, even an unchanged one."""
     can_fail: bool
     failure_chance: float
     """Of a working drone in a control period."""
@@ -129,7 +129,7 @@ class RuleVariants(NamedTuple):
     is_given: bool
     """True: another system than the ergodic controller flies some team."""
     unit: float
-    """The acceleration that `DIRECT` commands are in units of."""
+    """Map widths per second squared of a `DIRECT` command of 1."""
     is_ergodic: bool
     """True: the ergodic controller's memories are needed."""
 
@@ -169,7 +169,7 @@ def forget(games: Games, e: int, drone: int, what: tuple[bool, bool], boards: Bo
 
 @kernel
 def take_up_commands(games: Games, e: int, variants: RuleVariants, boards: Boards) -> None:
-    """Forget what commands since the last solve make a team forget."""
+    """Empty what a team forgets because of its commands since the last solve."""
     on_new, on_any = variants.command_forgets, variants.sending_forgets
     for team in range(2):
         is_new, is_sent = differ(games.targets[e, team], games.followed[e, team]), games.sent[e, team]
@@ -184,7 +184,7 @@ def take_up_commands(games: Games, e: int, variants: RuleVariants, boards: Board
 
 @kernel
 def fail_and_repair(games: Games, e: int, variants: RuleVariants, boards: Boards) -> None:
-    """Let drones fail, at rest, with an empty memory and no plan, and let others return to work."""
+    """Let drones fail and others return to work; failed ones are at rest, with an empty memory and no plan."""
     for i in range(games.teams.shape[1]):
         chance = draw(games.seeds[e], FAILURE, games.ticks[e], i, 0)
         if games.failed[e, i]:
@@ -209,7 +209,7 @@ def at_work(teams: Int8s, failed: Bools) -> Int8s:
 
 @kernel
 def pass_on_commands(games: Games, e: int, unit: float) -> None:
-    """Give the drones at work of `DIRECT` teams what their rows of the command ask for."""
+    """Write the accelerations in the command's rows for those drones of `DIRECT` teams that work."""
     for i in range(games.teams.shape[1]):
         team = games.teams[e, i]
         if games.flown_by[e, team] == DIRECT and not games.failed[e, i]:
@@ -221,10 +221,10 @@ def pass_on_commands(games: Games, e: int, unit: float) -> None:
 def solve_with_variants(
     games: Games, e: int, variants: RuleVariants, controller: ErgodicParameters, scratch: Scratch, boards: Boards
 ) -> None:
-    """Choose all accelerations, where variants have a say.
+    """Choose all accelerations where rules differ from the preset `paper`.
 
-    Where anybody needs it, the ergodic controller runs for all drones, since memories and coefficients are kept of
-    whoever is flown by another one, too; those then get what they were given, and no plan: they will not follow it.
+    If `is_ergodic`, the ergodic controller runs for all drones, since memories and coefficients are kept for those of
+    other systems, too. Drones of other systems then get the accelerations in `given`, and no plan to follow.
     """
     swarm = swarm_of(games, e, controller.warm_start)
     if variants.is_given:
@@ -261,9 +261,9 @@ def find_captured_with_variants(
     fields: FieldScratch,
     captured: Bools,
 ) -> bool:
-    """Mark the drones that are captured, where variants have a say, and return whether there are any."""
+    """Mark the drones that are captured under rule variants, and return whether there are any."""
     positions, teams = games.positions[e], games.teams[e]
-    cells = np.empty(teams.shape[0], np.int16)  # not from the trails: those that have failed leave none
+    cells = np.empty(teams.shape[0], np.int16)  # not from the trails: failed drones leave none
     for i in range(teams.shape[0]):
         cells[i] = cell_of(positions[i, 0], positions[i, 1])
     if variants.reconstructs:
@@ -322,7 +322,7 @@ def advance_game(
         move(motion[0], motion[1], motion[2], rules.tick, rules.drift, rules.min_speed)
         slot = games.ticks[e] % trails.shape[0]
         extend_trails(positions, teams, slot, trails, boards)
-        # Not in one line: only a test for None alone is decided when compiling.
+        # Not in one line: the compiler decides only a test for None that stands alone.
         if variants is not None:  # noqa: SIM102
             if variants.can_fail:
                 take_back_newest(games.failed[e], teams, slot, trails, boards)
@@ -370,10 +370,10 @@ def take_up(
     former: Float64s,
     commanded: Int64s,
 ) -> None:
-    """Put commands `asked` (n, t, S) in force, of teams that others than the ergodic controller fly.
+    """Put commands `asked` (n, t, S) in force for teams that systems other than the ergodic controller fly.
 
-    `rows` (n,) are the games, and `teams` (t,) the teams of each. If `holds`, a command that is in force already leaves
-    all as it is. The rest is of `Games`; the last three are updated.
+    `rows` (n,) are the games, and `teams` (t,) the teams of each. If `holds`, a command that is in force already
+    changes nothing. The other arrays are those of `Games`; the last three are updated.
     """
     for place in range(len(rows)):
         e = rows[place]

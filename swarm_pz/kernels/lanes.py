@@ -1,11 +1,11 @@
 """Sixteen float32 numbers that are added and multiplied at once, as processors do: the lanes of a vector.
 
 Kernels write formulas with lanes as with numbers: `load` takes them from an array, `store` puts them back, and a number
-among them stands for sixteen of the same. LLVM makes of them what a processor has: one vector of AVX-512, two of AVX2,
-four of NEON or SSE, and one instruction of a product and a sum. Sums of lanes are added in the same order everywhere.
+in a formula stands for sixteen copies of it. LLVM turns them into the processor's vectors: one of AVX-512, two of AVX2,
+four of NEON or SSE; a product and a sum become one instruction. Lanes are summed in the same order everywhere.
 
-First come the functions, as they are without compilation (NUMBA_DISABLE_JIT), with arrays of NumPy's for lanes; then
-what they are compiled to.
+First come the functions as they run without compilation (NUMBA_DISABLE_JIT), with NumPy arrays as lanes; then what they
+are compiled to.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Lanes: TypeAlias = Any
 
 
 def load(array: Float32s, *place: int) -> Lanes:
-    """Return sixteen numbers that lie one after the other in an array (..., n), from a place on."""
+    """Return sixteen consecutive numbers of an array (..., n), from a place on."""
     return array[place[:-1]][place[-1] : place[-1] + WIDTH].copy()
 
 
@@ -46,17 +46,17 @@ def spread(number: np.float32) -> Lanes:
 
 
 def floor(lanes: Lanes) -> Lanes:
-    """Return the next whole numbers below."""
+    """Round each lane down to a whole number."""
     return np.floor(lanes)
 
 
 def larger(one: Lanes, other: Lanes) -> Lanes:
-    """Return the larger of each two lanes."""
+    """Return the larger number in each lane of two."""
     return np.where(one > other, one, other)
 
 
 def sum_rows(array: Float32s, *place: int) -> Lanes:
-    """Return the sums of sixteen rows of sixteen numbers, which lie one after the other in an array (..., n)."""
+    """Return the sums of sixteen consecutive rows of sixteen numbers in an array (..., n), from a place on."""
     start = place[-1]
     rows: NDArray[np.float32] = array[place[:-1]][start : start + WIDTH * WIDTH].reshape(WIDTH, 2, -1)
     while rows.shape[2] > 1:  # halves are added, as in vectors
@@ -106,9 +106,9 @@ def _pointer(context: Any, builder: Any, kinds: Any, array: Any, *place: Any) ->
 
 
 def _define(function: Callable[..., Any], result: Any, *kinds: Any) -> Callable[[Callable[..., Any]], None]:
-    """Let kernels call a function with arguments of these kinds, and return a decorator of what compiles it.
+    """Let kernels call a function with arguments of these kinds; return a decorator for the code that compiles it.
 
-    After an array come the numbers of a place in it.
+    After an array come the indices of a place in it.
     """
     is_ours = function not in _ARITHMETIC
 
@@ -169,9 +169,9 @@ def _larger(_: Any, builder: Any, __: Any, one: Any, other: Any) -> Any:
 
 @_define(sum_rows, _LANES, types.Array)
 def _sum_rows(context: Any, builder: Any, kinds: Any, *place: Any) -> Any:
-    """Add both halves of every row, then of what is left: each time two vectors of such rows become one.
+    """Add the two halves of every row, again and again; each time two vectors of rows become one.
 
-    Vectors are mixed within fours of lanes where that will do, which takes processors less: so the rows' order.
+    The order of the rows lets the last steps mix lanes only within groups of four, which is quicker.
     """
     first, half = _pointer(context, builder, kinds, *place), WIDTH // 2
     order = [row for start in range(4) for row in range(start, WIDTH, 4)]

@@ -41,14 +41,14 @@ class ViewParameters(NamedTuple):
     """Numbers of an observation's images, ready for the kernel."""
 
     threshold: float
-    """Of the capture."""
+    """Threshold of the capture."""
     coarse_cells: Uint16s
-    """(G * G,) which cell of the observation's grid holds each cell of the full one; unsigned, because a signed index
-    costs a test for a count from the end."""
+    """(G * G,) the cell of the observation's grid that holds each cell of the full one; unsigned, because signed
+    indices cost a test for negative values."""
     brightness: Uint8s
     """(length,) of a trail, by its age in ticks."""
     interpolation: Float64s
-    """(A, W) from a command's cells to the grid's, with zeros up to whole vectors."""
+    """(A, W) weights from a command's cells to the grid's, padded with zeros to whole vectors."""
     channels: Int64s
     """(channels,) numbers of `swarm_pz.config.CHANNELS`, then of `MOTION_CHANNELS`."""
 
@@ -63,7 +63,7 @@ def paint_positions(positions: Float32s, members: Int64s, coarse_cells: Uint16s,
 
 @kernel
 def paint_shared(positions: Float32s, velocities: Float32s, members: Int64s, seconds: float, plane: Uint8s) -> None:
-    """Share 64 for each member out among the four cells whose centres are around where it will be, up to 255."""
+    """Share out 64 for each member among the four cells nearest to its predicted position, up to 255."""
     grid = plane.shape[0]
     nearest, shares = np.empty((2, 2), np.int64), np.empty((2, 2), np.float64)
     for i in members:
@@ -96,9 +96,9 @@ def paint_trail_age(
 
 @kernel
 def paint_capture_field(board: Integers, ring_weights: Integers, threshold: float, grid: int, plane: Uint8s) -> None:
-    """Paint 255 * value / maximum of a team's field, kept on the side of 192 that says whether the cell captures.
+    """Paint 255 * value / maximum of a team's field, and at least 192 exactly where a cell captures.
 
-    The plane (grid * grid) is black before.
+    The plane (grid * grid) must be black before.
     """
     scratch = make_field_scratch(board, ring_weights)
     maximum = scratch.field[fill_field(board, ring_weights, scratch)]
@@ -126,7 +126,7 @@ def paint_capture_field(board: Integers, ring_weights: Integers, threshold: floa
 
 @kernel
 def paint_density_field(field: Float32s, threshold: float, plane: Uint8s) -> None:
-    """Paint 255 * value of a field (G, G) in [0, 1], kept on the side of 192 that says whether the cell captures."""
+    """Paint 255 * value of a field (G, G) in [0, 1], and at least 192 exactly where a cell captures."""
     grid = plane.shape[0]
     block = GRID_CELLS // grid
     for row in range(grid):
@@ -141,7 +141,7 @@ def paint_density_field(field: Float32s, threshold: float, plane: Uint8s) -> Non
 
 @kernel
 def paint_target(target: Float64s, interpolation: Float64s, plane: Uint8s) -> None:
-    """Paint the target's density over its largest cell; `interpolation` (A, W) serves both axes."""
+    """Paint the target's density divided by its largest cell; `interpolation` (A, W) serves both axes."""
     (cells, width), grid = interpolation.shape, plane.shape[0]
     most = largest(target)
     along_x, densities = np.zeros((cells, width), np.float64), np.empty(width, np.float64)
@@ -163,7 +163,7 @@ def paint_target(target: Float64s, interpolation: Float64s, plane: Uint8s) -> No
 
 @kernel
 def place_of_twin(channels: Int64s, number: int) -> int:
-    """Return the place of the channel that shows the other team as this one does, -1 if there is none."""
+    """Return the place of the channel that shows the same of the other team, -1 if there is none."""
     channel = channels[number]
     if OWN_TARGET <= channel < OWN_NOW:
         return -1
@@ -193,8 +193,8 @@ def paint_grids(
 ) -> None:
     """Paint some places of `observations` (n, channels, grid, grid): games `rows` (n,), seen from `sides` (n,).
 
-    Of both sides of a game, one after the other, the second takes over from the first what shows the same. `limit` are
-    the ticks of the time limit.
+    If both sides of a game follow one another, the second copies from the first what shows the same. `limit` is the
+    time limit in ticks.
     """
     members = np.empty((2, games.teams.shape[1] + 1), np.int64)
     threshold, coarse_cells, channels = view.threshold, view.coarse_cells, view.channels
@@ -250,11 +250,11 @@ def list_entities(
     shares: Float32s,
     times: Float32s,
 ) -> None:
-    """List the drones of the games `rows` (n,), each seen from one of `sides` (n,), first to last.
+    """List the drones of the games `rows` (n,), each seen from one of `sides` (n,), in the order of their numbers.
 
-    `places` and `speeds` (2, n, N, 2) and `masks` (2, n, N) are zeros: overwritten for its own drones and the opposing
-    ones; velocities are cut to `fastest` along each axis. `shares` and `times` (n, 1) are overwritten with its share of
-    all drones and the fraction of the time `limit`, in ticks, that is left.
+    `places` and `speeds` (2, n, N, 2) and `masks` (2, n, N) must be zeros: written for own drones, then opposing ones;
+    velocities are cut to `fastest` along each axis. `shares` and `times` (n, 1) are overwritten with the side's share
+    of all drones and the fraction of the time `limit`, in ticks, that is left.
     """
     for place in range(len(rows)):
         e, count = rows[place], np.zeros(2, np.int64)

@@ -1,4 +1,4 @@
-"""Strokes of a round brush on an image; `swarm_pz.play.strokes` makes commands of what is painted."""
+"""Strokes of a round brush on an image, which `swarm_pz.play.strokes` turns into commands."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def paint(image: Int8s, points: Float64s, reach: float, value: int) -> None:
         dx, dy = bx - ax, by - ay
         length = dx * dx + dy * dy
         for row in range(max(0, int(min(ay, by) - reach)), min(side, int(max(ay, by) + reach) + 1)):
-            # Only the part of the line that is within reach of a row can paint there: work goes with the ink, not
-            # with the rectangle around the line. A pixel more on either side is for rounding.
+            # Only the part of the line that is within reach of a row can paint there, so the cost grows with the
+            # painted area, not with the rectangle around the line. One more pixel on either side is for rounding.
             first, last = 0.0, 1.0
             if dy != 0.0:
                 one, other = (row + 0.5 - reach - ay) / dy, (row + 0.5 + reach - ay) / dy

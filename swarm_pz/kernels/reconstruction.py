@@ -1,8 +1,8 @@
-"""The capture field of the preset `released`: from what a team's controller believes to cover.
+"""The capture field of the preset `released`, from the coefficients of a team's controller.
 
-The team's mean coefficients c_k give a density on the grid, sum_k c_k F_k at the cells' centres; at
-each cell it is averaged over those of the 16 outer cells of the 5x5 sub-grid around it that lie
-inside the square; and the averages are rescaled so that the least is 0 and the largest 1.
+The team's mean coefficients c_k give a density on the grid: sum_k c_k F_k at the cells' centres. Each cell gets its
+average over those of the 16 outer cells of the 5x5 sub-grid around it that lie inside the square. The averages are
+rescaled so that the least is 0 and the largest 1.
 """
 
 from __future__ import annotations

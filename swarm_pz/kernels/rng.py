@@ -1,7 +1,7 @@
-"""Random numbers that depend on nothing but a game's seed and what they are for.
+"""Random numbers that depend only on a game's seed and on their purpose.
 
-A counter goes in and a number comes out, so games draw the same numbers whatever runs beside them,
-and a copied game goes on as the original would.
+A number is a function of counters, so games draw the same numbers whatever runs beside them, and a copied
+game continues as the original would.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 
 @kernel
 def mix(state: np.uint64, number: int) -> np.uint64:
-    """Return a state that depends on every bit of another one and of a number: a step of SplitMix64."""
+    """Return a state that depends on every bit of another state and of a number: a step of SplitMix64."""
     x = (state ^ np.uint64(number)) + _STEP
     x = (x ^ (x >> _30)) * _FIRST
     x = (x ^ (x >> _27)) * _SECOND
@@ -28,6 +28,6 @@ def mix(state: np.uint64, number: int) -> np.uint64:
 
 @kernel
 def draw(seed: np.uint64, purpose: int, tick: int, first: int, second: int) -> float:
-    """Return a number in [0, 1): of a game, for one purpose at one tick, of one drone or two."""
+    """Return a number in [0, 1) for a game's seed, a purpose, a tick, and one drone or two."""
     state = mix(mix(mix(mix(seed, purpose), tick), first), second)
     return np.float64(state >> _11) / 9007199254740992.0

@@ -10,16 +10,16 @@ from swarm_pz.kernels.arrays import Bools, Float32s, Int8s, Int64s, Uint8s
 from swarm_pz.kernels.trails import cell_of
 
 SITS_OUT = -1.0
-"""The first number that a drone sees that sits out; 1 for one that plays."""
+"""First number of an inactive drone's observation; 1 for an active drone."""
 SELF, OTHER = 10, 5
-"""Numbers of the part about itself, and of each row about another drone."""
+"""Length of the part about the drone itself, and of each row about another drone."""
 BOTH = -1
-"""In place of a team: every drone plays."""
+"""In place of a team: every drone is active."""
 
 
 @exact_part
 def nearest(positions: Float32s, teams: Int8s, drone: int, team: int, distances: Float32s, found: Int64s) -> int:
-    """Write the nearest others of a team into `found` (k,), of equally near ones the first; return their number."""
+    """Write the nearest others of a team into `found` (k,), nearest first, ties by number; return how many."""
     count = 0
     for other in range(len(teams)):
         if teams[other] != team or other == drone:
@@ -40,7 +40,7 @@ def nearest(positions: Float32s, teams: Int8s, drone: int, team: int, distances:
 
 @exact_part
 def share(value: np.float32, most: np.float32) -> np.float32:
-    """Return a value in units of the most that it can be, in [-1, 1]."""
+    """Return value / most, cut to [-1, 1]."""
     return min(max(value / most, np.float32(-1.0)), np.float32(1.0))
 
 
@@ -58,10 +58,10 @@ def see(
     patch: int,
     seen: Float32s,
 ) -> None:
-    """Write into zeros (n, N, D) what drones of the games `rows` (n,) see.
+    """Write the observations of the drones of the games `rows` (n,) into `seen` (n, N, D), which must be zeros.
 
-    `sides` (n,) are the teams whose drones play, or `BOTH`. Images (n, C, G', G') show the ground as red sees it, in
-    pairs of channels: own and opposing. `speed` is the unit of velocities; `neighbours` and `patch` are those of
+    `sides` (n,) are the teams whose drones are active, or `BOTH`. Images (n, C, G', G') show the ground as red sees it,
+    in pairs of channels: own and opposing. `speed` is the unit of velocities; `neighbours` and `patch` are those of
     `swarm_pz.spaces.drones.DroneView`.
     """
     one, drones, grid = np.float32(1.0), teams.shape[1], images.shape[2]

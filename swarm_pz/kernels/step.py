@@ -1,4 +1,4 @@
-"""A step of games in one call: commands come into force, ticks pass, and it is reported how the step went."""
+"""A step of games in one call: commands come into force, ticks pass, and a report is written."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from swarm_pz.kernels.game import Games, RuleParameters, RuleVariants, advance_g
 
 
 class Report(NamedTuple):
-    """The step of each game, from how it was before to how it went; of length 0 where nobody wants to know."""
+    """The result of a step of each game, written in place; arrays have length 0 if no report is wanted."""
 
     limit: int
     """Ticks of the time limit."""
@@ -85,8 +85,8 @@ def step_games(
 ) -> None:
     """Step the games `rows`, each by its own number of ticks (indexed by game), unless a team owns every drone.
 
-    `densities` (E, 2, A, A) come into force where a game is stepped; (0, 2, A, A): none do. Where it is reported,
-    games keep to the time limit, and only those that are running are stepped.
+    `densities` (E, 2, A, A) come into force in games that are stepped; (0, 2, A, A): none do. With a report, games
+    keep to the time limit, and only running games are stepped.
     """
     is_reported = len(report.running) > 0
     left, advancing, count = ticks.copy(), np.empty(len(rows), np.int64), 0
@@ -108,7 +108,7 @@ def step_games(
 
 @entry_point
 def solve(games: Games, controller: ErgodicParameters) -> None:
-    """Do all of `ergodic` once in every game, for tests; it leaves a state that no game has, so restore a snapshot."""
+    """Run `ergodic` once in every game, for tests; no real game has the resulting state, so restore a snapshot."""
     scratch = make_scratch(games.teams.shape[1], controller)
     for e in range(games.ticks.shape[0]):
         ergodic(swarm_of(games, e, controller.warm_start), games.coefficients[e], controller, scratch)

@@ -9,7 +9,7 @@ from swarm_pz.kernels.arrays import Float32s, Int8s
 
 
 class Swarm(NamedTuple):
-    """All N drones of a game: views of its arrays, so that what is written here is written there."""
+    """All N drones of a game: views of its arrays, so that writing here changes the game."""
 
     positions: Float32s
     """(N, 2) map widths."""
@@ -22,7 +22,7 @@ class Swarm(NamedTuple):
     memory_weight: Float32s
     """(N,) their weight."""
     accelerations: Float32s
-    """(N, 2) map widths per second squared: what controllers write."""
+    """(N, 2) map widths per second squared; controllers write these."""
     plans: Float32s | None
     """(N, H, 2) accelerations that each drone's last solve planned, from that solve on; None if none are kept."""
 

@@ -1,7 +1,7 @@
-"""Trails: the cells a drone was in lately, and what they add to its team's capture field.
+"""Trails: the cells that a drone was in lately, and what they add to its team's occupancy.
 
-A trail is a ring buffer: the cell of tick t stands at t modulo the trail's length, -1 where the
-drone has no past yet.
+A trail is a ring buffer: the cell of tick t stands at t modulo the trail's length, or -1 if there is
+none.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def cell_of(x: float, y: float) -> int:
 
 @loop
 def extend_trails(positions: Float32s, teams: Int8s, slot: int, trails: Int16s, boards: Boards) -> None:
-    """Write every drone's present cell to its trail, in place of the oldest: in the slot of the tick."""
+    """Write every drone's present cell to its trail, in the tick's slot, in place of the oldest."""
     for i in range(positions.shape[0]):
         oldest, newest = trails[np.uint64(slot), i], cell_of(positions[i, 0], positions[i, 1])
         trails[np.uint64(slot), i] = newest

@@ -1,1 +1,1 @@
-"""People at the table: a server, the page it serves, and the recordings it leaves."""
+"""Games that people play: the server, its page, and the recordings."""

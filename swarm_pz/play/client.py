@@ -1,6 +1,6 @@
 """A program that plays: it takes a seat in a room, sees the game, and sends commands.
 
-A seat from a script of one's own, against the ring:
+Play your own function against the policy `ring`:
 
     >>> from swarm_pz.play.client import play
     >>> def flank(frame, team):                                # doctest: +SKIP
@@ -8,7 +8,7 @@ A seat from a script of one's own, against the ring:
     >>> play("127.0.0.1:8000", flank, opponent="ring")         # doctest: +SKIP
     'red'
 
-And one whose drones it flies itself:
+Steer each drone yourself:
 
     >>> def brake(frame, team):                                # doctest: +SKIP
     ...     return np.clip(-frame.velocities, -1, 1)
@@ -51,10 +51,10 @@ def play(
     address : str
         Host and port of the server.
     tactic : callable
-        From a frame and the own team (0 red, 1 blue) to a density (A, A) with values in [0, 1], or to a command of
-        the kind that it `answers`: an array, or a mapping that the control system reads.
+        Function of a frame and its own team (0 red, 1 blue). It returns a density (A, A) with values in [0, 1], or a
+        command of the kind `answers`: an array, or a mapping that the control system reads.
     room : str, optional
-        Code of a room to join; a new one is opened if none is given, with `opponent` in the other seat.
+        Code of a room to join. Without it a new room is opened, with `opponent` in the other seat.
     opponent : str, optional
         Name of a policy.
     seat : {"red", "blue"}
@@ -63,17 +63,17 @@ def play(
     answers : str
         The kind of the tactic's commands.
     seed : int, optional
-        Of the start of the game in a room that is opened; any if not given.
+        Seed of the game's start in a new room; random if not given.
     **settings
-        Of a room that is opened, as `swarm_pz.play.protocol.Settings` has them: `red` and `blue` (drones),
-        `time_limit` (seconds of game), `speed` (of these a second), `red_system`, `blue_system` (control systems).
+        Settings of a new room, as in `swarm_pz.play.protocol.Settings`: `red` and `blue` (drones), `time_limit`
+        (seconds of game), `speed` (seconds of game per second), `red_system`, `blue_system` (control systems).
 
     Raises
     ------
     ConfigError
-        If there are no such settings, or they are given with a room that is joined.
+        If a setting is not valid, or settings or a seed are given together with `room`.
     PolicyError
-        If the table refuses something, hangs up, or the seat's control system does not take such commands.
+        If the server refuses a message (but for "too_many") or hangs up, or the seat takes other commands.
     """
     if room is not None and (settings or seed is not None):
         raise ConfigError(f"expected no settings and no seed for room {room!r}, which has its own: leave them out")
@@ -97,7 +97,7 @@ def play(
                     _check_kind(message.commands, answers)
                 if isinstance(message, protocol.RoomState):
                     if message.phase == "starting":
-                        next_tick = 0  # commands count from the countdown on, and anew in each
+                        next_tick = 0  # commands count from the start of each countdown
                     has_begun |= message.phase in ("starting", "playing")
                     if has_begun and message.outcome is not None:
                         return message.outcome
@@ -132,7 +132,7 @@ def _check_kind(commands: protocol.Commands, answers: str) -> None:
 
 
 def _plain(command: Any) -> Any:
-    """Return a command as JSON holds it."""
+    """Return a command as plain JSON values."""
     if isinstance(command, Mapping):
         return {str(name): value if isinstance(value, str) else _plain(value) for name, value in command.items()}
     return np.asarray(command, np.float64).tolist()

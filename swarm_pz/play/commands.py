@@ -1,4 +1,4 @@
-"""Commands at the table: of any kind, checked, and as they are followed and written down."""
+"""Commands of any kind in people's games: checked, and in the form that is followed and recorded."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from swarm_pz.play.forms import read_form
 from swarm_pz.simulator.control import Control, check_kind, serve_densities
 
 _DECIMALS = 8
-"""Digits of a density at the table, so that recordings hold exactly what was played, and are short."""
+"""Decimals that densities are rounded to, so that recordings are short and hold exactly what was played."""
 
 
 def as_followed(density: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a checked density (A, A) as it is followed and written down at the table: its largest value 1, rounded.
+    """Return a checked density (A, A) as it is followed and recorded: scaled to a largest value of 1, and rounded.
 
-    An image and its double are the same, however faint: only what stands beside its largest value counts.
+    The scale of a density has no effect, even if tiny: only ratios to its largest value count.
     """
     largest = density.max(initial=0.0)
     return np.round(density / largest if largest > 0.0 else density, _DECIMALS)
@@ -31,7 +31,7 @@ def as_followed(density: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Command:
-    """A team's command, checked, and the number by which its sender knows it.
+    """A team's checked command, with the number that its sender gave it.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Command:
     kind : str
         "density", or what the control system takes.
     sender : str
-        Empty for the team's player; else what commanded in the player's place.
+        "shared:POLICY" if a policy shared the command; else empty.
     """
 
     team: int
@@ -52,12 +52,12 @@ class Command:
 
 
 class CommandReader:
-    """Reads the commands of a game; any thread may ask, and nothing changes.
+    """Reads the commands of a game; it changes nothing, so threads may share it.
 
     Attributes
     ----------
     systems : (ControlSystem, ControlSystem)
-        What flies red and blue.
+        The control systems of red and blue.
     cells, modes : int
         Cells a side of a density, and modes a side of its target.
     """
@@ -68,10 +68,10 @@ class CommandReader:
         self.cells, self.modes = game.command_cells, game.controller.modes
 
     def read(self, team: int, number: int, given: Any, kind: str = "density") -> Command:
-        """Return a command, checked, as it will be followed.
+        """Check a command, and return it as it is followed.
 
         `given` is a density (A, A), or any form that the team's control system reads; `kind` is "density", or what that
-        system takes. Raises CommandError if the team or the command is not valid, or that kind cannot fly the team.
+        system takes. Raises CommandError if the team or command is not valid, or the system does not take that kind.
         """
         if team not in (RED, BLUE):
             raise CommandError(f"team must be 0 (red) or 1 (blue), got {team!r}")
@@ -92,13 +92,13 @@ class CommandReader:
         return command
 
     def answered(self, team: int, number: int, answer: NDArray[np.float64]) -> Command:
-        """Return a policy's answer, checked and in the form that all commands have among others, as a command."""
+        """Return a policy's checked answer, which has the padded shape that all systems share, as a command."""
         own = self._control.unpack(answer[None], self._control.numbers[team])[0]
         kind = self.systems[team].takes
         return Command(team, number, as_followed(own) if kind == "density" else own, kind)
 
     def packed(self, command: Command) -> NDArray[np.float64]:
-        """Return a command in the form that all have among others, (1, *control.command_shape)."""
+        """Return a command in the padded shape that all systems share, (1, *control.command_shape)."""
         values = command.values[None]
         if command.kind == "density":
             name = f"{TEAM_NAMES[command.team]}'s command"
@@ -106,7 +106,7 @@ class CommandReader:
         return self._control.pack(values)
 
     def picture(self, command: Command) -> NDArray[np.float64]:
-        """Return a command as a density (A, A), for those who watch."""
+        """Return a command as a density (A, A), to show it."""
         if command.kind == "density":
             return command.values
         system = self.systems[command.team]

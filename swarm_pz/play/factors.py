@@ -14,7 +14,7 @@ from swarm_pz.files import read_toml
 Hideable = Literal["opponents", "ground", "trails", "target"]
 Delay = Annotated[float, Range(0.0, 5000.0)]
 FULL_RATE = 30
-"""The frame rate that shows every moment."""
+"""The frame rate that shows every frame."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,9 +26,9 @@ class Factors(Config):
     command_delay_ms, display_delay_ms : float
         Delays of commands and of what the seat is shown.
     frame_rate : int
-        Moments shown a second, at most 30.
+        Frames shown a second, at most 30.
     speed : float
-        Seconds of game a second, for both seats.
+        Seconds of game per second, for both seats.
     hide : tuple of str
         Things that the seat is not shown.
     share : float
@@ -51,7 +51,7 @@ class Factors(Config):
 
     @property
     def bare(self) -> Factors:
-        """The factors alone, of a condition that has more fields."""
+        """The factors of a condition, without its other fields."""
         return Factors(**{entry.name: getattr(self, entry.name) for entry in fields(Factors)})
 
 

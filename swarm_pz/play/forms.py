@@ -22,7 +22,7 @@ _NUMBER = re.compile(r"[0-9]{1,4}")
 def read_form(form: Any, system: ControlSystem, config: GameConfig, name: str) -> NDArray[np.float64]:
     """Return a command in JSON as the array that its control system takes; raise CommandError if invalid."""
     try:
-        if isinstance(form, Mapping):  # JSON writes numbers that are keys as text
+        if isinstance(form, Mapping):  # keys are always text in JSON
             form = {int(key) if _NUMBER.fullmatch(key) else key: value for key, value in form.items()}
         values = np.asarray(system.parse(form, config, name), np.float64)
     except SwarmError as error:
@@ -65,7 +65,7 @@ def _numbers(values: NDArray[Any]) -> float | list[Any]:
 
 
 def _exact(value: Any) -> float:
-    """Return the shortest number that rounds to a float32."""
+    """Return the shortest number that rounds to the float32 `value`."""
     return float(str(np.float32(value)))
 
 
@@ -75,7 +75,7 @@ def installed_systems(config: GameConfig) -> list[protocol.SystemInfo]:
     for name in sorted(registered()):
         try:
             system = system_class(name)()
-            serves_densities(system, config)  # which may raise, too
+            serves_densities(system, config)  # may raise, too
         except FAULTS:  # `swarm-pz policies` reports it
             continue
         found.append(protocol.SystemInfo(name=name, takes=system.takes))

@@ -1,6 +1,6 @@
 """Binary messages of the server: one moment of a game, or a target, as little-endian bytes.
 
-Every frame is complete in itself, so that any of them may be lost. `docs/protocol.md` explains them.
+Every frame is complete in itself, so any frame may be lost. `docs/protocol.md` explains them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HIDDEN = (4, 8)
 EXACT = 16
 """Flag of a frame in the recording of a game that was played in a page: positions and velocities are float32."""
 FASTEST = 4.0
-"""Map widths a second that the largest velocity stands for."""
+"""Largest velocity that a frame holds, in map widths per second."""
 _HEADER = struct.Struct("<BBHIId")
 _TARGET_HEADER = struct.Struct("<BBHI")
 
@@ -65,9 +65,9 @@ def encode_frame(frame: Frame) -> bytes:
 
     A header of 20 bytes (uint8 kind, uint8 flags, uint16 N, uint32 sequence, uint32 tick, float64
     milliseconds), then uint16 positions (N, 2) with 65535 for 1, int16 velocities (N, 2) with 32767 for
-    `FASTEST`, a bit a drone for its team, lowest first, padded to whole bytes; in a keyframe uint8
-    altitudes (N,); with fields uint8 (2, 50, 50). All little-endian. Of a hidden team's drones positions, velocities
-    and altitudes are 0.
+    `FASTEST`, one team bit per drone, lowest first, padded to whole bytes; in a keyframe uint8
+    altitudes (N,); with fields uint8 (2, 50, 50). All little-endian. Positions, velocities and altitudes of a hidden
+    team's drones are 0.
     """
     flags = (KEYFRAME if frame.altitudes is not None else 0) | (WITH_FIELDS if frame.fields is not None else 0)
     flags |= HIDDEN[frame.hidden] if frame.hidden is not None else 0
@@ -90,7 +90,7 @@ def encode_frame(frame: Frame) -> bytes:
 
 
 def decode_frame(data: bytes) -> Frame:
-    """Read a frame; raise ProtocolError if it is not one, or cut short."""
+    """Read a frame; raise ProtocolError if it is malformed or cut short."""
     if len(data) < _HEADER.size or data[0] != FRAME:
         raise ProtocolError(f"a frame must begin with byte {FRAME} and a header of {_HEADER.size} bytes")
     _, flags, count, sequence, tick, server_ms = _HEADER.unpack_from(data)
@@ -136,7 +136,7 @@ def encode_target(team: int, number: int, picture: NDArray[np.uint8]) -> bytes:
 
 
 def decode_target(data: bytes) -> Target:
-    """Read a target; raise ProtocolError if it is not one, or cut short."""
+    """Read a target; raise ProtocolError if it is malformed or cut short."""
     if len(data) < _TARGET_HEADER.size or data[0] != TARGET:
         raise ProtocolError(f"a target must begin with byte {TARGET} and a header of {_TARGET_HEADER.size} bytes")
     _, team, cells, number = _TARGET_HEADER.unpack_from(data)

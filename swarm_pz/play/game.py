@@ -33,18 +33,18 @@ class TableConfig(Config):
     Attributes
     ----------
     game : GameConfig
-        The rules. A command period is how often a policy at the table is asked.
+        The rules. Policies are asked for a command once in each command period.
     min_command_interval : float
-        Seconds of game between two commands of a team that come into force, whoever gives them; of
-        those that come sooner, the latest waits.
+        Seconds of game between two commands of a team that come into force, whoever sends them. Of commands
+        that arrive sooner, the latest waits.
     mapping : {"firm", "paper"}
-        From strokes to a density; see `swarm_pz.play.strokes`. None becomes that of the rules, `mapping_of(game)`.
+        From strokes to a density; see `swarm_pz.play.strokes`. None becomes `mapping_of(game)`.
     speed : float
-        Seconds of game a second; that of the factors, if they have one.
+        Seconds of game per second; a speed in the factors replaces it.
     factors : (Factors, Factors)
         What an experimenter varies at red's seat, and at blue's.
     majority : bool
-        When time is up, the side with more drones has won; without it, nobody has. Draws are then games of equal sides.
+        When time is up, the side with more drones wins, and equal sides draw. Without it, all such games are draws.
     """
 
     game: GameConfig = field(default_factory=GameConfig)
@@ -57,7 +57,7 @@ class TableConfig(Config):
     def __post_init__(self) -> None:
         super().__post_init__()
         self.game.to_dict()  # refuses what no recording can name
-        if vars(self)["mapping"] is None:  # whatever its type says
+        if vars(self)["mapping"] is None:  # despite its declared type
             object.__setattr__(self, "mapping", mapping_of(self.game))
         pair = self.factors
         object.__setattr__(self, "factors", tuple(one.bare for one in pair))
@@ -79,7 +79,7 @@ class TableConfig(Config):
 
     @property
     def interval_ticks(self) -> int:
-        """Ticks between two commands that come into force; they do so at solves."""
+        """Least ticks between two commands that come into force, in whole control periods."""
         periods = np.ceil(self.min_command_interval * TICKS_PER_SECOND / TICKS_PER_CONTROL_PERIOD - 1e-6)
         return int(periods) * TICKS_PER_CONTROL_PERIOD
 
@@ -94,7 +94,7 @@ class InForce:
 
 @dataclass(frozen=True)
 class Captured:
-    """A drone that a team took in a tick."""
+    """A drone that a team captured in a tick."""
 
     tick: int
     drone: int
@@ -105,9 +105,9 @@ Event = InForce | Captured
 
 
 class LiveGame:
-    """A game that runs as long as somebody advances it, with its simulator and the reader of its commands.
+    """A game that its caller advances, with its simulator and the reader of its commands.
 
-    Of a game of `robots` the drones move by `place` alone.
+    With `robots`, drones move by `place` alone.
     """
 
     def __init__(self, config: TableConfig, seed: Seed, *, robots: bool = False) -> None:
@@ -144,27 +144,27 @@ class LiveGame:
         return "draw" if self.over else None
 
     def check_size(self, command: Command) -> None:
-        """Raise CommandError if a team of so many drones, as it is now, cannot fly a command."""
+        """Raise CommandError if a team cannot fly a command with its present number of drones."""
         team, control, name = command.team, self.simulator.control, f"{TEAM_NAMES[command.team]}'s command"
         flown_by, sizes = self.simulator.games.flown_by[:, team], self.simulator.sizes[:, team]
         control.check_sizes(self.reader.packed(command), flown_by, sizes, name)
 
     def submit(self, team: int, number: int, given: Any, kind: str = "density") -> Command:
-        """Read a command, hand it in and return it; after errors, as of `CommandReader.read`, nothing has changed."""
+        """Read a command, hand it in and return it; errors are as in `CommandReader.read`, and change nothing."""
         command = self.reader.read(team, number, given, kind)
         self.check_size(command)
         self.hand_in(command)
         return command
 
     def hand_in(self, command: Command) -> None:
-        """Let a command that was read wait for its solve; one of its team that still waits is forgotten."""
+        """Let a command wait for its solve; it replaces its team's command that still waits, if there is one."""
         self._waiting[command.team] = command
 
     def holds(self, command: Command) -> bool:
-        """Tell whether a policy, which answers at every step, need not hand a command in again.
+        """Return true if a policy, which answers at every step, need not hand in a command again.
 
-        So it is if the command equals the last one, and if sending it again has an effect: of densities by the rules
-        (see `MemoryConfig`), of commands of other control systems always.
+        That is so if the command equals its team's last one, and only if resending has an effect: with the ergodic
+        controller by the rules (see `GameConfig.tells_sending`), with other control systems always.
         """
         game, team, waiting = self.config.game, command.team, self._waiting[command.team]
         if self.reader.systems[team].kernel != "ergodic":
@@ -178,14 +178,14 @@ class LiveGame:
         return bool(np.abs(make_target(command.values, modes)[0] - held).max() <= SAME_TARGET)
 
     def put_in_force(self, command: Command) -> None:
-        """Let a team follow a command from the next solve on, however young its last one is."""
+        """Let a team follow a command from the next solve on, however recent its last one is."""
         self.simulator.command(command.team, CheckedCommands(self.reader.packed(command)))
         self._last_in_force[command.team] = self.tick
 
     def place(self, poses: NDArray[np.float32]) -> None:
-        """Put drones where they are measured: x, y and their velocity (N, 4); a row of NaN is a lost drone.
+        """Move drones to their measured poses (N, 4), x, y and velocity; a row of NaN is a lost drone.
 
-        A lost drone has failed by the rules, at rest where it was last.
+        By the rules, a lost drone has failed, and rests at its last position.
         """
         games, lost = self.simulator.games, np.isnan(poses).any(axis=1)
         games.positions[0, ~lost], games.velocities[0, ~lost] = poses[~lost, :2], poses[~lost, 2:]
@@ -193,7 +193,7 @@ class LiveGame:
         games.failed[0] = lost
 
     def advance(self, ticks: int = 1) -> list[Event]:
-        """Advance the game, or to its end, and return what happened, in order."""
+        """Advance the game, or to its end, and return its events in order."""
         events: list[Event] = []
         for _ in range(ticks):
             if self.over:
@@ -216,7 +216,7 @@ class LiveGame:
         return self.tick == self._begun
 
     def begin_period(self) -> list[InForce]:
-        """Where a control period begins, put in force what waits; `advance` does so unless it was done before."""
+        """Put waiting commands in force if a control period begins; a second call, as by `advance`, does nothing."""
         if not self.is_at_solve or self.has_begun_period:
             return []
         self._begun, begun = self.tick, []

@@ -7,9 +7,9 @@ SCRIPTED = (
     "breather", "pendulum", "tide", "stroller", "hoop", "runner",
 )  # fmt: skip
 LEARNED = ("hunter", "champion", "veteran", "finisher", "scholar")
-"""Each has a face and an idea that beats it in `static/levels.js`, and plays without a server, too."""
+"""In `static/levels.js`, each has a face and an idea that beats it. All play without a server, too."""
 
 
 def opponents_among(policies: Container[str]) -> list[str]:
-    """Return the opponents that are installed, in this order."""
+    """Return the installed opponents, in the order above."""
     return [name for name in (*SCRIPTED, *LEARNED) if name in policies]

@@ -1,7 +1,7 @@
 """Messages of the server and its clients in JSON, and the lines of recordings; `frames` has the binary messages.
 
-`docs/protocol.md` explains both; this file decides them. Messages are structs with a ``type``; whatever does not fit
-them is refused. ``python -m swarm_pz.play.protocol`` prints the JSON schema of all of them.
+`docs/protocol.md` explains both; this file defines them. Messages are structs with a ``type``; all others are
+refused. ``python -m swarm_pz.play.protocol`` prints the JSON schema of all of them.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ MAX_LINE_BYTES = 2 * MAX_MESSAGE_BYTES
 MAX_MESSAGES_PER_SECOND = 20
 
 LARGEST, SMALLEST = 1e22, 1e-300
-"""Sizes of numbers other than 0: msgspec reads those further from 1 up to a thousand times as slowly."""
+"""Bounds on the size of numbers other than 0: msgspec reads those beyond up to a thousand times as slowly."""
 _FAR = re.compile(rb"[eE](?:\+?[0-9]{2}|-[0-9]{3})")
-"""Matches what may be the exponent of such a number."""
+"""Matches exponents that may lead beyond these bounds."""
 T = TypeVar("T")
 
 Side = Literal["red", "blue"]
@@ -44,13 +44,13 @@ Pixels = Annotated[int, Meta(ge=0, le=100_000)]
 Code = Annotated[str, Meta(pattern="^[A-Za-z0-9]{4,8}$")]
 Token = Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
 Name = Annotated[str, Meta(min_length=1, max_length=200)]
-# One line of text: no control characters (of terminals, too), no line ends, nothing that turns its direction.
+# One line of text: no control characters (of terminals, too), line ends, or marks that change its direction.
 Label = Annotated[
     str, Meta(max_length=40, pattern=r"^(?![\s\S]*[\u0000-\u001f\u007f-\u009f\u2028-\u202e\u2066-\u2069\ufeff])")
 ]
 Density = list[list[float]]
 Form = list[Any] | dict[str, Any]
-"""A command as its control system reads it: numbers in the array form of its kind, or a form for people."""
+"""A command as its control system reads it: the array of its kind, or a form that people write more easily."""
 
 
 class Message(Struct, forbid_unknown_fields=True):
@@ -58,7 +58,7 @@ class Message(Struct, forbid_unknown_fields=True):
 
 
 class OfSeat(Message):
-    """A message about a seat; each has the field itself, since a struct has one base with fields."""
+    """A message about a seat. Each declares `seat` itself, since only one base of a struct can have fields."""
 
     if TYPE_CHECKING:
         seat: Side
@@ -72,7 +72,7 @@ class OfSeat(Message):
 class Settings(Message):
     """The rules of a room.
 
-    None is: no time limit; the server's control systems.
+    None means no time limit, or the server's control system.
     With `majority` the side with more drones wins when time is up.
     """
 
@@ -106,7 +106,7 @@ class Hello(Message, tag="hello"):
 class Create(Message, tag="create"):
     """Open a room and take a seat against `opponent`; or watch `player` (red) against it.
 
-    A `lesson` is left out of tables. A room that is for `once` has one game. `seed` is of its first start.
+    A `lesson` is left out of tables. A room with `once` has a single game. `seed` is for the first start.
     """
 
     settings: Settings = msgspec.field(default_factory=Settings)
@@ -138,7 +138,7 @@ class Ready(Message, tag="ready"):
 
 
 class Pause(Message, tag="pause"):
-    """Stop a game against a policy, or let it go on."""
+    """Pause a game against a policy, or continue it."""
 
     paused: bool = True
 
@@ -193,7 +193,7 @@ class Visibility(Message, tag="visibility"):
 
 
 class Leave(Message, tag="leave"):
-    """Give one's seat up."""
+    """Leave the room, and give up its seat."""
 
 
 ClientMessage = (
@@ -204,7 +204,7 @@ ClientMessage = (
 
 
 class Card(Message):
-    """A policy's rating (`uniform` has 1000), and one moment of a game of its as blue.
+    """A policy's rating (`uniform` has 1000), and one moment of a game it plays as blue.
 
     `target` has rows of digits from the bottom up; `drones` has x and y in hundredths of a map width.
     """
@@ -260,7 +260,7 @@ class Welcome(Message, tag="welcome"):
     opponents: list[str] = msgspec.field(default_factory=list)
     """Opponents that pages unlock one after the other, from the weakest on."""
     embedders: list[str] = msgspec.field(default_factory=list)
-    """Origins of the pages that may hold this one in a frame."""
+    """Origins of the pages that may embed this one in a frame."""
     guests: bool = True
     """True if others can come into a room."""
 
@@ -268,8 +268,8 @@ class Welcome(Message, tag="welcome"):
 class SeatFactors(Message):
     """An experimenter's settings of a seat, as far as its client needs them.
 
-    Of "opponents", "ground", "trails" and "target" it shows none that `hide` names. Below 30 frames a second it should
-    not interpolate. `helper` is a policy that makes a share of the commands.
+    `hide` names what the client must not show: "opponents", "ground", "trails" or "target". Below 30 frames a second
+    it should not interpolate. The policy `helper` makes a `share` of the commands.
     """
 
     hide: list[str] = msgspec.field(default_factory=list)
@@ -291,8 +291,8 @@ class Seated(Message, tag="seated"):
 class SeatState(Message):
     """A seat as everybody in the room sees it.
 
-    A game waits for a policy that is loading; `reason` says why one failed. A player who is `gone` gave the seat up
-    during the game, and the swarm goes on with the last command.
+    A game waits for a policy that is loading; `reason` says why one failed. If the player is `gone`, they gave up the
+    seat during the game, and the swarm keeps its last command.
     """
 
     kind: Kind = "free"
@@ -319,10 +319,10 @@ class RoomState(Message, tag="room"):
     recording: str | None = None
     """Name of the game that is over."""
     starts_ms: float | None = None
-    """End of the countdown on the server's clock; the first tick waits for policies' first commands, too."""
+    """End of the countdown on the server's clock; the first tick also waits for policies' first commands."""
     ended_by: str | None = None
     forfeit: str = ""
-    """The fault of a control system by which its side lost."""
+    """The fault of a control system that made its side lose."""
     once: bool = False
     paused: bool = False
     wins: tuple[int, int] = (0, 0)
@@ -330,7 +330,7 @@ class RoomState(Message, tag="room"):
 
 
 class Received(Message, tag="received"):
-    """A command has arrived; it waits if the last one is too young."""
+    """A command has arrived; it waits if the last one is too recent."""
 
     number: int
     server_ms: float
@@ -339,7 +339,7 @@ class Received(Message, tag="received"):
 class InForceMessage(OfSeat, tag="in_force"):
     """The swarm follows a command from this tick on.
 
-    `sender` is "shared:" and a policy where the policy shares the command, which has the number of the player's latest.
+    If a policy shares the command, `sender` is "shared:POLICY", and `number` is that of the player's latest command.
     """
 
     seat: Side
@@ -364,7 +364,7 @@ class Notice(Message, tag="notice"):
 
 
 class Displaced(Message, tag="displaced"):
-    """Another connection has taken this seat; this one gets nothing more."""
+    """Another connection has taken this seat; this one receives nothing more."""
 
 
 class Pong(Message, tag="pong"):
@@ -404,7 +404,7 @@ class Header(Message, tag="game"):
 
 
 class SeatCommand(CommandMessage, OfSeat, tag="command", kw_only=True):
-    """A command as it arrived, with the density or the array that is followed, also where strokes were sent.
+    """A command as it arrived, with the density or array that is followed, even if strokes were sent.
 
     The first solve that counts it is at `tick` or later; `sender` is as in `in_force`.
     """
@@ -431,14 +431,14 @@ class FrameMessage(Message, tag="frame"):
 
 
 class PosesMessage(Message, tag="poses"):
-    """Poses of robots by which the tick after this one is played: float32 (N, 4) of `LiveGame.place`, in base64."""
+    """Poses of robots for the tick after this one: float32 (N, 4) as in `LiveGame.place`, in base64."""
 
     tick: Tick
     data: bytes
 
 
 class SeatMessage(OfSeat, tag="seat"):
-    """A connection came, went or changed; or a seat failed, and why."""
+    """A connection came, went or changed; or a policy or control system failed, and why."""
 
     seat: Side
     event: SeatEvent
@@ -463,9 +463,9 @@ class SeatDelays(Message):
 
 
 class EndMessage(Message, tag="end"):
-    """The game's end: "stopped" if nobody played it to its end, ended by "left" if a client had left, however it ended.
+    """The game's end: outcome "stopped" without a result; ended by "left" if a client was away, unless by a fault.
 
-    `delays` are red's and blue's, where an experimenter varied anything.
+    `delays` are red's and blue's, if an experimenter varied anything.
     """
 
     outcome: Outcome
@@ -504,7 +504,7 @@ def decode_log(line: str | bytes) -> Header | LogMessage:
 
 
 def decode(decoder: msgspec.json.Decoder[T], text: str | bytes, most: int) -> T:
-    """Read JSON that anybody may have written, of at most so many bytes; raise ProtocolError if it does not fit."""
+    """Read untrusted JSON of at most `most` bytes or characters; raise ProtocolError if it does not fit."""
     if len(text) > most:
         raise ProtocolError(f"a message may have {most} bytes, got {len(text)}")
     try:

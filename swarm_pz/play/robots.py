@@ -1,4 +1,4 @@
-"""The numbers of a lab whose robots fly games."""
+"""Settings of a lab whose robots fly games."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class RobotsConfig(Config):
     Attributes
     ----------
     speed : float
-        Seconds of game a second, at most.
+        Largest speed of a game, in seconds of game per second.
     frame : str
-        Name of the lab's frame, in which poses come.
+        Name of the lab's coordinate frame, which poses use.
     scale : float
         Side of the map.
     corner : (float, float)
@@ -27,15 +27,15 @@ class RobotsConfig(Config):
     separation : float
         Least horizontal distance between two setpoints.
     max_speed : float
-        Of setpoints; poses that change faster are jumps.
+        Largest speed of setpoints; faster poses count as jumps.
     leash : float
         Largest distance of a setpoint from its drone.
     late : float
-        A drone holds its place once its last pose is so old.
+        A drone holds its place if its last pose is older than this.
     lost : float
-        A drone has failed once its last pose is so old.
+        A drone has failed if its last pose is older than this.
     fence : float
-        A drone has failed that is so far outside of the map, or above or below all altitudes.
+        A drone has failed if it is farther than this outside the map, or above or below all altitudes.
     """
 
     speed: Annotated[float, Range(0.25, 2.0)] = 0.5
@@ -57,4 +57,4 @@ class RobotsConfig(Config):
 
 
 Lab = tuple[RobotsConfig, str]
-"""The numbers of a lab, and the token by which the bridge to it reaches the server."""
+"""The settings of a lab, and the token with which its bridge connects to the server."""

@@ -18,7 +18,7 @@ def mixture(own: NDArray[np.float64], helpers: NDArray[np.float64], share: float
 
 
 class SharedCommand:
-    """The latest densities of a team's player and its helper, mixed; `cells` a side."""
+    """Mixes the latest densities of a team's player and its helper; `cells` a side."""
 
     def __init__(self, team: int, cells: int, share: float, helper: str) -> None:
         self._team, self._share, self._sender = team, share, f"shared:{helper}"

@@ -1,4 +1,4 @@
-"""The page as a folder that any file host serves: games are played in the page itself, in `static/engine`."""
+"""The page as a folder for any static file host: `static/engine` plays the games in the browser."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from swarm_pz.play.opponents import opponents_among
 
 STATIC = Path(__file__).parent / "static"
 _OF_SERVERS = {"marks.js", "practice.js"}
-"""Files for other control systems and other people, which need a server."""
+"""Scripts for other control systems, and for practice while waiting: both need a server."""
 _PICTURE = "static/picture.png"
 """Shown beside links to the page; the page itself never loads it."""
 _UNREAD = re.compile(rb"^ *(//.*|/\*.*\*/$)?", re.MULTILINE)
-"""Indents and lines of comments: no browser needs them. Numbers of lines stay."""
+"""Matches indents and comment lines, which no browser needs. Line numbers stay."""
 _HEAD = """\
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'self'; worker-src 'self';
  style-src 'self'; img-src 'self' data:; connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'">
@@ -36,10 +36,10 @@ def files_of(
 ) -> dict[str, bytes]:
     """Return the site's files by their paths.
 
-    - `policies`: installed ones, with a line about each; the engine picks those that it can play.
+    - `policies`: installed ones, with a line about each; those that the engine cannot play are left out.
     - `cards`: of rated policies.
     - `weights`: files of learned policies.
-    - `address`: of the folder, which links' previews need for the picture.
+    - `address`: of the folder; link previews need it for the picture.
     """
     files = {
         path.relative_to(STATIC.parent).as_posix(): _read(path)
@@ -88,7 +88,7 @@ def _table_file(policies: Mapping[str, str], cards: Mapping[str, protocol.Card])
 
 
 def write(folder: Path, files: Mapping[str, bytes]) -> int:
-    """Write files into a folder, and return their bytes."""
+    """Write files into a folder, and return their total bytes."""
     for name, data in files.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)

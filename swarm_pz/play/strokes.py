@@ -1,6 +1,6 @@
 """Drawings as commands: strokes are painted on an image, later ones over earlier ones, and the image is smoothed.
 
-Its means over the command's cells are the command.
+The command holds the image's mean over each cell.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NARROWEST, WIDEST = 0.05, 0.30
 MOST_POINTS = 4096
 """Points of all strokes of a drawing together."""
 MOST_INK = 100.0
-"""Length times width of all lines, in maps, which bounds the cost of painting. People's drawings have below 5."""
+"""Largest length times width of all lines, in map areas: it bounds the cost of painting. People's stay below 5."""
 _PIXELS = 2 * GRID_CELLS
 """Pixels a side of the painted image."""
 
@@ -73,8 +73,8 @@ def mapping_of(game: GameConfig) -> Mapping:
 def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm") -> NDArray[np.float64]:
     """Return the density that a drawing asks for: 1 where it attracts, 0 where it repels, else one half.
 
-    With "firm", untouched ground beside ground that attracts is 0, and ground that repels stays empty when smoothed.
-    "paper" is for targets of mass 10: in a target of mass 1, strokes weigh little beside ground at one half.
+    With "firm", untouched ground is 0 if any ground attracts, and ground that repels stays empty when smoothed.
+    "paper" is for targets of mass 10: with mass 1, strokes would weigh little compared with ground at one half.
 
     Parameters
     ----------
@@ -101,14 +101,14 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm")
     image = np.where(attracts, 1.0, np.where(repels, 0.0, untouched))
     if not (is_firm and repels.any()):
         return _smooth(image, smoothing, cells)
-    # Repelling ground is empty up to its edge, and less and less so beyond it.
+    # Repelling ground is empty up to its edge; this effect fades beyond the edge.
     empty = np.minimum(2.0 * _smooth(repels * 1.0, smoothing, _PIXELS), 1.0)  # one half at an edge
     means, smoothed = _averaging_matrix(cells), _smooth(image, smoothing, _PIXELS)
     return np.asarray(means @ (smoothed - empty * smoothed) @ means.T)
 
 
 def attraction_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = "firm") -> NDArray[np.float64]:
-    """Return images of attracting and of repelling ground (2, A, A); arguments and errors as of `density_of`."""
+    """Return images of attracting and of repelling ground (2, A, A); arguments and errors as in `density_of`."""
     painted, smoothing = _painted(strokes), SMOOTHING[mapping]
     return np.stack([_smooth((painted == BRUSHES.index(brush)) * 1.0, smoothing, cells) for brush in BRUSHES[:2]])
 

@@ -17,7 +17,7 @@ from swarm_pz.policy.program import Program
 from swarm_pz.policy.protocol import Player, PrivilegedPolicy
 
 _OWN = ("swarm_pz.policies.", "swarm_pz.spaces.densities")
-"""Modules whose code counts as a script's own; what is below them belongs to the version."""
+"""Modules whose code counts as a script's own; the version covers the modules below them."""
 
 
 def sort_of(player: Player) -> str:
@@ -43,7 +43,7 @@ def digest_of(name: str, player: Player) -> str | None:
 
 
 def identity_of(name: str, player: Player) -> str:
-    """Return a player's digest, or else the package that it is from and its version."""
+    """Return a player's digest, or else its package with the version."""
     if (digest := digest_of(name, player)) is not None:
         return digest
     point = registered().get(name.split(":", 1)[0])
@@ -70,7 +70,7 @@ def source_digest(tactic: Any) -> str:
 
 
 def _gather(part: Any, seen: dict[str, Any]) -> None:
-    """Add the trees of a function or class and of all that it names, by module and name."""
+    """Add the syntax trees of a function or class and of all that it names, by module and name."""
     key = f"{part.__module__}.{part.__qualname__}"
     if key in seen:
         return
@@ -95,7 +95,7 @@ def _words(tree: ast.AST) -> Iterator[str]:
 
 
 def _named(tree: ast.AST, space: dict[str, Any]) -> Iterator[Any]:
-    """Yield the values of names in some code, also of those in modules that it names."""
+    """Yield the values of names in some code, also of attributes of modules."""
     for name in _words(tree):
         if name in space:
             yield space[name]

@@ -33,7 +33,7 @@ class Model(Protocol):
 
 
 class ModelPolicy:
-    """A policy that plays a model; its spaces say what it sees and how its actions are read.
+    """A policy that plays a model; the model's spaces set its observation and the form of its actions.
 
     Raises a PolicyError if no wrapper of this game has such spaces.
 
@@ -41,11 +41,11 @@ class ModelPolicy:
     ----------
     observation : ObservationConfig, optional
         What it was trained to see. If not given, it follows from the space: all nine channels, or those of
-        the game's own observation if they are as many.
+        the game's own observation if their number fits.
     deterministic : bool
         Whether it plays its best action, or draws one as in training.
     system : ControlSystem, optional
-        What flies its team: the first of `config.controllers` if not given.
+        The control system of its team, by default the first of `config.controllers`.
     """
 
     def __init__(
@@ -76,15 +76,15 @@ class ModelPolicy:
         """Begin new games; a model without memory has nothing to forget."""
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer n observations with commands (n, ...)."""
+        """Return commands (n, ...) for n observations."""
         count = len(rows)
-        # Always as many at once, the last ones over again: another number would round differently, and a game
-        # would depend on how many others are played beside it.
+        # Always `_ROWS` at once, with the last one repeated: other batch sizes round differently, and games
+        # would depend on how many are played together.
         places = np.minimum(np.arange(-(-count // _ROWS) * _ROWS), count - 1).reshape(-1, _ROWS)
         return np.concatenate([self._answer(observations, part) for part in places])[:count]
 
     def _answer(self, shown: Observations, places: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer `_ROWS` of the observations that the model is shown."""
+        """Return commands for `_ROWS` of the observations."""
         part = {name: lists[places] for name, lists in shown.items()} if isinstance(shown, dict) else shown[places]
         actions, state = self.model.predict(part, deterministic=self.deterministic)
         if state is not None:
@@ -100,12 +100,12 @@ def format_of(
     *,
     system: ControlSystem,
 ) -> tuple[ObservationConfig, dict[str, Any]]:
-    """Return the observation, and options of `Format`, of a model's spaces; arguments and errors as `ModelPolicy`."""
+    """Return the observation and `Format` options for a model's spaces; arguments and errors as `ModelPolicy`."""
     return _seen_of(observation_space, config, observation), _actions_of(action_space, config, system)
 
 
 def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSystem) -> dict[str, Any]:
-    """Return the options of actions that a space belongs to."""
+    """Return the options of `Format` that give an action space."""
     takes_densities = system.takes == "density"
     kinds: tuple[ActionKind, ...] = ("normalised", "command")
     sides = range(2, config.command_cells + 1) if takes_densities else (None,)

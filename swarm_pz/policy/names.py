@@ -1,9 +1,9 @@
 """Policies by name.
 
-Names are entry points of the group `swarm_pz.policies`: callables from a `GameConfig` to a policy. Folders are read by
-the entry point of `swarm_pz.policy_folders` that is named as a file in them, from the folder and a `GameConfig`. A
-tactic in a file of Python is named FILE.py:NAME, a program exec:PROGRAM. These run code, so `load` takes only those
-that the command line named: see `allow_files`.
+Names are entry points of the group `swarm_pz.policies`: callables from a `GameConfig` to a policy. A folder is read
+by the entry point of `swarm_pz.policy_folders` that has the name of a file in it, called with folder and `GameConfig`.
+FILE.py:NAME is a tactic in a Python file, and exec:PROGRAM a program. These run code, so `load` accepts only those
+named on the command line: see `allow_files`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from swarm_pz.policy.protocol import ANY, Player, Policy, PrivilegedPolicy, answ
 
 GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
 _ALLOWED = "SWARM_PZ_FILES"
-"""Environment variable with the allowed names, one a line, for processes that this one starts, too."""
+"""Environment variable with the allowed names, one a line; child processes inherit it."""
 _EXEC = "exec:"
 _FACTORY = "a tactic (its function stands below @tactic), or a callable from a GameConfig to a policy"
 _IN_FILE = re.compile(r"(?:--[\w.-]+=)?(.+\.py:\w+|exec:.*)")
@@ -71,7 +71,7 @@ class _InFile:
 
 
 def module_of(file: str) -> Any:
-    """Return the module of a file, which a process runs once; `__digest__` is of it and what it imports beside it."""
+    """Return the module of a file, run once per process; `__digest__` covers it and its imports from its folder."""
     path = Path(file).resolve()
     if str(path) in sys.modules:
         return sys.modules[str(path)]
@@ -81,7 +81,7 @@ def module_of(file: str) -> Any:
     if spec is None or spec.loader is None:
         raise PolicyError(f"{file} is no file of Python")
     module = sys.modules[str(path)] = importlib.util.module_from_spec(spec)
-    sys.path.append(str(path.parent))  # what lies beside it can be imported
+    sys.path.append(str(path.parent))  # for imports from its folder
     try:
         spec.loader.exec_module(module)
         module.__dict__["__digest__"] = _source_digest(path)
@@ -96,7 +96,7 @@ def module_of(file: str) -> Any:
 
 
 def _source_digest(path: Path) -> str:
-    """Return a digest of a file of Python and of what it imports from its folder."""
+    """Return a digest of a Python file and of its imports from its folder."""
     finder = modulefinder.ModuleFinder([str(path.parent)], excludes=["swarm_pz"])
     finder.run_script(str(path))
     found = (getattr(module, "__file__", None) for module in finder.modules.values())
@@ -115,7 +115,7 @@ def registered() -> dict[str, importlib.metadata.EntryPoint]:
 
 
 def faults() -> dict[str, str]:
-    """Return errors of other packages' entry points: broken policies by name, copies by origin."""
+    """Return errors of entry points: of broken policies by name, of duplicates by name and package."""
     found: dict[str, str] = {}
     known = registered()
     for point in entry_points(GROUP):
@@ -161,13 +161,13 @@ def _factory_of(name: str) -> Any:
 
 
 def load(policy: str | Path | Player | Model, config: GameConfig, system: ControlSystem | None = None) -> Player:
-    """Return the policy of a name or a folder, made for a game; a policy is returned as it is.
+    """Return the policy of a name or a folder, made for a game; a policy without `for_system` is returned as it is.
 
-    A name may carry an argument after a colon, which its factory takes besides the game: ``planner:ring`` is a planner
+    A name may carry an argument after a colon, which its factory also takes: ``planner:ring`` is a planner
     that models its opponent as `ring`. A folder is one that training wrote. A model with `predict` and spaces, as those
     of Stable-Baselines3, becomes a `ModelPolicy`. `system` flies its team: the first of `config.controllers` if not
-    given. Raises a PolicyError if there is no such name or folder, its policy cannot be made, or its commands cannot
-    fly that system, and a CheckpointError if a folder's files are missing, corrupt, or do not fit the game.
+    given. Raises a PolicyError if there is no such name or folder, its policy cannot be made, or its commands do not
+    fit that system, and a CheckpointError if a folder's files are missing, corrupt, or do not fit the game.
     """
     system = config.team_systems[0] if system is None else system
     if isinstance(policy, (str, Path)):

@@ -39,7 +39,7 @@ VERSION = 1
 SECONDS = 10.0
 """Longest wait for a line."""
 GAME_SECONDS, COMMAND_SECONDS = 20.0, 0.1
-"""A chess clock: a program may take the first in each game, and the second more for each command."""
+"""A chess clock: seconds that a program has in each game, and more for each command."""
 LINE_BYTES = 2**20
 """Longest line that a program may write."""
 MEMORY_BYTES = 2**30
@@ -50,11 +50,11 @@ TOO_SLOW = f"must take at most {GAME_SECONDS:g} s in a game and {COMMAND_SECONDS
 _KEPT_LINES = 20
 """Last lines of its standard error that are kept."""
 _ENVIRONMENT = ("PATH", "LANG", "SYSTEMROOT")
-"""All that it inherits."""
+"""Environment variables that it inherits."""
 _MOST_FILES, _MOST_BYTES = 1000, 2**28
-"""Of a folder that a digest covers."""
+"""Limits of a folder that a digest covers."""
 _FAILED: dict[str, str] = {}
-"""Errors of programs that did not answer the greeting, by digest: to start them again would take as long again."""
+"""Errors of programs that failed the greeting, by place and digest, so that no time is lost on them again."""
 
 
 class GameClock:
@@ -68,11 +68,11 @@ class GameClock:
         self._left.update(dict.fromkeys(rows.tolist(), GAME_SECONDS))
 
     def start(self) -> None:
-        """Let time count from now on."""
+        """Start counting time."""
         self._began = self._now()
 
     def is_over(self, rows: NDArray[np.int64]) -> bool:
-        """Count the time since the last call for games that were answered, a part each; return whether one is over."""
+        """Charge the time since the last call to the answered games, in equal parts; return whether one has run out."""
         began, self._began = self._began, self._now()
         for row in rows.tolist():
             spent = (self._began - began) / len(rows)
@@ -81,13 +81,13 @@ class GameClock:
 
 
 class Program:
-    """Plays the densities that a program answers.
+    """Plays the densities that a program writes.
 
-    `line` is the program and its arguments, as for a shell, but none runs it; words `NAME=VALUE` before the program are
-    its environment. It runs in `folder`, which then belongs to the program, or in the working folder. `clock` returns
-    seconds, by which a game's time is measured. `observation` is what it asked to see; `digest` is of its words, of the
-    files among them, and of the folder that these are in. Raises a PolicyError if there is no such program, or its
-    folder is too large.
+    `line` is the program and its arguments, as for a shell, but no shell runs it; words `NAME=VALUE` before the program
+    set its environment. It runs in `folder`, which then belongs to the program, or in the working folder. `clock`
+    returns seconds, to measure the time of games. `observation` is what it asked to see; `digest` covers its words, the
+    files among them, and `folder`, or else their folders below the working folder. Raises a PolicyError if there is no
+    such program, or its folder is too large.
     """
 
     answers = "density"
@@ -133,7 +133,7 @@ class Program:
             raise self._pipe.fault(f"asked to see what there is not: {error}") from error
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
-        """Begin new games, with a program that ended started again; raise a ForfeitError if it failed the greeting."""
+        """Begin new games, and restart a program that ended; raise a ForfeitError if it failed the greeting."""
         if self._key not in _FAILED and self._pipe.is_over:
             self._open()
         if (fault := _FAILED.get(self._key)) is not None:
@@ -143,7 +143,7 @@ class Program:
             self._pipe.send({"begin": row, "seed": int(np.random.default_rng(seed).integers(2**31))})
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return n densities (n, A, A) that the program answers; raise a ForfeitError for a wrong one, and end it."""
+        """Return the program's densities (n, A, A); if one is invalid or late, end it and raise a ForfeitError."""
         first, densities = self._turn, []
         self._clock.start()
         for place, row in enumerate(rows.tolist()):
@@ -242,7 +242,7 @@ def _greeting(config: GameConfig) -> dict[str, Any]:
 
 
 def _plain(seen: Any) -> Any:
-    """Return an observation as lists; floats have six digits, which JSON writes short."""
+    """Return an observation as lists; floats have six decimals, to keep JSON short."""
     if isinstance(seen, dict):
         return {name: _plain(values) for name, values in seen.items()}
     return seen.tolist() if seen.dtype.kind in "iu" else np.round(seen.astype(np.float64), 6).tolist()
@@ -254,7 +254,7 @@ def _shown(told: Any) -> str:
 
 
 class Pipe:
-    """A program that runs, and the lines to and from it; threads keep either side from waiting for ever."""
+    """A running program, and the lines to and from it; threads keep either side from blocking."""
 
     def __init__(self, name: str, words: list[str], environment: dict[str, str], place: Path) -> None:
         self._name = name
@@ -302,14 +302,14 @@ class Pipe:
         return self._fault is not None
 
     def receive(self, what: str, seconds: float | None = None) -> dict[str, Any]:
-        """Return the next object that the program writes; wait `SECONDS` if not given."""
+        """Return the next object that the program writes; wait `SECONDS` by default."""
         seconds = SECONDS if seconds is None else seconds
         try:
             self._requests.put(True)
             line = self._inbox.get(timeout=seconds)
         except queue.Empty:
             raise self.fault(f"must {what} within {seconds:g} s") from None
-        except BaseException:  # an alarm: what comes later is no answer to what is asked next
+        except BaseException:  # an alarm: a late line must not answer the next request
             self.fault(f"was interrupted when it had to {what}")
             raise
         if len(line) > LINE_BYTES:
@@ -331,7 +331,7 @@ class Pipe:
             return "closed its output"
         if status >= 0:
             return f"ended with status {status}"
-        named = {entry.value: entry.name for entry in signal.Signals}  # those for real time have no names
+        named = {entry.value: entry.name for entry in signal.Signals}  # real-time signals have no names
         return f"ended by signal {named.get(-status, -status)}"
 
     def fault(self, what: str) -> ForfeitError:
@@ -367,14 +367,14 @@ def _guard(process: int) -> subprocess.Popen[bytes] | None:
 
 
 def _write(stream: IO[bytes], outbox: queue.SimpleQueue[bytes | None]) -> None:
-    with contextlib.suppress(OSError), stream:  # if it reads no more, its missing answer will tell
+    with contextlib.suppress(OSError), stream:  # if it reads no more, its answer will be missing
         while (line := outbox.get()) is not None:
             stream.write(line)
             stream.flush()
 
 
 def _read_lines(stream: IO[bytes], requests: queue.SimpleQueue[bool], inbox: queue.SimpleQueue[bytes]) -> None:
-    """Read a line for each request, at most a byte longer than is allowed, and an empty one at the end."""
+    """Read a line for each request, at most a byte longer than allowed; at the end, an empty one."""
     with stream:
         while requests.get():
             inbox.put(stream.readline(LINE_BYTES + 1))

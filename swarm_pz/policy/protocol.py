@@ -14,16 +14,16 @@ from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.observation import Observations
 
 ANY = "any"
-"""The `answers` of a policy for every kind, until `for_system` names its team's system."""
+"""The `answers` of a policy that can return every kind, until `for_system` gets its team's system."""
 
 
 @runtime_checkable
 class Policy(Protocol):
     """Plays one side of many games at once: observations in, commands out.
 
-    Its attribute `answers` is the kind of its commands, as control systems take it (`ControlSystem.takes`); without one
-    it answers densities. A policy that can answer several kinds has a method `for_system`, from the control system
-    that flies its team to the policy that commands it, which `swarm_pz.policy.load` calls.
+    Its attribute `answers` is the kind of its commands (see `ControlSystem.takes`), by default densities. A policy
+    with several kinds has a method `for_system`, called by `swarm_pz.policy.load`: it takes the control system that
+    flies the team, and returns the policy that commands it.
 
     An object may keep a state or a random stream for each row, so it belongs to one environment at a
     time: give another environment another object.
@@ -36,7 +36,7 @@ class Policy(Protocol):
         """Begin new games in some rows, each with a random stream of its own."""
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Answer n observations of the games in `rows` with n commands: for most, densities (n, A, A) in [0, 1]."""
+        """Return n commands for n observations of the games in `rows`: usually densities (n, A, A) in [0, 1]."""
 
 
 @runtime_checkable
@@ -47,7 +47,7 @@ class PrivilegedPolicy(Protocol):
         """Begin new games in some rows, each with a random stream of its own."""
 
     def plan(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Answer the games in `rows` (n,), from the sides `teams` (n,), with densities (n, A, A) in [0, 1]."""
+        """Return commands (n, ...) of the kind `answers` for the sides `teams` (n,) of the games `rows` (n,)."""
 
 
 Player = Policy | PrivilegedPolicy

@@ -29,11 +29,11 @@ INK: Colour = (33, 37, 41)
 LEVELS = (0.5, 1.2, 2.0, 4.0, 8.0)
 """Densities at which shades change and lines run, in multiples of uniform coverage; uniform coverage is between two."""
 _FAINT, _SIGNED, _TINTED = 200, 191, 0.13
-"""Strengths: of ground just below capture and of signs on ground that captures, of 255; of a target's inside, of 1."""
+"""Strengths of ground just below capture and of signs on capturing ground (of 255), and of a target's inside (of 1)."""
 _APART, _DASH, _LARGEST = 7, 6, 1024
-"""Pixels from one sign of such ground to the next, of a dash, and of the largest arena that there are signs for."""
+"""Pixels from one such sign to the next, of a dash, and of the side of the largest arena with signs."""
 _FINE = 2
-"""Trails and arrows are drawn so many times as large and averaged, which smooths edges."""
+"""Trails and arrows are drawn this many times larger and averaged, which smooths edges."""
 
 
 class Canvas:
@@ -53,7 +53,7 @@ class Canvas:
         return Canvas(plane.copy() for plane in self._planes)
 
     def lay(self, colour: Colour, mask: Any, place: tuple[int, int] = (0, 0)) -> None:
-        """Lay a colour over the picture, with the strength that a mask (mode L) has, its top left at a place."""
+        """Lay a colour over the picture, with the strength of a mask (mode L), whose top left is at a place."""
         for plane, value in zip(self._planes, colour, strict=True):
             plane.paste(value, place, mask)
 
@@ -91,7 +91,7 @@ def blank(width: int, height: int) -> Canvas:
 
 
 def paint_fields(arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
-    """Shade the ground, the stronger a team's field is."""
+    """Shade the ground, more where a team's field is stronger."""
     image_module = _image()
     bicubic, nearest = image_module.Resampling.BICUBIC, image_module.Resampling.NEAREST
     for team, colour in enumerate(GROUND_COLOURS):
@@ -99,14 +99,14 @@ def paint_fields(arena: Canvas, simulator: Simulator, row: int, side: int) -> No
         if field.any():
             share = np.minimum(field / (field.max() * simulator.config.capture.threshold), 1.0)
             faint = image_module.fromarray((_FAINT * share[::-1] ** 2).astype(np.uint8))
-            # Half as fine is fine enough for what changes so slowly.
+            # Half the resolution is enough: fields vary slowly.
             arena.lay(colour, faint.resize((side // 2, side // 2), bicubic).resize((side, side), nearest))
 
 
 def paint_captures(
     arena: Canvas, simulator: Simulator, row: int, side: int, teams: Sequence[int] = (RED, BLUE)
 ) -> None:
-    """Paint the ground where teams capture, cell by cell, as the rule has it."""
+    """Paint the ground where teams capture, cell by cell, as the rule says."""
     for team in teams:
         ground = simulator.captures_here[row, team][::-1]
         if not ground.any():
@@ -120,7 +120,7 @@ def paint_captures(
 
 
 def paint_ground(picture: Canvas, team: int, inside: Any, place: tuple[int, int]) -> None:
-    """Paint ground where a team captures, where a mask is 255: tinted, striped or dotted, and edged."""
+    """Paint ground where a team captures (a mask of 255): tinted, striped or dotted, and edged."""
     chops, filters = require_extra("PIL.ImageChops", "render"), require_extra("PIL.ImageFilter", "render")
     edge = chops.subtract(inside, inside.filter(filters.MinFilter(5)))
     left, top = (edge % _APART for edge in place)
@@ -154,7 +154,7 @@ def outline(team: int, density: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def lines(image: NDArray[np.float64], levels: ArrayLike, widths: ArrayLike) -> NDArray[np.float64]:
-    """Return 1 on the lines of an image's (cells, cells) levels, so many cells wide, and 0 elsewhere."""
+    """Return 1 on contour lines of an image (cells, cells) at `levels`, `widths` cells wide, and 0 elsewhere."""
     per_cell, strength = cells_per_unit(image), np.zeros_like(image)
     for level, width in np.broadcast(levels, widths):
         np.maximum(strength, width / 2 + 0.5 - np.abs((image - level) * per_cell), out=strength)
@@ -162,13 +162,13 @@ def lines(image: NDArray[np.float64], levels: ArrayLike, widths: ArrayLike) -> N
 
 
 def cells_per_unit(image: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distance in cells, to first order, at which an image is higher by 1."""
+    """Return the distance in cells, to first order, over which an image rises by 1."""
     by_y, by_x = np.gradient(image)
     return np.asarray(1.0 / np.maximum(np.hypot(by_x, by_y), 1e-6))
 
 
 def mask_of(strength: NDArray[np.floating[Any]], side: int) -> Any:
-    """Turn strengths (cells, cells) in [0, 1], row 0 at the bottom, into a mask of so many pixels a side."""
+    """Turn strengths (cells, cells) in [0, 1], row 0 at the bottom, into a mask of `side` pixels a side."""
     image_module = _image()
     mask = image_module.fromarray(np.round(255 * strength[::-1]).astype(np.uint8))
     return mask.resize((side, side), image_module.Resampling.BICUBIC)
@@ -176,7 +176,7 @@ def mask_of(strength: NDArray[np.floating[Any]], side: int) -> Any:
 
 @contextmanager
 def smoothly(arena: Canvas, colour: Colour, side: int) -> Iterator[tuple[Any, int]]:
-    """Yield a pen (of Pillow) whose strokes of 255 are laid with a colour, and the fineness of its pixels."""
+    """Yield a Pillow pen, whose strokes of 255 are laid in a colour, and its scale."""
     mask = _image().new("L", (side * _FINE, side * _FINE))
     yield require_extra("PIL.ImageDraw", "render").Draw(mask), _FINE
     arena.lay(colour, mask.reduce(_FINE))
@@ -193,7 +193,7 @@ def font(size: float) -> Any:
 
 @lru_cache(maxsize=64)
 def _written(text: str, size: float, anchor: str) -> tuple[Any, tuple[int, int]]:
-    """Write a text into a mask of its size; return that and where it lies, seen from the anchor."""
+    """Write a text into a mask of its size; return it and its offset from the anchor."""
     left, top, right, bottom = (int(edge) for edge in font(size).getbbox(text, anchor=anchor))
     mask = _image().new("L", (max(right - left, 1), max(bottom - top, 1)))
     pen = require_extra("PIL.ImageDraw", "render").Draw(mask)
@@ -202,7 +202,7 @@ def _written(text: str, size: float, anchor: str) -> tuple[Any, tuple[int, int]]
 
 
 def shorten(text: str, size: float, width: float) -> str:
-    """Cut a text until it is no wider than so many pixels."""
+    """Cut a text until it is at most `width` pixels wide."""
     if font(size).getlength(text) <= width:
         return text
     while text and font(size).getlength(text + "…") > width:

@@ -1,6 +1,6 @@
 """Drones and their trails, as pictures of the board show them.
 
-A drone's shadow shows its altitude: the higher, the farther off and the larger.
+A drone's shadow shows its altitude: higher drones have larger shadows, farther off.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from swarm_pz.rendering.board import INK, TEAM_COLOURS, Canvas, blank, smoothly
 from swarm_pz.simulator import Simulator
 
 LONGEST_LINE = 300
-"""Most ticks of a trail that are drawn: lines of a whole game would hide it."""
+"""Most ticks of a trail that are drawn: a whole game of lines would hide the board."""
 _DRONE = 6.5 / 600
 """A drone's radius, in map widths."""
 _PHASES = 4
-"""Places within a pixel, along each axis, at which drones are drawn."""
+"""Positions within a pixel, along each axis, at which drones are drawn."""
 _FINENESS = 2 * _PHASES
-"""Drones are drawn so many times as large and averaged, which smooths edges."""
+"""Drones are drawn this many times larger and averaged, which smooths edges."""
 _OUTLINE, _DIAMOND = 9.0 / 6.5, 1.25
 """Reach of a drone's white outline, and of a diamond's corners, in its radii."""
 _NEAR, _FAR = 0.4, 1.2
-"""Radii that a shadow is off along each axis: of a drone on the ground, and more for one at altitude 1."""
+"""A shadow's offset along each axis, in radii: on the ground, and its growth up to altitude 1."""
 _GROWN, _SOFT = 0.3, 0.3
 """Growth of a shadow up to altitude 1, and softness of its edge, in its radii."""
 _SHADOW, _LEVELS = 90, 8
-"""Strength of a shadow, of 255, and the sizes that it is drawn in."""
+"""Strength of a shadow, of 255, and the steps of its size."""
 _BANDS = 8
-"""Strengths of a trail."""
+"""Strengths in a trail."""
 _ROUNDING = 15
-"""A trail knows cells, not points: averaging over so many ticks rounds its corners."""
+"""A trail stores cells, not points: averaging over this many ticks rounds its corners."""
 
 
 def paint_trails(arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
@@ -72,7 +72,7 @@ def _paths(simulator: Simulator, row: int) -> NDArray[np.float64]:
     window = min(_ROUNDING, len(cells))
     if not window:
         return np.empty((0, simulator.config.num_drones, 2))
-    gaps = cells < 0  # what was forgotten, or left while the drone had failed
+    gaps = cells < 0  # forgotten, or while the drone had failed
     places = (np.stack([cells % GRID_CELLS, cells // GRID_CELLS], axis=-1) + 0.5) / GRID_CELLS
     sums = np.cumsum(np.concatenate([np.zeros((1, *places.shape[1:])), places]), axis=0)
     paths = np.concatenate([(sums[window:] - sums[:-window]) / window, simulator.positions[row][None]])
@@ -93,7 +93,7 @@ def paint_drones(arena: Canvas, simulator: Simulator, row: int, side: int) -> No
 
 
 def put_drone(picture: Canvas, team: int, x: float, y: float, side: int) -> None:
-    """Draw a drone with its centre at a place in pixels, as large as it is on an arena of so many pixels."""
+    """Draw a drone with its centre at a place in pixels, as large as on an arena of `side` pixels."""
     place, phases = _placed(x, y)
     drone, mask = _drone(team, side, *phases)
     reach = mask.width // 2
@@ -109,14 +109,14 @@ def _put_shadow(arena: Canvas, team: int, x: float, y: float, altitude: float, s
 
 
 def _placed(x: float, y: float) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the pixel of a place, and how many phases off it the place is."""
+    """Return the pixel of a place, and the place's offset from it in phases."""
     (column, x_phase), (line, y_phase) = divmod(round(x * _PHASES), _PHASES), divmod(round(y * _PHASES), _PHASES)
     return (column, line), (x_phase, y_phase)
 
 
 @cache
 def _drone(team: int, side: int, x: int, y: int) -> tuple[Canvas, Any]:
-    """Draw a drone so many phases off the middle pixel's top left corner."""
+    """Draw a drone at an offset (x, y), in phases, from the middle pixel's top left corner."""
     radius = _DRONE * side
     reach = int(radius * _OUTLINE * _DIAMOND) + 2
     around, body = (_shape(team, radius * grown, reach, x, y).reduce(_FINENESS) for grown in (_OUTLINE, 1.0))
@@ -127,7 +127,7 @@ def _drone(team: int, side: int, x: int, y: int) -> tuple[Canvas, Any]:
 
 @cache
 def _shadow(team: int, side: int, level: int, x: int, y: int) -> Any:
-    """Draw a shadow as a mask, its centre as that of a drone is."""
+    """Draw a shadow as a mask, with its centre as in `_drone`."""
     radius = _DRONE * side * (1.0 + _GROWN * level / _LEVELS)
     blur = _SOFT * radius
     mask = _shape(team, radius, int(radius * _DIAMOND + 3 * blur) + 2, x, y)
@@ -136,7 +136,7 @@ def _shadow(team: int, side: int, level: int, x: int, y: int) -> Any:
 
 
 def _shape(team: int, radius: float, reach: int, x: int, y: int) -> Any:
-    """Draw a disc or a diamond, `_FINENESS` times as large, into a mask that reaches so many pixels to each side."""
+    """Draw a disc or a diamond, `_FINENESS` times as large, into a mask that reaches `reach` pixels to each side."""
     side = 2 * reach * _FINENESS
     mask = require_extra("PIL.Image", "render").new("L", (side, side))
     pen = require_extra("PIL.ImageDraw", "render").Draw(mask)

@@ -1,7 +1,7 @@
 """Overlays: a team's target, its coverage, its capture ground, and the potential that pushes its drones.
 
-Densities are in multiples of uniform coverage, and cut at the same levels for targets and coverage, so
-that lines of a team's coverage can be laid over the shades of its target.
+Densities are in multiples of uniform coverage. Targets and coverage have the same levels, so that lines of a
+team's coverage can be laid over the shades of its target.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import at_work, potential, reconstruct, shared_coefficients
 
 _CELLS = 300
-"""Cells a side in which layers are computed; masks twice as fine are interpolated."""
+"""Cells a side in which layers are computed; they are interpolated to pixels."""
 _STRENGTHS = (0.1, 0.22, 0.34, 0.46, 0.58)
 _WIDTHS = (0.8, 1.4, 2.2, 3.2, 4.4)
-"""Pixels, of 600; what is interpolated looks thinner by 0.6."""
+"""Pixels, of 600; interpolated lines look thinner by 0.6."""
 _GREY = (120, 126, 132)
 _ARROWS = 13
 """Arrows a side."""
@@ -76,7 +76,7 @@ class Coverage(_OfTeam):
     """Lines of a team's coverage in its controller's memory and look-ahead."""
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
-        """Draw a line at each level, the wider the denser."""
+        """Draw a line at each level, wider where it is denser."""
         if not len(at_work(simulator, row, self.team)):
             return
         density = reconstruct(shared_coefficients(simulator, row, self.team), _CELLS, smooth=True)
@@ -97,7 +97,7 @@ class Captures(_OfTeam):
     """The ground where a team captures, as the board without overlays shows it."""
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
-        """Paint it cell by cell."""
+        """Paint the ground cell by cell."""
         paint_captures(arena, simulator, row, side, [self.team])
 
     def explain(self, picture: Any, x: int, y: int) -> None:
@@ -111,10 +111,10 @@ class Captures(_OfTeam):
 
 
 class Potential(_OfTeam):
-    """Grey hills, lines of equal height, and arrows down them, in which a team's drones are pushed."""
+    """Grey hills with contour lines, and arrows along which a team's drones are pushed."""
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
-        """Draw the landscape, and arrows along its falling gradient, the longer the steeper."""
+        """Draw the landscape, and arrows down its gradient, longer where it is steeper."""
         if not len(at_work(simulator, row, self.team)):
             return
         heights, _ = potential(simulator, row, self.team, _CELLS)
@@ -170,7 +170,7 @@ def make_overlays(kinds: Sequence[str], teams: Sequence[int]) -> list[Overlay]:
 
 
 def _shades(image: NDArray[np.float64], levels: Sequence[float], shades: Sequence[float]) -> NDArray[np.float64]:
-    """Return the shade of the highest level that an image (cells, cells) is above; edges are a cell wide."""
+    """Return the shade of the highest level below an image (cells, cells); edges are a cell wide."""
     per_cell, strength, last = cells_per_unit(image), np.zeros_like(image), 0.0
     for level, shade in zip(levels, shades, strict=True):
         strength += (shade - last) * np.clip((image - level) * per_cell + 0.5, 0.0, 1.0)

@@ -42,7 +42,7 @@ METADATA: dict[str, Any] = {
 
 
 class Layout(NamedTuple):
-    """Pixels of a picture: the arena's side (even), beside, above and below it; letters of header and legend."""
+    """Pixels of the arena's side (even), of the space beside, above and below it, and of text in header and legend."""
 
     arena: int
     margin: int
@@ -65,7 +65,7 @@ class Overlay(Protocol):
     """A layer on the ground, beneath trails and drones, with an entry in a legend below the arena."""
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
-        """Paint one game onto an arena of so many pixels a side, in which y = 1 is at the top."""
+        """Paint one game onto an arena of `side` pixels a side, with y = 1 at the top."""
 
     def explain(self, picture: Any, x: int, y: int) -> None:
         """Draw the entry into a picture (of Pillow), within ENTRY_WIDTH x ENTRY_HEIGHT pixels from (x, y)."""
@@ -74,8 +74,8 @@ class Overlay(Protocol):
 class Painter:
     """Draws moments of games, one after the other, with the `names` of red's and blue's players.
 
-    `targets` outlines both targets, in place of shades of the fields, and explains the signs below. `overlays` are on
-    the ground, the lowest first, in place of targets and captures. Raises MissingExtraError if Pillow is not installed.
+    `targets` outlines both targets instead of shading the fields, and adds a legend below. `overlays`, the lowest
+    first, replace targets and captures on the ground. Raises MissingExtraError if Pillow is not installed.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class Painter:
         arena.write(shorten(text, size, side - 2 * reach), (middle, middle), size, colour, "mm")
 
     def _ground_of(self, simulator: Simulator, row: int) -> Canvas:
-        """Return the ground with the outlines of both targets, which are drawn when one changes."""
+        """Return the ground with the outlines of both targets, redrawn when one changes."""
         if self._targets and self._shown != (shown := simulator.games.coefficients[row].tobytes()):
             side = self._layout.arena
             self._ground, self._shown = blank(side, side), shown
@@ -230,7 +230,7 @@ class Screen:
         if mode is not None and mode not in modes:
             raise ConfigError(f"there is no render mode {mode!r}; {nearest(str(mode), modes)}")
         self._mode, self._simulator, self._row = mode, simulator, row
-        # A step's frames and the one before it: whoever never asks for them must not fill the memory.
+        # A step's frames and the one before it, so that frames nobody fetches do not fill the memory.
         frames_per_step = simulator.config.step_ticks // TICKS_PER_CONTROL_PERIOD
         self._frames: deque[NDArray[np.uint8]] = deque(maxlen=frames_per_step + 1)
         self._window: Any = None
@@ -253,7 +253,7 @@ class Screen:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """The environment's metadata, with the frame rate that this mode really gives."""
+        """The environment's metadata, with the actual frame rate of this mode."""
         is_fast = self._mode in (None, "human", "rgb_array_list")
         return METADATA | ({} if is_fast else {"render_fps": 1 / self._simulator.config.command_period})
 

@@ -45,7 +45,7 @@ class Window:
         self._clock.tick(self._rate)
 
     def refresh(self) -> None:
-        """Answer the desktop, so that the window does not count as hung."""
+        """Handle events, so that the desktop does not call the window hung."""
         self._pygame.event.pump()
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
-"""From command to target: a coarse density image becomes a density on the square.
+"""Targets from commands: a coarse density image becomes a density on the square.
 
-A command's values stand at the centres of its cells; between them the density is their bilinear
-interpolation, constant beyond the outer centres, normalised to integrate to 1.
+A command holds the values at the centres of its cells. The density is their bilinear interpolation, constant
+beyond the outer centres, normalised to integrate to 1.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from swarm_pz.kernels.fourier import Aims, make_targets
 
 @dataclass(frozen=True, slots=True)
 class CheckedCommands:
-    """Commands that have been checked; no function checks them again.
+    """Commands whose values have been checked; no function checks the values again.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ def coefficient_matrix(modes: int, cells: int) -> NDArray[np.float64]:
 
 
 def hats(places: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
-    """Linear interpolation weights of places in [0, cells - 1], shape (places, cells)."""
+    """Return linear interpolation weights (places, cells) of places in [0, cells - 1]."""
     return np.maximum(0.0, 1.0 - np.abs(places[:, None] - np.arange(cells)))
 
 

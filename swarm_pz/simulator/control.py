@@ -38,7 +38,7 @@ class Control:
     Attributes
     ----------
     numbers : (int, int)
-        The values of `Games.flown_by` for the first and the second of the pair.
+        The values of `Games.flown_by` for the first and the second of `controllers`.
     systems : dict
         The systems by these numbers.
     command_shape : tuple of int
@@ -46,7 +46,7 @@ class Control:
     is_given : bool
         True if a team is flown by another system than the ergodic controller.
     solves : bool
-        True if a system of Python's flies, and not the kernels alone.
+        True if the `solve` of a system flies, and not the kernels alone.
     """
 
     def __init__(self, config: GameConfig) -> None:
@@ -68,13 +68,13 @@ class Control:
 
     @property
     def room(self) -> int:
-        """Numbers that a command takes, where others than the ergodic controller fly; else 0."""
+        """Length of a command if a system other than the ergodic controller flies; else 0."""
         return math.prod(self.command_shape) if self.is_given else 0
 
     # --- commands -----------------------------------------------------------------------------
 
     def defaults(self, flown_by: NDArray[np.int8]) -> NDArray[np.float64]:
-        """Return the commands (n, 2, room) in force at the start of games that are flown by these (n, 2)."""
+        """Return the commands (n, 2, room) at the start, for teams that the systems `flown_by` (n, 2) fly."""
         commands = np.zeros((*flown_by.shape, self.room))
         for number, system in self.systems.items():
             if self.room:
@@ -83,7 +83,7 @@ class Control:
         return commands
 
     def pack(self, commands: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return commands (n, ...) of one system in the shape that all have among others, (n, *command_shape)."""
+        """Return commands (n, ...) of one system, padded to the shape that all share, (n, *command_shape)."""
         if commands.shape[1:] == self.command_shape:
             return commands
         packed = np.zeros((len(commands), *self.command_shape))
@@ -91,18 +91,18 @@ class Control:
         return packed
 
     def unpack(self, packed: NDArray[np.float64], number: int) -> NDArray[np.float64]:
-        """Undo `pack`: return commands (n, ...) of the shape that a system has them in."""
+        """Undo `pack`: return commands (n, ...) in the shape of a system."""
         shape = self._shapes[number]
         flat = packed.reshape(len(packed), -1)[:, : math.prod(shape)]
         return np.ascontiguousarray(flat).reshape(len(packed), *shape)
 
     def parse(self, commands: Any, flown_by: NDArray[np.int8], name: str) -> NDArray[np.float64]:
-        """Return checked commands (n, *command_shape), written as people do, one for each system in `flown_by` (n,).
+        """Return checked commands (n, *command_shape) from any forms that the systems `flown_by` (n,) can parse.
 
         Raises
         ------
         CommandError
-            If one is not of its system's space.
+            If one is not in its system's space.
         """
         if not self.is_given:
             return check_densities(commands, (len(flown_by), *self._densities), name)
@@ -119,14 +119,14 @@ class Control:
     def read(
         self, answer: Any, games: Games, rows: NDArray[np.int64], teams: ArrayLike, kind: str, name: str
     ) -> NDArray[np.float64]:
-        """Return checked commands (n, *command_shape) of one kind, for teams (one, or one each) of the rows (n,).
+        """Return checked commands (n, *command_shape) of one kind, for one team or a team each of the rows (n,).
 
         Raises
         ------
         CommandError
-            If a system does not take that kind, or the commands are not of its space.
+            If a system does not take that kind, or the commands are not in its space.
         FlightError
-            If a system that serves densities fails to.
+            If a system fails to convert densities.
         """
         count = len(rows)
         if kind == "density" and not self.is_given:
@@ -154,7 +154,7 @@ class Control:
             return self.pack(self._in_shape(self.systems[number].parse_all(answer, count, self.config, name), number))
 
     def _in_shape(self, commands: NDArray[np.float64], number: int) -> NDArray[np.float64]:
-        """Return commands (n, ...) as a system has read them, which must be of the shape of its space."""
+        """Return commands (n, ...) of a system; raise a TypeError unless they are float64 of its space's shape."""
         if commands.shape[1:] != self._shapes[number] or commands.dtype != np.float64:
             raise TypeError(
                 f"commands must be float64 of shape {self._shapes[number]}, not {commands.dtype} of shape "
@@ -165,7 +165,7 @@ class Control:
     def check_sizes(
         self, packed: NDArray[np.float64], flown_by: NDArray[np.int8], sizes: NDArray[np.int64], name: str
     ) -> None:
-        """Refuse commands (n, *command_shape) that teams of so many drones (n,) cannot fly.
+        """Refuse commands (n, *command_shape) that teams of `sizes` (n,) drones cannot fly.
 
         Raises
         ------
@@ -178,7 +178,7 @@ class Control:
                 self.systems[number].check_sizes(own, sizes[chosen], self.config, name)
 
     def _by_system(self, flown_by: NDArray[np.int8]) -> Iterator[tuple[int, NDArray[np.int64]]]:
-        """Yield each system's number, and the places of what it flies."""
+        """Yield each system's number, and the indices in `flown_by` (n,) at which it flies."""
         for number in self.systems:
             places = (flown_by == number).nonzero()[0]
             if len(places):
@@ -201,7 +201,7 @@ class Control:
                 shown = self.unpack(commands[chosen, place], number)
                 if system.takes != "density":
                     if type(system).to_densities is ControlSystem.to_densities:
-                        continue  # it asks for no place
+                        continue  # uniform, as `densities` is
                     said, shape = "cannot show its commands as densities: they", (len(chosen), *self._densities)
                     with flight_errors(team, system, rows[chosen]):
                         shown = check_densities(system.to_densities(shown, self.config), shape, said)
@@ -211,12 +211,12 @@ class Control:
     # --- flying -------------------------------------------------------------------------------
 
     def fly(self, games: Games, rows: NDArray[np.int64], team: int) -> None:
-        """Store a team's accelerations of the control period that begins, as the systems of Python's choose them.
+        """Store the accelerations that systems with a `solve` choose for a team in the control period that begins.
 
         Raises
         ------
         FlightError
-            If a system raises, returns other than finite accelerations, or is slower than the game.
+            If a system raises, returns invalid accelerations, or is slower than the game.
         """
         for number, chosen in self._by_system(games.flown_by[rows, team]):
             if number >= GIVEN:
@@ -225,7 +225,7 @@ class Control:
     def _solve(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> None:
         system = self.systems[number]
         flight = self.flight_of(games, rows, team, number)
-        own = flight.own.copy()  # a system that writes there flies no more drones for it
+        own = flight.own.copy()  # a system may write into its flight
         may_compile = not self._spent[number]
         began, busy = time.perf_counter(), time.thread_time()
         with flight_errors(team, system, rows):
@@ -269,11 +269,11 @@ class Control:
     ) -> None:
         """Store the time of a solve, and raise if the system is slower than the game.
 
-        It is if its mean processor time is too long, or every single solve: one may have waited for a busy machine.
-        Solves that began before any had ended may have compiled, and count as nothing.
+        It is slower if its mean processor time is too long, or if every solve takes too long: one may have waited for a
+        busy machine. Solves that began before the first had ended may have compiled, and count as 0 s.
         """
         spent, period = self._spent[number], CONTROL_PERIOD * len(rows)
-        with _TIMING:  # the simulator's threads fly games of their own with the same systems
+        with _TIMING:  # the simulator's threads share the systems
             spent.append((seconds / period, busy / period))
             if len(spent) < _SOLVES:
                 return
@@ -361,7 +361,7 @@ def serve_densities(
     Raises
     ------
     CommandError
-        If it cannot serve densities; whatever it raises passes through.
+        If it does not take densities; errors that it raises pass through.
     """
     served = serve(system, densities, config)
     if served is None:

@@ -26,10 +26,10 @@ def at_work(simulator: Simulator, row: int, team: int) -> NDArray[np.int64]:
 
 
 def shared_coefficients(simulator: Simulator, row: int, team: int) -> NDArray[np.float64]:
-    """Return the coverage cbar_k (K, K) of a team in a solve now: steps 1 to 4 of the controller; cbar_0 = 1.
+    """Return the coverage cbar_k (K, K) of a team if it solved now: steps 1 to 4 of the controller; cbar_0 = 1.
 
-    Of every drone c_k = (m_k + sum_h F_k(x_h)) / (w + H): its memory, decayed once and extended by the present, and the
-    points of its plan. cbar is the mean over the team's drones at work, whatever each of them hears.
+    Each drone has c_k = (m_k + sum_h F_k(x_h)) / (w + H), from its memory (decayed once and extended by the present)
+    and its look-ahead. cbar is the mean over the team's drones at work, even if they do not hear each other.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def shared_coefficients(simulator: Simulator, row: int, team: int) -> NDArray[np
 
 
 def reconstruct(coefficients: ArrayLike, cells: int, *, smooth: bool = False) -> NDArray[np.float64]:
-    """Return the density that coefficients stand for, as far as its modes tell.
+    """Return the density that has these coefficients, as far as the modes determine it.
 
     A density p has the coefficients c_k = integral of p F_k, so that p = sum_k c_k F_k / h_k^2 with
     h_k^2 = integral of F_k^2: 1 for k = (0, 0), 1/2 where one of k1 and k2 is 0, 1/4 elsewhere. Where
@@ -67,8 +67,8 @@ def reconstruct(coefficients: ArrayLike, cells: int, *, smooth: bool = False) ->
     cells : int
         Cells a side of the image.
     smooth : bool
-        Weigh the modes by (1 - k1/K)(1 - k2/K). These means of Fejer are p seen through a window
-        about 1/K wide which is nowhere negative: no ripples, at the cost of detail.
+        Weigh the modes by (1 - k1/K)(1 - k2/K). These Fejer means are p smoothed by a window about 1/K
+        wide that is nowhere negative: no ripples, less detail.
 
     Returns
     -------
@@ -85,10 +85,10 @@ def reconstruct(coefficients: ArrayLike, cells: int, *, smooth: bool = False) ->
 
 
 def potential(simulator: Simulator, row: int, team: int, cells: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the landscape that a team's drones are pushed down, and its gradient.
+    """Return the potential that a team's drones descend, and its gradient.
 
     sum_k q Lambda_k (cbar_k - phi_k) F_k with `shared_coefficients` for cbar: high where the team
-    has been more than it was asked to. The cost of coming close to a wall is left out.
+    has spent more time than its target asks. The wall cost is left out.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""OpenMP's threads, PyTorch's among them: idle ones sleep, which leaves the processor's cores to the game."""
+"""Sleep of idle OpenMP threads, PyTorch's among them, which leaves the processor's cores to the game."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ import threading
 
 
 def limit_spinning() -> None:
-    """Let PyTorch's threads sleep soon between two operations, whether it is imported already or not.
+    """Let PyTorch's threads sleep soon between two operations, whether or not PyTorch is imported already.
 
-    By default they spin: they wait in a busy loop. Nothing happens where the user has chosen otherwise by
-    `GOMP_SPINCOUNT` or `OMP_WAIT_POLICY`.
+    By default they spin: they wait in a busy loop. A user's choice by `GOMP_SPINCOUNT` or `OMP_WAIT_POLICY` is kept.
     """
     if "GOMP_SPINCOUNT" in os.environ or "OMP_WAIT_POLICY" in os.environ:
         return
@@ -25,7 +24,7 @@ def limit_spinning() -> None:
 
 
 def _outnumber_cores(openmp: ctypes.CDLL) -> None:
-    """Keep more sleeping threads than there are cores: GNU's OpenMP then spins briefly, by its GOMP_SPINCOUNT."""
+    """Keep more sleeping threads than there are cores: GNU's OpenMP then spins briefly (see its GOMP_SPINCOUNT)."""
     parallel = openmp.GOMP_parallel
     count, nothing = openmp.omp_get_num_procs() + 1, ctypes.cast(openmp.omp_get_level, ctypes.c_void_p)
     started = threading.Event()

@@ -1,4 +1,4 @@
-"""From a configuration to the numbers of the rules that the kernels take; controllers make theirs themselves."""
+"""Conversion of a configuration to the numbers of the rules for kernels; controllers convert their own."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ENDLESS = 2**40
 
 def boards_of(config: GameConfig) -> Boards:
     """Return the empty boards that a game begins with."""
-    # What is compiled must not depend on a game's length, so trails as long as it count as the longest.
+    # Compiled types must not depend on a game's length, so trails as long as the game count as endless.
     trail_ticks = config.trail_ticks if config.memory.trail is not None else _ENDLESS
     return empty_boards(config.num_drones * trail_ticks)
 
@@ -70,7 +70,7 @@ def rule_variants(config: GameConfig) -> RuleVariants | None:
 
 
 def external_rules(config: GameConfig) -> tuple[RuleParameters, RuleVariants]:
-    """Return the rules of drones that others move: they neither move nor fail by themselves, but may be set failed."""
+    """Return the rules of externally moved drones: kernels neither move them nor let them fail; `failed` may be set."""
     still = rule_parameters(config)._replace(tick=np.float32(0.0), drift=np.float32(0.0), min_speed=np.float32(0.0))
     can_fail = config.dynamics.replace(failure_rate=1.0, min_speed=0.0)
     variants = rule_variants(config.replace(dynamics=can_fail))
@@ -84,7 +84,7 @@ def check_finite(parameters: NamedTuple) -> None:
     Raises
     ------
     ConfigError
-        If one is not finite in the type that they take it in.
+        If one is not finite in the type that kernels take.
     """
     for name, value in parameters._asdict().items():
         if value is not None and not np.isfinite(value).all():

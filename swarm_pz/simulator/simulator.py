@@ -47,16 +47,16 @@ _RANGES = {
     "trails": (-1, GRID_CELLS**2 - 1),
     "peaks": (0, GRID_CELLS**2 - 1),
 }
-"""Of a snapshot's numbers: kernels find places in arrays by teams, trails and peaks."""
+"""Ranges of a snapshot's numbers: kernels index arrays by teams, trails and peaks."""
 
 
 class Simulator:
     """E = `num_games` independent games, advanced together by `threads`.
 
-    With `external_motion` somebody else writes positions, velocities and `failed` into `games` before each tick.
+    With `external_motion` the caller writes positions, velocities and `failed` into `games` before each tick.
 
-    Row e of a batch is the same game, bit for bit, as that game alone, whatever the number of
-    games or threads (on one kind of processor and one version).
+    Row e of a batch is bit for bit the same game as that game alone, for any number of games or threads (on one
+    kind of processor and one version).
 
     Examples
     --------
@@ -86,11 +86,11 @@ class Simulator:
         self._all_rows = np.arange(num_games)
         self._no_densities = np.zeros((0, 2, self.config.command_cells, self.config.command_cells))
         self._solved = np.full((num_games, 2), _NEVER, np.int64)
-        """(E, 2) ticks whose accelerations a control system of Python's has chosen already."""
+        """(E, 2) the tick for which the `solve` of a control system has last chosen accelerations."""
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
         self.shown = Shown(*(getattr(self.games, name) for name in Shown._fields))
-        """Those of them that are painted."""
+        """The arrays of `games` that observations show."""
         games, matrix = self.games, coefficient_matrix(self.config.controller.modes, self.config.command_cells)
         sent, mass = games.sent if self.config.tells_sending else None, self.config.controller.target_mass
         self._aims = Aims(games.targets, games.coefficients, sent, matrix, float(mass), holds=True)
@@ -101,7 +101,7 @@ class Simulator:
         return ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out machine code and threads, which no copy can have; it gets its own unless these have been ended."""
+        """Leave out machine code and threads, which cannot be copied; a copy starts its own threads unless closed."""
         return self.__dict__ | {"_pool": self._pool is not None, "_code": {}}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -170,7 +170,7 @@ class Simulator:
         swapped : bool or array_like of bool (n,)
             True where the pair `controllers` of the configuration is (blue, red).
         with_sizes : bool
-            The same for the pair `drones_per_team`.
+            Whether `swapped` holds for the pair `drones_per_team`, too.
 
         Raises
         ------
@@ -234,7 +234,7 @@ class Simulator:
         *,
         holds: bool = False,
     ) -> None:
-        """Send a team a command, which sets its target from the next solve on, even if unchanged.
+        """Send a team a command, even an unchanged one; it sets the team's target from the next solve on.
 
         Parameters
         ----------
@@ -245,7 +245,7 @@ class Simulator:
         rows : sequence of int, optional
             All games if not given.
         holds : bool
-            As in a step: a command that is in force already is held, not sent.
+            If True, a command that is in force already is held, not sent, as in a step.
 
         Raises
         ------
@@ -263,7 +263,7 @@ class Simulator:
         self._aim(values[:, None], chosen, np.array([team]), holds=holds)
 
     def _values_of(self, commands: CheckedCommands, games: tuple[int, ...]) -> NDArray[np.float64]:
-        """Return the values of commands; other shapes and types would make kernels read beyond the end."""
+        """Return the values of commands; check shape and type, since kernels could read beyond the end."""
         expected, values = (*games, *self.control.command_shape), np.ascontiguousarray(commands.values)
         if values.dtype != np.float64 or values.shape != expected:
             raise CommandError(
@@ -281,7 +281,7 @@ class Simulator:
     ) -> None:
         games = self.games
         if self.control.is_given:
-            pictures = self.control.pictures(games, commands, rows, teams)  # first: later nothing can go wrong
+            pictures = self.control.pictures(games, commands, rows, teams)  # first, since only this can fail
             asked, now = commands.reshape(*commands.shape[:2], self.control.room), (games.ticks, games.flown_by)
             take_up(asked, rows, teams, holds, *now, games.commands, games.former, games.commanded)
             commands = pictures
@@ -293,7 +293,7 @@ class Simulator:
         Parameters
         ----------
         ticks : int or array_like of int (E,)
-            Ticks of 1/30 s, for all games or for each its own; 0 leaves a game as it is.
+            Ticks of 1/30 s, for all games or for each one; 0 leaves a game as it is.
         commands : CheckedCommands (E, 2, *control.command_shape), optional
             Of red and blue, for the games that advance. A command that is in force already is held, not sent.
 
@@ -302,7 +302,7 @@ class Simulator:
         CommandError
             If a number of ticks is negative or not whole, or the commands are of another shape or type.
         FlightError
-            If a control system raises, answers nonsense, or is slower than the game; games stay where they are then.
+            If a control system raises, returns invalid accelerations, or is slower than its games, which stop there.
         """
         amounts = np.asarray(ticks)
         shape_fits = amounts.shape in ((), (self.num_games,))
@@ -324,7 +324,7 @@ class Simulator:
         self.for_rows(rows, work)
 
     def step(self, ticks: NDArray[np.int64], commands: CheckedCommands | None, report: Report) -> None:
-        """Advance the games that run by ticks (E,), as kernels alone can do it; see `step_games` for the report."""
+        """Advance the running games by ticks (E,) with kernels alone; see `step_games` for the report."""
         values = None if commands is None else self._values_of(commands, (self.num_games, 2))
         self.for_rows(self._all_rows, lambda part: self._step(part, ticks, values, report))
 
@@ -340,16 +340,16 @@ class Simulator:
         self.call(step_games, self.games, rows, ticks, *parameters, given, self._aims, report)
 
     def call(self, kernel: Callable[..., None], *arguments: Any) -> None:
-        """Call an entry point whose arguments have the same types at every call for these games; arrays in C order."""
+        """Call an entry point with arguments of the same types at every call for these games, and arrays in C order."""
         code = self._code.get(kernel)
         if code is None:
             code = self._code[kernel] = code_for(kernel, *arguments)
         code(*arguments)
 
     def solve(self, team: int, rows: ArrayLike | None = None) -> None:
-        """Choose a team's accelerations by its control system of Python's, where a control period begins.
+        """Choose a team's accelerations by the `solve` of its control system, where a control period begins.
 
-        `advance` does so itself; a call before may run in a thread, while others read the games. Raises as `advance`.
+        `advance` does so itself; an earlier call may run in a thread, while others read the games. Raises as `advance`.
         """
         chosen = self.rows(rows)
         self._solve(team, chosen[self.games.ticks[chosen] % self.rules.ticks_per_control_period == 0])
@@ -362,7 +362,7 @@ class Simulator:
         self._solved[due, team] = self.games.ticks[due]
 
     def _advance_by_periods(self, part: NDArray[np.int64], left: NDArray[np.int64]) -> None:
-        """Advance games by the ticks that are left (E,), from one solve to the next; `left` becomes zero."""
+        """Advance games by the ticks that are left (E,), from one solve to the next; count `left` down."""
         games, period = self.games, self.rules.ticks_per_control_period
         while len(part := part[(left[part] > 0) & ~self._are_decided(part)]):
             phase = games.ticks[part] % period
@@ -381,19 +381,19 @@ class Simulator:
         return are_decided(teams)
 
     def for_rows(self, rows: NDArray[np.int64], work: Callable[[NDArray[np.int64]], None]) -> None:
-        """Call a kernel for parts of the rows, in this simulator's threads; the first part's exception is raised."""
+        """Call `work` for parts of the rows in this simulator's threads; raise the first failing part's exception."""
         if self._pool is None or len(rows) < 2:
             if len(rows):
                 work(rows)
             return
-        # Games never share state. One part a thread, this one's among them: every hand-over costs.
+        # Games share no state. One part for each thread, this one included, since every hand-over costs time.
         parts = range(min(self.threads, len(rows)))
         own, *others = [np.ascontiguousarray(rows[first :: self.threads]) for first in parts]
         waiting = [self._pool.submit(work, part) for part in others]
         try:
             work(own)
         finally:
-            wait(waiting)  # nobody changes games any more once the caller has an exception
+            wait(waiting)  # no thread may change games once the caller has an exception
         for done in waiting:
             done.result()
 
@@ -411,7 +411,7 @@ class Simulator:
         snapshot : Games
             From a simulator of the same configuration; a single game fills all rows.
         rows : sequence of int, optional
-            Where to; all rows if not given.
+            Rows to overwrite; all if not given.
 
         Raises
         ------
@@ -433,11 +433,11 @@ class Simulator:
             if copied.dtype != array.dtype:
                 raise CommandError(f"snapshot's {name} must be {array.dtype}, got {copied.dtype}: they are no game's")
             low, high = _RANGES.get(name, (0, 0))
-            if high and copied.size and not low <= copied.min() <= copied.max() <= high:  # nor does NaN fit
+            if high and copied.size and not low <= copied.min() <= copied.max() <= high:  # NaN does not fit, either
                 raise CommandError(f"snapshot's {name} must be in [{low}, {high}]: they are no game's")
         if not set(snapshot.flown_by.flat) <= set(self.control.numbers):
             raise CommandError(f"snapshot's flown_by must be of {self.control.numbers}, as this configuration has it")
-        places = slice(None) if rows is None else chosen  # a slice copies faster, and pays for the checks
+        places = slice(None) if rows is None else chosen  # a slice copies faster, which makes up for the checks
         for _, array, copied in arrays:
             array[places] = copied
         self._solved[chosen] = _NEVER

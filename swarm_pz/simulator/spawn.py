@@ -32,7 +32,7 @@ def check_seed(seed: Seed) -> np.random.SeedSequence:
 
 
 def next_seed(generator: np.random.Generator) -> np.random.SeedSequence:
-    """Return the seed of the next game of a sequence, from the seeds that its generator came from."""
+    """Return the seed of a sequence's next game, spawned from the SeedSequence of the generator."""
     return seeds_of(generator).spawn(1)[0]
 
 
@@ -49,12 +49,12 @@ def check_team(team: int) -> None:
 
 
 def seeds_of(generator: np.random.Generator) -> np.random.SeedSequence:
-    """Return the seeds that a generator was made from.
+    """Return the SeedSequence that a generator was made from.
 
     Raises
     ------
     CommandError
-        If it was made from nothing that seeds can be drawn from.
+        If it was not made from a SeedSequence.
     """
     seeds = generator.bit_generator.seed_seq
     if not isinstance(seeds, np.random.SeedSequence):
@@ -98,7 +98,7 @@ _MISSPELT = 0.76
 
 
 FASTEST = 1e6
-"""A velocity beyond that of any drone, from which all computations are finite."""
+"""A velocity that no drone reaches, and with which all computations are finite."""
 
 
 def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dict[str, NDArray[Any]]:

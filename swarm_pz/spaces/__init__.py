@@ -1,4 +1,4 @@
-"""Observations and actions of sides and of drones, and densities that have names."""
+"""Observations and actions of sides and of drones, and named densities."""
 
 from swarm_pz.spaces.actions import command_from_action
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands

@@ -1,4 +1,4 @@
-"""Actions of wrappers, read as the commands of a control system."""
+"""Conversion of wrappers' actions into commands of a control system."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ LOG_DENSITY_RANGE = 4.0
 """Natural logarithm of the ratio between a command's value at action 1 and at action 0."""
 
 _COARSEST = 2
-"""Half-waves of the square, along both axes together, that a cosine of `action="modes"` has at most."""
+"""Most half-waves, along both axes together, of a cosine of `action="modes"`."""
 LARGEST_MODE = 2.0
-"""Largest number of `action="modes"`. Divided by it, a number is the weight of its cosine in the density's logarithm.
-So noise of 1, which Gaussian policies begin with, changes densities gently."""
+"""Largest number of `action="modes"`. A number divided by it is the weight of its cosine in the density's logarithm.
+So the initial noise of Gaussian policies, 1, changes densities gently."""
 
 ActionKind = Literal["command", "normalised", "modes", "discrete"]
 
 
 class Actions(ABC):
-    """One way to write commands."""
+    """One form of actions."""
 
     space: spaces.Space[Any]
     names: tuple[str, ...] = ()
@@ -68,7 +68,7 @@ def make_actions(config: GameConfig, system: ControlSystem, kind: ActionKind, ce
 
 
 class _Images(Actions):
-    """Densities, exact or by their logarithm, of as many cells as wanted."""
+    """Densities or log-densities, of a chosen number of cells."""
 
     def __init__(self, config: GameConfig, cells: int | None, *, is_log: bool) -> None:
         self._cells = config.command_cells
@@ -90,8 +90,8 @@ class _Images(Actions):
 def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: bool) -> NDArray[np.float64]:
     """Turn actions (n, a, a) into densities (n, A, A): interpolate them, and take the softmax of log-densities.
 
-    Actions are densities in [0, 1], or log-densities in [-1, 1] whose unit is `LOG_DENSITY_RANGE`; the largest value of
-    a density made of these is 1.
+    Actions are densities in [0, 1], or log-densities in [-1, 1] in units of `LOG_DENSITY_RANGE`; the largest value of
+    a density from log-densities is 1.
     """
     if actions.shape[-1] != cells:
         fine = interpolation_matrix(cells, actions.shape[-1])
@@ -104,7 +104,7 @@ def mode_waves(cells: int) -> NDArray[np.float64]:
     count = min(_COARSEST + 1, cells)
     along = np.cos(np.pi * np.outer(np.arange(count), (np.arange(cells) + 0.5) / cells))
     pairs = [(y, x) for y in range(count) for x in range(count) if 0 < y + x <= _COARSEST]
-    return np.array([np.outer(along[y], along[x]) for y, x in pairs])  # a constant changes no density
+    return np.array([np.outer(along[y], along[x]) for y, x in pairs])  # no constant: it changes no density
 
 
 class _Modes(Actions):
@@ -122,7 +122,7 @@ class _Modes(Actions):
 
 
 class _Vectors(Actions):
-    """Commands of any other kind, in their own units or each number in [-1, 1]."""
+    """Commands of any other kind, in their own units or scaled to [-1, 1]."""
 
     def __init__(self, config: GameConfig, system: ControlSystem, *, is_normalised: bool) -> None:
         self._system, self._config = system, config
@@ -146,7 +146,7 @@ class _Vectors(Actions):
 
 
 class _Numbers(Actions):
-    """The numbers of commands that have names."""
+    """The indices of named commands."""
 
     def __init__(self, config: GameConfig, system: ControlSystem) -> None:
         named = system.named(config)

@@ -1,13 +1,13 @@
-"""Densities by name: rings, discs and fronts, of which scripts are made and discrete actions choose.
+"""Named densities: rings, discs and fronts, for scripted policies and discrete actions.
 
 | name                                   | asks for                                                   |
 |----------------------------------------|------------------------------------------------------------|
-| `uniform`                              | the whole square alike                                     |
+| `uniform`                              | the whole square evenly                                    |
 | `corners`                              | the four corners                                           |
 | `halo`                                 | a broad ring around the centre                             |
 | `left`, `right`, `bottom`, `top`       | half of the square, with a soft front                      |
 | `ring_10_10` ... `ring_90_90`          | a ring around x = 0.1, y = 0.1, and so on in steps of 0.2  |
-| `disc_10_10` ... `disc_90_90`          | a disc there; `disc_50_50` is what the script `centre` asks |
+| `disc_10_10` ... `disc_90_90`          | a disc there; `disc_50_50` is that of the script `centre` |
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _PERCENT = (10, 30, 50, 70, 90)
-"""Where rings and discs may stand, along either axis."""
+"""Coordinates of rings and discs, along either axis."""
 COMMAND_NAMES: tuple[str, ...] = (
     "uniform",
     "corners",
@@ -32,7 +32,7 @@ COMMAND_NAMES: tuple[str, ...] = (
     "top",
     *(f"{shape}_{x}_{y}" for shape in ("ring", "disc") for x in _PERCENT for y in _PERCENT),
 )
-"""The densities of discrete actions, in their order."""
+"""Names of the densities of discrete actions, in their order."""
 
 
 def ring(distance: Array, radius: float = 0.25, width: float = 0.08) -> Array:
@@ -46,7 +46,7 @@ def disc(distance: Array, width: float) -> Array:
 
 
 def front(ahead: Array) -> Array:
-    """Return the density of ground behind a soft front, by the distance ahead of it."""
+    """Return the density at some distances ahead of a soft front: 1 far behind it, 0 far ahead."""
     return np.asarray(1.0 / (1.0 + np.exp(ahead / 0.03)))
 
 
@@ -62,7 +62,7 @@ def cell_centres(cells: int) -> tuple[Array, Array]:
 
 
 def density_at(places: Array, cells: int) -> Array:
-    """Return densities (n, A, A) that are largest in the cells nearest to places (n, P, 2), 1 the largest value."""
+    """Return densities (n, A, A) in the cells nearest to places (n, P, 2), with a largest value of 1."""
     along = np.clip(places * cells - 0.5, 0.0, cells - 1.0)
     weights = np.maximum(0.0, 1.0 - np.abs(along[..., None] - np.arange(cells)))  # as commands are interpolated
     x, y = weights[:, :, 0], weights[:, :, 1]

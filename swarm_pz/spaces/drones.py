@@ -1,17 +1,17 @@
 """Observations and actions of drones that are agents.
 
-An observation is one float32 vector, all of it in [-1, 1]. Its parts stand one after the other:
+An observation is one float32 vector in [-1, 1]. Its parts follow one another:
 
 | part       | shape      | holds                                                                                 |
 |------------|------------|---------------------------------------------------------------------------------------|
-| `self`     | (10,)      | 1; x, y from -1 to 1; velocity; ways to walls left, right, down, up; own share |
-| `own`      | (k, 5)     | the nearest k of its own side, nearest first: 1; place and velocity, from its own      |
+| `self`     | (10,)      | 1; x, y from -1 to 1; velocity; distances to walls left, right, down, up; its side's share |
+| `own`      | (k, 5)     | the nearest k of its own side, nearest first: 1; position and velocity relative to it  |
 | `opposing` | (k, 5)     | the same of the other side                                                            |
 | `ground`   | (4, p, p)  | `GROUND` in the p x p coarse cells around it, `[row = y, column = x]`; 0 beyond walls  |
 
-Where there are fewer than k others, rows of zeros fill the list, their first number 0 in place of 1. Velocities are in
-units of sqrt(2 a), the fastest that a drone gets from wall to wall with its largest acceleration a; those from its own
-in twice that; more counts as that. An inactive drone sees -1 in place of the first 1, and zeros.
+If there are fewer than k drones, rows of zeros fill the list. Velocities are in units of sqrt(2 a): the speed that a
+drone reaches from wall to wall with its largest acceleration a, at speed factor 1. Relative velocities are in units of
+twice that. Both are clipped to [-1, 1]. An inactive drone sees -1 in place of the first 1, and zeros.
 """
 
 from __future__ import annotations
@@ -49,18 +49,18 @@ DroneAction = Literal["acceleration", "discrete"]
 
 
 class DroneView:
-    """The observations of drones, each from its own place; `space` is of one, `parts` has place and shape of each part.
+    """The observations of drones; `space` is that of one drone, and `parts` has the slice and shape of each part.
 
     Raises a ConfigError if a number is out of range.
 
     Parameters
     ----------
     neighbours : int
-        Others of each side that a drone sees: k above.
+        Other drones of each side that a drone sees: k above.
     grid : int
         Coarse cells a side of the square; divides 50.
     patch : int
-        Coarse cells a side of what a drone sees of the ground, p above; odd, the drone's own in the middle.
+        Coarse cells a side of the ground that a drone sees: p above. Odd, with the drone's own in the middle.
     """
 
     def __init__(self, config: GameConfig, *, neighbours: int = 5, grid: int = 10, patch: int = 5) -> None:

@@ -3,12 +3,12 @@
 Actions are commands to the control system that flies the player's team, in one of these forms:
 
 - `action="command"`: the command itself.
-- `"normalised"`: numbers from -1 to 1, for Gaussian policies; of a density the logarithms, which go through a softmax.
-- `"modes"`: 5 numbers from -2 to 2, for PPO with its default settings: the weights, in halves, of the coarsest cosines
-  in a density's logarithm; zeros mean uniform.
-- `"discrete"`: the number of a command that has a name, for DQN.
+- `"normalised"`: numbers from -1 to 1, for Gaussian policies; for a density they are logarithms, put through a softmax.
+- `"modes"`: 5 numbers (3 with 2 x 2 cells) from -2 to 2, for PPO with its default settings: twice the weights of the
+  coarsest cosines in a density's logarithm; zeros mean uniform.
+- `"discrete"`: the index of a named command, for DQN.
 
-`action_cells` are the cells a side of a shorter density, which is interpolated.
+`action_cells` is the number of cells a side of a coarser density, which is interpolated.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from swarm_pz.spaces.observation import observation_space
 class Format:
     """One player's spaces, and how its actions become commands.
 
-    `system` flies the player's team: the first of `config.controllers` if not given. `action_cells` are the cells a
-    side of a density, as many as the command has if not given. `command_names` has the names of discrete actions.
+    `system` flies the player's team, by default the first of `config.controllers`. `action_cells` is the number of
+    cells a side of a density, by default that of the command. `command_names` has the names of discrete actions.
     Raises a ConfigError if an option is unknown or does not fit the others.
     """
 
@@ -49,7 +49,7 @@ class Format:
         self.observation_space: spaces.Space[Any] = observation_space(config, observation)
 
     def read(self, actions: ArrayLike, count: int, name: str = "actions") -> NDArray[np.float64]:
-        """Turn n = `count` actions into commands (n, ...); raise a CommandError, which calls them `name`."""
+        """Turn n = `count` actions into commands (n, ...); raise a CommandError that calls them `name`."""
         return self._actions.read(actions, count, name)
 
     def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Observations of a side: grid images, lists of drones or a row for each, always from its own side.
+"""Observations of a game from one side: grid images, lists of drones, or a row for each drone.
 
 Grid observations are images, channel first, of brightness 0 to 255, `[channel, row = y, column = x]`.
 `ObservationConfig(channels=...)` selects channels and their order:
@@ -9,12 +9,12 @@ Grid observations are images, channel first, of brightness 0 to 255, `[channel, 
 | `opposing_positions`     | the same of the other team                               | sum        |
 | `own_trail_age`          | 255 where a drone is now, falling to 0 with the trail    | maximum    |
 | `opposing_trail_age`     | the same of the other team                               | maximum    |
-| `own_capture_field`      | 255 value / maximum; at least 192 exactly where captures | maximum    |
+| `own_capture_field`      | 255 value / maximum; >= 192 exactly where it captures    | maximum    |
 | `opposing_capture_field` | the same of the other team                               | maximum    |
-| `own_target`             | the density asked for, over its largest command cell     | mean       |
-| `own_share`              | 255 times the own share of all drones, everywhere        | -          |
+| `own_target`             | 255 times the target density / its largest command cell  | mean       |
+| `own_share`              | 255 times its share of all drones, everywhere            | -          |
 | `time_left`              | 255 times the fraction of time left, everywhere          | -          |
-| `own_now`                | 64 for each drone, shared out among the four nearest     | as given   |
+| `own_now`                | 64 for each drone, shared among the four nearest         | as given   |
 |                          | cells: where it is, to a fraction of a cell; up to 255   |            |
 | `opposing_now`           | the same of the other team                               | as given   |
 | `own_soon`               | the same of where it is in 0.5 s, if it keeps its        | as given   |
@@ -43,9 +43,9 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
 
 _WORTH_THREADS = 256
-"""Number of images from which on threads are quicker."""
+"""Least number of images for which threads are quicker."""
 _VECTOR = 32
-"""Numbers that compiled loops take at once."""
+"""Numbers that compiled loops process at once."""
 
 Observations = Any
 """uint8 array (n, C, G', G'), float32 array (n, N, 5), or a dict of arrays with first axis n; n sides of n games."""
@@ -54,8 +54,8 @@ Observations = Any
 def top_speed(config: GameConfig) -> float:
     """Return the largest velocity along an axis that a drone reaches in a game, in the units of velocities.
 
-    It has v^2 <= v0^2 + 2 a / g between two walls, which stop it: v0 from the start, acceleration a, speed factor g.
-    Walls that turn drones round (`min_speed`) let it gain all game long.
+    Walls stop drones, so v^2 <= v0^2 + 2 a / g: initial speed v0, largest acceleration a, speed factor g.
+    With `min_speed`, walls reverse velocities, and drones may gain speed all game long.
     """
     acceleration, dynamics, start = config.controller.max_acceleration, config.dynamics, config.spawn.speed
     if dynamics.min_speed > 0.0:
@@ -90,7 +90,7 @@ def observe(
 ) -> Observations:
     """Return fresh observations of the games `rows` (n,), each from the side of one of `teams` (n,).
 
-    `limit_ticks` replaces the configuration's time limit. Observations are as `observation_space` says.
+    `limit_ticks` replaces the configuration's time limit. Observations lie in `observation_space`.
     """
     limit = simulator.config.limit_ticks if limit_ticks is None else limit_ticks
     if observation.kind == "drones":
@@ -134,13 +134,13 @@ def _view_parameters(observation: ObservationConfig, trail: int, cells: int, thr
 
 
 def brightness_of_ages(trail_ticks: int) -> NDArray[np.uint8]:
-    """Brightness of a trail by its age in ticks: 255 for now, falling to 0."""
+    """Return the brightness of a trail by its age in ticks: 255 for now, falling to 0."""
     ages = np.arange(trail_ticks)
     return ((255 * (trail_ticks - ages) + trail_ticks // 2) // trail_ticks).astype(np.uint8)
 
 
 def coarse_interpolation(grid: int, cells: int) -> NDArray[np.float64]:
-    """Interpolate a command on the full grid and average blocks of it, along one axis."""
+    """Return weights (grid, cells) that interpolate a command and average blocks of it, along one axis."""
     full = interpolation_matrix(GRID_CELLS, cells)
     return np.ascontiguousarray(full.reshape(grid, GRID_CELLS // grid, cells).mean(axis=1))
 
@@ -163,7 +163,7 @@ def _rows_of_drones(simulator: Simulator, teams: NDArray[np.int64], rows: NDArra
 def _entities(
     simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64], limit: int
 ) -> dict[str, NDArray[Any]]:
-    """List each side's drones first to last, padded with zeros; a mask says which are there."""
+    """List each side's drones first to last, padded with zeros; a mask marks those that exist."""
     shape = 2, len(rows), simulator.config.num_drones
     places, speeds = np.zeros((*shape, 2), np.float32), np.zeros((*shape, 2), np.float32)
     masks, (shares, times) = np.zeros(shape, np.int8), np.empty((2, len(rows), 1), np.float32)

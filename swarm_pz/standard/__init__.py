@@ -1,4 +1,4 @@
-"""The standard: what is played to compare methods, frozen and numbered, and the report that says how one did."""
+"""The standard: frozen, numbered protocols of games that compare methods, and the report on a method."""
 
 from swarm_pz.standard.protocol import Protocol, Track, Trial
 from swarm_pz.standard.running import Entry, meet, run

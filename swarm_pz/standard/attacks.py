@@ -1,4 +1,4 @@
-"""Attacks on a policy: exploiters and a search, each with a fixed budget, whatever the policy is stored as."""
+"""Attacks on a policy in any format: exploiters and a search, each with a fixed budget."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ Show = Callable[..., None]
 def learn(
     target: Target, seed: int, protocol: Protocol, folder: Path | None, should_stop: Callable[[], bool]
 ) -> PolicyBundle:
-    """Train an exploiter of a policy, or resume it, and return its folder: a task of a pool.
+    """Train an exploiter of a policy, or resume its training, and return its folder: a task for a pool.
 
-    The card holds neither paths nor times, so it is the same wherever it was trained. Without a folder nothing is kept
-    for a resume.
+    The card holds neither paths nor times, so it is the same on every machine. Without a folder, training cannot be
+    resumed.
     """
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "train")
@@ -62,7 +62,7 @@ def learn(
 
 
 class Learning:
-    """One exploiter, which learns in the background, once, and is written into a folder."""
+    """One exploiter, which is trained once, in the background, and written into a folder."""
 
     def __init__(
         self, background: BackgroundTasks, protocol: Protocol, work: Path, out: Path, policy: str, seed: int
@@ -76,7 +76,7 @@ class Learning:
         self._is_there = (self._out / CARD).is_file()
 
     def begin(self, should_stop: Callable[[], bool]) -> None:
-        """Begin to learn, unless that is done."""
+        """Begin the training, unless it is finished."""
         if not self._is_there:
             target = _target(self._policy, self._protocol, is_elsewhere=self._background.is_elsewhere)
             asked = should_stop if self._background.is_here else never
@@ -107,9 +107,9 @@ def find(
     show: Show,
     should_stop: Callable[[], bool],
 ) -> list[str]:
-    """Return the names of the patterns that a search finds to beat a policy most, the best first.
+    """Search for patterns that beat a policy, and return the names of the best, the best first.
 
-    A finished search is kept in a file of the folder `work`; one that was stopped begins again.
+    A finished search is kept in a file in the folder `work`; a stopped one begins again.
     """
     from swarm_pz.training.search import search_against
 

@@ -1,7 +1,7 @@
-"""The figures of a report: scores with intervals, of each track and in one number.
+"""The figures of a report: scores with intervals, for each track and overall.
 
 A game's score is the share of all drones that the entry owns at its end: 1 for a win, 0 for a loss. A policy's score in
-a track is the mean over opponents; in `robust` it is what its worst attacker leaves it.
+a track is the mean over opponents; in `robust` it is the score against its worst attacker.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ DIGITS = 6
 
 
 class Results:
-    """The games of an entry by track, policy and opponent; missing ones, or too many, raise a ResultsError.
+    """The games of an entry by track, policy and opponent; missing or additional games raise a ResultsError.
 
     `scores` (policies, tracks) has the tracks of the protocol that are played, and `ROBUST` last.
     """
@@ -63,7 +63,7 @@ class Results:
         return float(np.mean([share_of(games) for games in self.of(track, policy).values()]))
 
     def drawn(self, track: str, generator: np.random.Generator, count: int) -> Array:
-        """Return scores (count,) of the only policy, from pairs of games drawn anew against each opponent."""
+        """Return bootstrap scores (count,) of the only policy; pairs of games are resampled for each opponent."""
         found = []
         for games in self.of(track, 0).values():
             pairs = np.array([game.share for game in games]).reshape(-1, 2).mean(axis=1)
@@ -73,7 +73,7 @@ class Results:
     def intervals(self) -> tuple[Array, Array]:
         """Return the ends (tracks + 1,) of the intervals of all tracks, and of their mean last.
 
-        They are over whole training runs if there are several, else over pairs of games.
+        They are over training runs if there are several, else over pairs of games.
         """
         if self.policies > 1:
             both = np.column_stack([self.scores, self.scores.mean(axis=1)])
@@ -120,7 +120,7 @@ def _short(values: Any) -> Any:
 
 
 def _late(results: Results, track: str) -> float:
-    """Return the score of an entry whose commands come one command later."""
+    """Return the score of an entry whose commands are delayed by one command."""
     name = next(one.late.name for one in results.protocol.tracks if one.name == track)
     return float(_short(np.mean([results.score(name, policy) for policy in range(results.policies)])))
 
@@ -133,13 +133,13 @@ def _opponents(results: Results, track: str) -> list[dict[str, Any]]:
 
 
 def result_of(opponent: str, by_policy: Sequence[Sequence[Line]]) -> dict[str, Any]:
-    """Return the results against an opponent, of each policy's games against it."""
+    """Return the results against an opponent, from each policy's games against it."""
     scores = [_short(share_of(games)) if games else None for games in by_policy]
     return {"opponent": opponent, **_counts([game for games in by_policy for game in games]), "scores": scores}
 
 
 def worst_of(opponents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return the name of the opponent that leaves an entry least, and the entry's score against it."""
+    """Return the name of the opponent against which an entry scores least, and that score."""
     worst = min(opponents, key=lambda one: float(one["score"]))
     return {"opponent": worst["opponent"], "score": worst["score"]}
 
@@ -164,7 +164,7 @@ def _attack(results: Results, policy: int) -> dict[str, Any]:
 
 
 def _open_loop(results: Results, track: str) -> dict[str, Any] | None:
-    """Return the scores of the clock alone, and the gain over the best of them."""
+    """Return the scores of open-loop players, and the entry's gain over the best of them."""
     told = results.protocol.open_loop.get(track)
     if told is None:
         return None
@@ -182,7 +182,7 @@ def forfeits_of(figures: dict[str, Any]) -> tuple[int, int, str]:
 
 
 def _how_soon(results: Results) -> dict[str, Any]:
-    """Return the share of games won against uniform coverage, and the time to a win; a draw censors its length."""
+    """Return the share of games won against uniform coverage, and the time to a win; other games are censored."""
     limit = results.protocol.game.time_limit
     played = [results.of("uniform", policy) for policy in range(results.policies)]
     games = [game for by_name in played for against in by_name.values() for game in against]

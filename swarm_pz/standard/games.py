@@ -21,10 +21,10 @@ from swarm_pz.spaces.observation import Observations
 from swarm_pz.standard.protocol import Protocol, Track, Trial
 
 ENTRY, LATE, LEARNED, ITSELF = "entry", "late", "learned", "itself"
-"""Names of an entry's policies, ``entry 0`` and, a command late, ``late 0``; and of attackers, ``learned 0`` and
-``itself 0``."""
+"""First words of names: of an entry's policies, ``entry 0`` and, delayed by a command, ``late 0``; and of attackers,
+``learned 0`` and ``itself 0``."""
 CHOICE, ROBUST = "choice", "robust"
-"""Tracks of attacks: games that choose the worst attacker of each policy, and its games that count."""
+"""Tracks of attacks: games to choose the worst attacker of each policy, and its games that count."""
 
 
 class Line(NamedTuple):
@@ -41,7 +41,7 @@ class Line(NamedTuple):
 
 
 class LatePlayer:
-    """A policy whose commands come one command later; the first is uniform coverage."""
+    """A policy whose commands are delayed by one command; the first is uniform coverage."""
 
     def __init__(self, player: Any, game: GameConfig) -> None:
         self._player, self._cells = player, game.command_cells
@@ -57,7 +57,7 @@ class LatePlayer:
         self._held |= {row: np.ones((self._cells, self._cells)) for row in rows.tolist()}
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Answer with the commands before."""
+        """Return the previous commands."""
         return self._late(self._player.act(observations, rows), rows)
 
     def _late(self, commands: NDArray[Any], rows: NDArray[np.int64]) -> NDArray[Any]:
@@ -70,7 +70,7 @@ class LatePlayer:
 class PlayerFactory:
     """Makes players by their names in a track.
 
-    They are policies, one a training seed, opponents, exploiters of each policy, and others by names of their own.
+    Players are the entry's policies, opponents (`trials`), exploiters, patterns, and `others`: (name, policy).
     """
 
     policies: tuple[str, ...]
@@ -79,7 +79,7 @@ class PlayerFactory:
     others: tuple[tuple[str, str], ...] = ()
 
     def __call__(self, name: str, game: GameConfig) -> Player:
-        """Return a player, made for a game; raise a ResultsError if nobody has that name."""
+        """Return a player for a game; raise a ResultsError if none has that name."""
         for trial in self.trials:
             if trial.name == name:
                 return trial.load(trial.game(game))
@@ -93,12 +93,12 @@ class PlayerFactory:
         return LatePlayer(player, game) if kind == LATE else player
 
     def folder_of(self, name: str) -> Path | None:
-        """Return the folder that a player comes from, if any."""
+        """Return a player's folder, if it has one."""
         policy = self._policy(name)
         return None if policy is None else folder_of(policy)
 
     def _policy(self, name: str) -> str | None:
-        """Return the name or folder of one of the entry's policies or exploiters, or of another."""
+        """Return the name or folder of a policy of the entry, an exploiter, or one of `others`."""
         if name in (others := dict(self.others)):
             return others[name]
         kind, _, rest = name.partition(" ")
@@ -107,7 +107,7 @@ class PlayerFactory:
 
 
 class TrackGames(Tournament):
-    """The games of a track: each policy of an entry, by its number, against some players, by default all opponents."""
+    """The games of a track: `meetings` of policies, by number, with opponents; by default, all meet."""
 
     def __init__(
         self,
@@ -127,11 +127,11 @@ class TrackGames(Tournament):
         super().__init__(players, config_of(track, protocol), folder, factory, command)
 
     def pairings(self) -> list[tuple[str, str]]:
-        """Return every two players that play, the entry first."""
+        """Return the pairs of players that meet, the entry first."""
         return self._pairings
 
     def rules_of(self, one: str, other: str) -> TournamentConfig:
-        """Return the settings of the games of two players: a trial may have rules of its own."""
+        """Return the settings of the games of two players; a trial may have its own rules."""
         return with_trial(self.config, self._trials.get(other))
 
     def lines(self) -> list[Line]:
@@ -143,7 +143,7 @@ class TrackGames(Tournament):
         ]
 
     def thinking_ms(self) -> list[float]:
-        """Return the mean milliseconds a command of the entry in each game that was not forfeited."""
+        """Return the entry's mean milliseconds per command in each game without a forfeit."""
         return [game.thinking_ms[0] for game in self.games.values() if not game.forfeit]
 
 
@@ -159,7 +159,7 @@ def with_trial(config: TournamentConfig, trial: Trial | None) -> TournamentConfi
 
 
 def line_of(track: str, game: PlayedGame) -> Line:
-    """Return the line of a game that a policy of the entry played as its first player."""
+    """Return the line of a game whose first player is a policy of the entry."""
     return Line(
         track=track,
         policy=int(game.one.split()[1]),
@@ -173,7 +173,7 @@ def line_of(track: str, game: PlayedGame) -> Line:
 
 
 def worst_attackers(lines: Sequence[Line]) -> dict[int, str]:
-    """Return the attacker that leaves each policy least in the games that choose it."""
+    """Return for each policy the attacker against which it keeps the fewest drones in these games."""
     left: dict[int, dict[str, list[float]]] = {}
     for line in lines:
         left.setdefault(line.policy, {}).setdefault(line.opponent, []).append(line.share)
@@ -181,7 +181,7 @@ def worst_attackers(lines: Sequence[Line]) -> dict[int, str]:
 
 
 def all_tracks(protocol: Protocol) -> list[Track]:
-    """Return all tracks of a protocol: each, the same a command late, and those of the attacks."""
+    """Return all tracks of a protocol: each track, its late version, and the tracks of the attacks."""
     return [one for track in protocol.tracks for one in (track, track.late)] + [
         choice_of(protocol),
         robust_of(protocol),
@@ -201,9 +201,9 @@ def robust_of(protocol: Protocol) -> Track:
 
 
 def check_flies(policy: str, protocol: Protocol) -> Player:
-    """Return a policy, made for the protocol's game.
+    """Return a policy for the protocol's game.
 
-    A KindError is raised if it does not answer densities, a ForfeitError if it is a program that does not answer.
+    Raises a KindError if its commands are not densities, a ForfeitError if it is a program that does not respond.
     """
     try:
         player = load(policy, protocol.game)

@@ -1,4 +1,4 @@
-"""The report as one HTML page that fetches nothing, and can be read on a phone, by the template beside this module."""
+"""The report as one HTML page, from the template beside this module; it loads no other file and fits a phone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Point = tuple[float, float]
 
 
 def render(report: dict[str, Any], head: str = "") -> str:
-    """Return the page of a report; `head` is HTML that is put into its head."""
+    """Return the page of a report; `head` is HTML for its head element."""
     said, cost = report["figures"], report["cost"]
     uniform = said["uniform"]
     longest = 1.0 if uniform is None else max(uniform["curve"]["seconds"][-1], 1.0)
@@ -82,7 +82,7 @@ def _ends(values: Sequence[float], digits: int = 3) -> str:
 
 
 def _places(points: Iterable[Point]) -> str:
-    """Return where points of the unit square are in a plot."""
+    """Return points of the unit square as coordinates of the plot's SVG."""
     return " ".join(f"{42 + 300 * x:.1f},{10 + 170 * (1 - y):.1f}" for x, y in points)
 
 
@@ -114,7 +114,7 @@ def _opponent(one: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _steps(curve: dict[str, list[float]], longest: float) -> list[Point]:
-    """Return the corners of the curve, which falls where games are won."""
+    """Return the corners of the step curve, which falls where games are won."""
     shares = curve["not_won"]
     steps = [(curve["seconds"][0] / longest, shares[0])]
     for seconds, share in zip(curve["seconds"][1:], shares[1:], strict=True):

@@ -1,6 +1,6 @@
 """The protocol: opponents, rules, seeds, and the budget of attacks. It is written in ``protocol.json``.
 
-A published version never changes: it has digests of its opponents, and a run is refused where others are installed.
+A published version never changes: it has digests of its opponents, and a run is refused if others are installed.
 `scripts/board refresh` writes the digests of a version that is not published yet.
 """
 
@@ -28,15 +28,15 @@ ZOO = Path(zoo.__file__).parent
 FLOWN_BY = "ergodic"
 """The control system that flies every entry."""
 NAMELESS = {f"test:{kind.__name__}": kind for kind in generated.TEST}
-"""Players that no training run finds by name, by what the protocol calls them."""
+"""Players by names that only the protocol knows, so that no training run finds them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
     """One opponent.
 
-    `name` stands in tables. `player` is the name of a policy, a folder of the zoo, or one of `NAMELESS`, and `digest`
-    that of `identity_of`. Its team is flown by `system`.
+    `name` appears in tables. `player` is the name of a policy, a folder of the zoo, or one of `NAMELESS`, and `digest`
+    is what `found` must return. The control system `system` flies its team.
     """
 
     name: str
@@ -45,17 +45,17 @@ class Trial:
     system: str = FLOWN_BY
 
     def game(self, game: GameConfig) -> GameConfig:
-        """Return the rules of its games; the entry flies by the first of the control systems."""
+        """Return the rules of its games; the first control system flies for the entry."""
         return game.replace(controllers=(FLOWN_BY, self.system))
 
     def load(self, game: GameConfig) -> Player:
-        """Return the opponent, made for a game."""
+        """Return the opponent for a game."""
         kind = NAMELESS.get(self.player)
         place = str(ZOO / self.player) if "/" in self.player else self.player
         return load(place, game, system_of(self.system)) if kind is None else kind(game)
 
     def found(self, game: GameConfig) -> str:
-        """Return the digest of what is installed under its name."""
+        """Return the digest of the player that is installed under its name."""
         kind = NAMELESS.get(self.player)
         return identity_of(self.player, self.load(self.game(game))) if kind is None else source_digest(kind)
 
@@ -64,8 +64,8 @@ class Trial:
 class Track:
     """Games that answer one question: an even number of `games` against each opponent.
 
-    As many as `late_games` are played again by an entry whose commands come one command later. `rules` are fields of
-    the game's sections that differ.
+    The first `late_games` are played again with the entry's commands delayed by one command. `rules` has the fields
+    that differ in the game's sections.
     """
 
     name: str
@@ -78,7 +78,7 @@ class Track:
 
     @property
     def late(self) -> Track:
-        """The same track for an entry whose commands come one command later."""
+        """The same track with the entry's commands delayed by one command."""
         return replace(self, name=f"{self.name}, late", games=self.late_games, is_late=True)
 
     def game(self, game: GameConfig) -> GameConfig:
@@ -90,11 +90,10 @@ class Track:
 class Robust:
     """The budget of attacks on an entry.
 
-    The policies of a method share its `exploiters`, which learn from `steps` commands each, with seeds from 0 on for
-    each policy; they may begin with the weights of the policy `best`, or with an imitation of the entry's policy from
-    `recorded_games`. The search that does not learn has `generations`
-    of `candidates`, which play `search_games` each. Every attacker plays `choice_games`, and the worst of each policy
-    `games` more, which count.
+    A method's policies share the `exploiters`, which learn from `steps` commands each; the seeds of each policy's
+    exploiters begin at 0. They may start from the weights of the policy `best`, or from an imitation of the entry's
+    policy in `recorded_games`. A search without learning has `generations` of `candidates`, which play `search_games`
+    each. Every attacker plays `choice_games`; the worst one of each policy plays `games` more, which count.
     """
 
     seed: int
@@ -109,13 +108,13 @@ class Robust:
     search_games: int
 
     def exploiters_each(self, policies: int) -> int:
-        """Return the number of exploiters of each policy: three seeds cost as much as one."""
+        """Return the number of exploiters of each policy: three policies cost about as much as one."""
         return math.ceil(self.exploiters / policies)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """One version of the standard; `plain` is all of it, with the scores of the clock alone."""
+    """One version of the standard; `plain` is all of it, with the scores of open-loop players."""
 
     version: str
     game: GameConfig
@@ -126,7 +125,7 @@ class Protocol:
 
     @classmethod
     def read(cls, path: Path = FILE) -> Protocol:
-        """Return the protocol that a file holds."""
+        """Return the protocol in a file."""
         plain = json.loads(path.read_text())
         tracks = tuple(
             Track(
@@ -150,17 +149,17 @@ class Protocol:
 
     @property
     def open_loop(self) -> dict[str, dict[str, Any]]:
-        """Scores of the best players of the clock in each track, as of `open_loop.BESTS`."""
+        """Scores of the best open-loop players in each track: see `open_loop.BESTS`."""
         found: dict[str, dict[str, Any]] = self.plain.get("open_loop", {})
         return found
 
     @cached_property
     def digest(self) -> str:
-        """Sixteen hexadecimal digits of all that it says."""
+        """Hash of the whole protocol, sixteen hexadecimal digits."""
         return digest(self.plain)
 
     def quick(self) -> Protocol:
-        """Return a trial of it with few and short games: it shows that everything works, and scores nothing."""
+        """Return a version with few and short games, to test that everything works; its scores mean nothing."""
         game = self.game.replace(time_limit=20.0)
         robust = replace(
             self.robust,
@@ -177,7 +176,7 @@ class Protocol:
         return replace(self, version=plain["version"], game=game, tracks=tracks, robust=robust, plain=plain)
 
     def attacks_alone(self, steps: int) -> Protocol:
-        """Return the attacks of it alone, with exploiters of so many commands."""
+        """Return a version with only the attacks, whose exploiters learn from `steps` commands each."""
         tracks = tuple(replace(track, games=0, late_games=0) for track in self.tracks)
         plain = self.plain | {"version": f"{self.version}, attacks of {steps:,} commands alone"}
         return replace(
@@ -185,7 +184,7 @@ class Protocol:
         )
 
     def check(self) -> None:
-        """Check that the installed rules and opponents are those of the protocol: else a ResultsError names them."""
+        """Check that the protocol's rules and opponents are installed; raise a ResultsError that names what differs."""
         if self.plain["rules_hash"] != GameConfig.from_dict(self.plain["rules"]).rules_hash:
             raise ResultsError(f"the rules of protocol {self.version} have another hash here: use a released swarm-pz")
         changed = [
@@ -202,14 +201,14 @@ class Protocol:
 
 
 def refresh(path: Path = FILE) -> None:
-    """Write the digests of what is installed into a protocol that is not published yet."""
+    """Write the digests of the installed rules and opponents into an unpublished protocol."""
     protocol, plain = Protocol.read(path), json.loads(path.read_text())
     plain["rules_hash"] = GameConfig.from_dict(plain["rules"]).rules_hash
     for track in protocol.tracks:
         for trial, told in zip(track.trials, plain["tracks"][track.name]["trials"], strict=True):
             told["digest"] = trial.found(track.game(protocol.game))
     text = json.dumps(plain, indent=1)
-    for _ in range(2):  # what fits into a line stands on one
+    for _ in range(2):  # join what fits on one line
         text = re.sub(r"[\[{][^\[\]{}]+[\]}]|(?<=: )\{[^{}]{1,400}\}", lambda found: " ".join(found[0].split()), text)
     with draft_of(path) as draft:
         draft.write_text(text + "\n")

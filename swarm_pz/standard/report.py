@@ -15,21 +15,21 @@ REPORT, GAMES, PAGE = "report.json", "games.jsonl", "index.html"
 FORMAT = 3
 COST = "cost"
 _MOST_BYTES = 2**24
-"""Of a report that is read."""
+"""Maximum size of a report to read."""
 
 
 def is_try(report: dict[str, Any]) -> bool:
-    """Return True for a trial, with few and short games."""
+    """Return True for a report on few and short games, by `Protocol.quick`."""
     return str(report["protocol"]["version"]).endswith("-quick")
 
 
 def encode(report: dict[str, Any]) -> str:
-    """Return a report as ``report.json`` holds it."""
+    """Return the text of ``report.json``."""
     return json.dumps(report, indent=1, allow_nan=False) + "\n"
 
 
 def write(folder: Path, report: dict[str, Any], lines: Sequence[Line], page: str) -> None:
-    """Write a report, its JSON last, so that none stands there without its games."""
+    """Write a report, its JSON last, so that it never exists without its games."""
     games = "".join(json.dumps(line._asdict()) + "\n" for line in lines)
     for name, text in ((GAMES, games), (PAGE, page), (REPORT, encode(report))):
         with draft_of(folder / name) as draft:

@@ -1,4 +1,4 @@
-"""Play the whole standard for an entry and write its report; a run that was stopped goes on."""
+"""Play the whole standard for an entry and write its report; a stopped run continues."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """A method: the names or folders of its policies, one of each training seed."""
+    """A method: the names or folders of its policies, one for each training seed."""
 
     policies: tuple[str, ...]
     name: str
@@ -74,19 +74,19 @@ def run(
 ) -> dict[str, Any]:
     """Play the missing games of the standard, write the report, and return what ``report.json`` holds.
 
-    Unfinished work lies in ``out/work``. `attackers` are policies, by names of their own, that attack the entry beside
-    those of the protocol. The report does not depend on the `pool`, costs aside.
+    Unfinished work is in ``out/work``. `attackers` maps names to policies that attack the entry in addition to the
+    protocol's attackers. Apart from costs, the report does not depend on the `pool`.
 
     Raises
     ------
     Stopped
-        If `should_stop` returns True; what was begun is kept.
+        If `should_stop` returns True; unfinished work is kept.
     ResultsError
         If an opponent is not the one that the protocol names, or the folder holds another entry's work.
     PolicyError
-        If a policy is unknown or does not answer densities, or (a ForfeitError) is a program that fails.
+        If a policy is unknown, its commands are not densities, or (a ForfeitError) it is a program that fails.
     WorkerError
-        If a worker died, or has other policies; what was finished is kept.
+        If a worker died, or has other policies; finished work is kept.
     """
     protocol = protocol if protocol is not None else Protocol.read()
     began = time.monotonic()
@@ -113,7 +113,7 @@ def run(
             played.append(games)
 
         with BackgroundTasks(how["pool"]) as background:
-            # Exploiters begin first: each takes one worker for long, while the others play.
+            # Exploiters begin first: each occupies one worker for long, while the other workers play.
             learning = []
             for number, place in enumerate(exploiters):
                 of, seed = divmod(number, each)
@@ -121,7 +121,7 @@ def run(
                 learning.append(attacks.Learning(background, protocol, work, Path(place), policies[of], seed))
                 learning[-1].begin(should_stop)
             for track in protocol.tracks:
-                background.check()  # raises errors of exploiters before hours of games
+                background.check()  # raises exploiters' errors before hours of games
                 if track.games:
                     say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
                     for one in (track, track.late):
@@ -183,10 +183,10 @@ def meet(
     protocol: Protocol,
     pool: Executor,
 ) -> bool:
-    """Let newcomers attack policies that have a report; return False if it must be made anew.
+    """Let newcomers attack policies that have a report; return False if the report must be made again.
 
-    Newcomers play the games that choose the worst attacker. If one leaves a policy less than that does, or has its
-    name, the games that count are others. If not, their results are put into the report.
+    Newcomers play the games that choose the worst attacker. If one is worse for a policy than its worst attacker, or
+    has the same name, the report must be made again. Otherwise their results are put into it.
     """
     choice, names = choice_of(protocol), tuple(newcomers)
     met = [(policy, name) for policy in range(len(policies)) for name in names]
@@ -209,7 +209,7 @@ def meet(
 
 
 def _claim(path: Path, what: dict[str, Any]) -> None:
-    """Write the entry's digests into a folder; raise if it holds others."""
+    """Write the entry's digests to a file; raise a ResultsError if it holds others."""
     if path.exists():
         try:
             before = json.loads(path.read_text())
@@ -224,9 +224,9 @@ def _claim(path: Path, what: dict[str, Any]) -> None:
 
 
 def cost_of(player: Player) -> dict[str, Any]:
-    """Return the cost of a policy: commands and seconds of its training and of all ancestors', and its parameters.
+    """Return the cost of a policy: commands and seconds of its and all its ancestors' training, and its parameters.
 
-    A number is None if its card has it for no training; it is among `at_least` if it is missing for some of them.
+    A number is None if the card has it for no training; `at_least` names those that are missing for some.
     """
     from swarm_pz.policies.learned import lineage
 

@@ -1,4 +1,4 @@
-"""The control systems: how a team can be flown, and by which commands.
+"""The control systems: controllers of a team, and their commands.
 
 ======================  ====================================================
 `ergodic`               a density, covered over time
@@ -11,8 +11,8 @@
 `direct`                an acceleration for every drone
 ======================  ====================================================
 
-A system's file holds all of it: its numbers, its commands, its accelerations and their source. All that are
-installed under the entry points `swarm_pz.systems` can fly, those of other packages, too.
+A system's file has its parameters, commands, accelerations and their source. Every system that is installed
+under the entry points `swarm_pz.systems` can fly, also of other packages.
 """
 
 from swarm_pz.config.registry import about, faults, registered, system_class

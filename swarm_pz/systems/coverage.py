@@ -1,7 +1,7 @@
-"""Coverage control: every drone flies to the middle of what is its to cover, while the density changes.
+"""Coverage control: every drone flies to the centroid of its Voronoi cell, while the density changes.
 
 After Diaz-Mercado, Lee and Egerstedt, "Distributed dynamic density coverage for human-swarm interactions" (American
-Control Conference 2015); `swarm_pz.kernels.controllers.coverage` flies.
+Control Conference 2015); `swarm_pz.kernels.controllers.coverage` implements it.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ _NODES = 4
 
 @dataclass(frozen=True, kw_only=True)
 class Coverage(Densities):
-    """Lloyd's way to cover a density that changes: fly to your Voronoi cell's centroid, and with it.
+    """Lloyd's algorithm for a changing density: each drone follows its Voronoi cell's centroid.
 
     Attributes
     ----------
     gain : float
         How fast drones close in on their centroids, per second.
     blend : float
-        Seconds in which a new command takes the place of the former.
+        Seconds in which a new command replaces the former one.
     floor : float
-        Share of the density that is uniform, whatever the command: a cell where nothing is asked for has a middle, too.
+        Share of the density that is uniform, whatever the command, so that every cell has a centroid.
     neighbours : bool
-        Whether drones fly ahead of what their neighbours' motion does to their own cells (TVD-D1) or not (TVD-D0).
+        Whether drones anticipate how their neighbours' motion changes their own cells (TVD-D1) or not (TVD-D0).
     speed : float
-        Largest speed that is asked for, in map widths per second.
+        Largest speed that the law commands, in map widths per second.
     response : float
-        Seconds in which a drone takes up the velocity that is asked for.
+        Time constant, in seconds, with which a drone reaches the commanded velocity.
     grid : int
-        Points a side at which a cell's mass and centroid are summed up.
+        Points a side over which masses and centroids are summed.
     """
 
     name: ClassVar[str] = "coverage"
@@ -74,7 +74,7 @@ class Coverage(Densities):
 
 @cache
 def make_grid(side: int, cells: int) -> Grid:
-    """Return where densities of some cells a side are summed and integrated."""
+    """Return the grid on which densities of `cells` cells a side are integrated."""
     centres = (np.arange(side) + 0.5) / side
     across = np.clip(centres * cells - 0.5, 0.0, cells - 1.0)
     left = np.minimum(across.astype(np.int64), cells - 2)

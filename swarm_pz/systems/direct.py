@@ -15,10 +15,10 @@ from swarm_pz.config.system import ControlSystem
 
 @dataclass(frozen=True, kw_only=True)
 class Direct(ControlSystem):
-    """Each drone does what its row of the command says; rows of drones that others fly mean nothing.
+    """Each drone accelerates by its row of the command; rows of the other team's drones are ignored.
 
-    Commands are in units of `controller.max_acceleration`, and drone i is row i for as long as the game lasts,
-    whoever has captured it.
+    Commands are in units of `controller.max_acceleration`, and drone i keeps row i for the whole game, even
+    when captured.
     """
 
     name: ClassVar[str] = "direct"

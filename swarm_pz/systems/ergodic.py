@@ -1,6 +1,6 @@
-"""The ergodic controller, the paper's own: over time, a team is where its command's density says.
+"""The ergodic controller, the paper's own: over time, a team covers the square as its command's density asks.
 
-Its numbers are those of `GameConfig.controller`; `swarm_pz.kernels.controllers.ergodic` flies, in the games' own loop.
+Its parameters are `GameConfig.controller`; `swarm_pz.kernels.controllers.ergodic` runs in the simulator's own loop.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Flocking: alignment, cohesion, separation, and migration to an attractor.
 
-Its numbers are those of `GameConfig.flocking`; `swarm_pz.kernels.controllers.flocking` has the equations and their
+Its parameters are `GameConfig.flocking`; `swarm_pz.kernels.controllers.flocking` has the equations and their
 source.
 """
 
@@ -26,7 +26,7 @@ MOST = 4
 
 @dataclass(frozen=True, kw_only=True)
 class FlockingCommand:
-    """An attractor: everybody to one place.
+    """An attractor: one place for the whole team.
 
     Attributes
     ----------
@@ -48,10 +48,10 @@ def _weights(config: GameConfig) -> tuple[float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Flocking(ControlSystem):
-    """Everybody flies to one place, as a flock, or to up to four one after the other.
+    """The team flies as a flock to one place, or to up to four in turn.
 
-    A command has four rows x, y and weight. Each is in force for `FlockingConfig.dwell` seconds, the last one from
-    then on; of fewer attractors the last one fills the rest.
+    A command has four rows x, y and weight. Each is in force for `FlockingConfig.dwell` seconds, and the
+    last one stays. With fewer attractors, the last one fills the rest.
     """
 
     name: ClassVar[str] = "flocking"
@@ -75,7 +75,7 @@ class Flocking(ControlSystem):
         Parameters
         ----------
         command : FlockingCommand, array_like (3,), sequence of these, or array_like (A, A)
-            An attractor, several in time, or a density, of which the flock flies to the strongest mode.
+            An attractor, several in order, or a density, whose strongest mode is the attractor.
 
         Raises
         ------
@@ -97,7 +97,7 @@ class Flocking(ControlSystem):
         return self._checked(rows, (count, 3), config, name)
 
     def parse_all(self, commands: ArrayLike, count: int, config: GameConfig, name: str) -> NDArray[np.float64]:
-        """As `parse` for an array (n, k, 3) of k attractors for each of n games."""
+        """Parse an array (n, k, 3) of k attractors for each of n games."""
         shape = _shape_of(commands)
         several = shape[1] if len(shape) == 3 and 1 <= shape[1] <= MOST else MOST
         return self._checked(commands, (count, several, 3), config, name)
@@ -105,7 +105,7 @@ class Flocking(ControlSystem):
     @staticmethod
     def _checked(rows: ArrayLike, shape: tuple[int, ...], config: GameConfig, name: str) -> NDArray[np.float64]:
         least, largest = config.flocking.migration
-        # A learner's numbers are float32, and so may be rounded beyond the ends.
+        # Learners send float32, which may be rounded beyond the ends.
         low = np.array([0.0, 0.0, min(least, float(np.float32(least)))])
         high = np.array([1.0, 1.0, max(largest, float(np.float32(largest)))])
         values = check_values(rows, shape, low, high, name)
@@ -126,7 +126,7 @@ class Flocking(ControlSystem):
         return np.asarray(one_each.reshape(len(commands), MOST, cells, cells).mean(axis=1))
 
     def solve(self, flight: Flight, config: GameConfig) -> NDArray[np.float32]:
-        """Steer towards the attractors that are in force by now."""
+        """Steer towards the attractors in force now."""
         current = np.minimum(flight.age / config.flocking.dwell, MOST - 1).astype(np.int64)
         attractors = flight.commands[np.arange(len(current)), current].astype(np.float32)
         accelerations = np.zeros_like(flight.positions)
@@ -135,7 +135,7 @@ class Flocking(ControlSystem):
 
 
 def _rows_of(command: Any) -> Any:
-    """Return attractors that are written as objects as rows; anything else as it is."""
+    """Return `FlockingCommand` objects as rows, and anything else unchanged."""
     if isinstance(command, FlockingCommand):
         return _row_of(command)
     if isinstance(command, (list, tuple)) and any(isinstance(one, FlockingCommand) for one in command):
@@ -151,7 +151,7 @@ def _row_of(command: FlockingCommand) -> tuple[Any, ...]:
 
 
 def _shape_of(values: Any) -> tuple[int, ...]:
-    """Return the shape of what may be an array; nothing where it is none."""
+    """Return the shape of values, or () if they are no array."""
     try:
         return np.shape(values)
     except ValueError:  # rows of different lengths

@@ -1,7 +1,7 @@
-"""Formations: a shape, or drawn points, with a slot for every drone, which flies to its own.
+"""Formations: a shape, or drawn points, with a slot for every drone.
 
-Who takes which slot is the assignment of least squared distance (Kuhn, "The Hungarian method for the assignment
-problem", 1955; `swarm_pz.kernels.assignment` finds it), and drones hold their slots by a PD law.
+Slots are assigned with the least sum of squared distances (Kuhn, "The Hungarian method for the assignment
+problem", 1955; see `swarm_pz.kernels.assignment`), and drones hold their slots by a PD law.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from swarm_pz.spaces.densities import density_at
 from swarm_pz.systems.shapes import SHAPES, unit_slots
 
 _DRAWN = len(SHAPES)
-"""The number that stands for drawn points where others stand for shapes."""
+"""The shape number of drawn points."""
 _NUMBERS = 5
-"""Of a formation without drawn points: shape, x, y, size, turn."""
+"""Numbers of a formation without drawn points: shape, x, y, size, turn."""
 _LARGEST = 0.5
 """The largest size, in map widths."""
 _USUAL = {"centre": (0.5, 0.5), "size": 0.25, "turn": 0.0}
 """Defaults of a mapping."""
 _FEW_POINTS = 64
-"""Drawn points that there is room for, even in small games."""
+"""Drawn points that fit into a command, even in small games."""
 _PERCENT = (20, 50, 80)
-"""Where formations stand that have names, along either axis."""
+"""Coordinates of named formations, along either axis."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Formation(ControlSystem):
     """Each drone flies to its slot of a formation.
 
-    A command is `[shape, x, y, size, turn, count, points...]`: the whole part of the first number says which of
-    `SHAPES`, or, after the last of them, `count` drawn points; the five first alone are a command, too. Sizes are
+    A command is `[shape, x, y, size, turn, count, points...]`. The whole part of the first number is an index into
+    `SHAPES`; one beyond the last means `count` drawn points. The first five alone are a command, too. Sizes are
     in map widths, turns in radians.
 
     Attributes
@@ -77,7 +77,7 @@ class Formation(ControlSystem):
         return spaces.Box(low.astype(np.float32), high.astype(np.float32))
 
     def learner_space(self, config: GameConfig) -> spaces.Box:
-        """Return the formations that need no drawing: shape, x, y, size and turn."""
+        """Return the formations without drawn points: shape, x, y, size and turn."""
         low = np.array([0.0, 0.0, 0.0, 0.0, -math.pi], np.float32)
         return spaces.Box(low, np.array([_DRAWN, 1.0, 1.0, _LARGEST, math.pi], np.float32))
 
@@ -93,7 +93,7 @@ class Formation(ControlSystem):
         command : mapping or array_like
             `{"shape": "ring", "centre": (x, y), "size": s, "turn": t}`, or with `"points"`, (P, 2), in place of
             the shape, each number in [-1, 1]: (0, 0) is the centre, and 1 is `size` away from it. Only the shape or
-            the points must be there. Or an array as `parse_all` reads it.
+            the points are required. Or an array as `parse_all` reads it.
 
         Raises
         ------
@@ -118,7 +118,7 @@ class Formation(ControlSystem):
         return np.asarray(_spell_out(values[None], long)[0])
 
     def parse_all(self, commands: ArrayLike, count: int, config: GameConfig, name: str) -> NDArray[np.float64]:
-        """As `parse` for arrays (n, 5), or with drawn points (n, *shape)."""
+        """Parse arrays (n, 5), or (n, *shape) with drawn points."""
         try:
             is_short = np.shape(commands) == (count, _NUMBERS)
         except ValueError:
@@ -166,7 +166,7 @@ class Formation(ControlSystem):
                 )
 
     def to_densities(self, commands: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:
-        """Return where the slots of a team are that has as many drones as at the start."""
+        """Return densities of the slots of a team of the larger starting size."""
         drones = max(config.team_sizes)
         slots = np.stack([self.slots(command, drones) for command in commands])
         return density_at(slots, config.command_cells)
@@ -202,8 +202,8 @@ class Formation(ControlSystem):
     def solve(self, flight: Flight, config: GameConfig) -> NDArray[np.float64]:
         """Pull every drone to its slot, u = stiffness (slot - p) / speed factor - damping v.
 
-        Drones that hear each other alike share one assignment, of as many slots as they are; each else finds its own
-        slot by the assignment of those that it hears.
+        Each drone assigns a slot to every drone that it hears, itself included, and flies to its own. Drones that hear
+        the same drones share one assignment.
         """
         slots = np.zeros(flight.positions.shape)
         for game, members, drones in _crews(flight):
@@ -218,7 +218,7 @@ class Formation(ControlSystem):
 
 
 def _crews(flight: Flight) -> Iterator[tuple[int, NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield game, members and drones: those drones of a game that hear just the members."""
+    """Yield game, members and drones: the drones of a game that hear exactly the members."""
     for game, (own, heard) in enumerate(zip(flight.own, flight.heard, strict=True)):
         flown = np.flatnonzero(own)
         rows = heard[flown]

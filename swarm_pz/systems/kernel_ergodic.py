@@ -1,7 +1,7 @@
-"""Ergodic control with kernels in place of Fourier modes: go where the density asks, away from where the team goes.
+"""Ergodic control with kernels in place of Fourier modes: seek the density, and avoid the team's next points.
 
 After Sun, Gupta, Abraham, Murphey and others, "Fast ergodic search with kernel functions" (IEEE Transactions on
-Robotics, 2025); `swarm_pz.kernels.controllers.kernel_ergodic` flies.
+Robotics, 2025); `swarm_pz.kernels.controllers.kernel_ergodic` implements it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from swarm_pz.systems.ergodic import Densities
 
 @dataclass(frozen=True, kw_only=True)
 class KernelErgodic(Densities):
-    """Each drone flies down the kernel ergodic metric of its team; docs/control_systems.md has the equations.
+    """Each drone descends the kernel ergodic metric of its team; docs/control_systems.md has the equations.
 
     Attributes
     ----------
@@ -30,11 +30,11 @@ class KernelErgodic(Densities):
     length : float
         Map widths in which the kernel falls to 1/e.
     softening : float
-        Map widths that make the kernel smooth at 0.
+        Map widths over which the kernel is smoothed at 0.
     damping : float
         Share of its velocity that a drone loses, per second. With 0.5, drones come to rest.
     horizon : int
-        Control periods that points lie ahead.
+        Control periods of look-ahead.
     """
 
     name: ClassVar[str] = "kernel_ergodic"

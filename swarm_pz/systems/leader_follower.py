@@ -29,35 +29,35 @@ Gain = Annotated[float, Range(0.0, 1e4)]
 Array = NDArray[np.float64]
 
 _APART = 0.25
-"""Distance of several leaders from the middle of what they surround, in map widths."""
+"""Distance of several leaders from the place that they surround, in map widths."""
 _CLOSE = 1e-6
-"""Map widths below which a distance counts as this much: coinciding drones push finitely."""
+"""Least distance, in map widths, so that pushes stay finite."""
 _PERCENT = (10, 30, 50, 70, 90)
-"""Places that have names, along either axis."""
+"""Coordinates of named places, along either axis."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LeaderFollower(ControlSystem):
-    """Leaders fly to the command's places, one each; the other drones follow those whom they hear.
+    """Leaders fly to the command's places, one each; the other drones follow the drones that they hear.
 
     Attributes
     ----------
     leaders : int
         Places k of a command.
     appoint : {"nearest", "lowest"}
-        Who leads: place after place the drone that is nearest to it, or the drones with the lowest numbers. Each drone
-        appoints leaders among those that it hears, at each solve anew; so one that is captured has a successor at once.
+        Who leads: for each place in turn the nearest free drone, or the drones with the lowest numbers. Each drone
+        appoints leaders among those that it hears, anew at each solve, so a captured leader is replaced at once.
     foresight : float
-        Nearest counts from where a drone would be after this many seconds; who flies to a place already keeps it.
+        Distances count from where a drone will be after this many seconds, so that a leader keeps its place.
     stiffness, damping : float
         Of leaders: acceleration per map width to the place, 1/s², and against the velocity, 1/s.
     cohesion, alignment : float
         Of followers: acceleration per map width to the mean place of the others, and per difference to
         their mean velocity.
     leadership : float
-        Weight of the leaders in these means, against 1 less it of the other followers.
+        Weight of the leaders in these means; the other followers have the rest.
     separation : float
-        Acceleration away from a drone that touches, falling to nothing at the radius.
+        Acceleration away from a drone at distance 0, falling to 0 at the radius.
     separation_radius : float
         Map widths.
     margin : float
@@ -149,7 +149,7 @@ class LeaderFollower(ControlSystem):
     # --- flight -------------------------------------------------------------------------------
 
     def solve(self, flight: Flight, config: GameConfig) -> Array:
-        """Steer leaders to their places, and the others after them; the equations stand in the docs."""
+        """Steer leaders to their places, and the others after them; docs/control_systems.md has the equations."""
         factor = float(config.dynamics.speed_factor)
         own = flight.own[:, :, None]
         positions = np.where(own, flight.positions, 0.0).astype(np.float64)
@@ -164,7 +164,7 @@ class LeaderFollower(ControlSystem):
         return np.asarray(np.where(own_rank[:, :, None] >= 0, led, following) + keeping_apart)
 
     def _ranks(self, flight: Flight, expected: Array) -> NDArray[np.int64]:
-        """Return which place drone j leads to in the eyes of drone i, (n, N, N) `[i, j]`; -1: none."""
+        """Return the place (n, N, N) `[i, j]` to which drone i sees drone j lead, -1 for none."""
         heard = flight.heard
         if self.appoint == "lowest":
             order = np.cumsum(heard, axis=2) - 1
@@ -199,7 +199,7 @@ class LeaderFollower(ControlSystem):
         return total
 
     def _keep_apart(self, ranks: NDArray[np.int64], heard: NDArray[np.bool_], positions: Array) -> Array:
-        """Return the push (n, N, 2) away from near drones; leaders give way to leaders alone."""
+        """Return the push (n, N, 2) away from near drones; only leaders push leaders."""
         leads = np.diagonal(ranks, axis1=1, axis2=2) >= 0
         counts = heard & (~leads[:, :, None] | (ranks >= 0))
         x, y = (positions[:, :, None, axis] - positions[:, None, :, axis] for axis in range(2))

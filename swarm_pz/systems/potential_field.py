@@ -1,8 +1,8 @@
-"""Potential fields: forces between drones, from walls, and from two images, of what attracts and what repels.
+"""Potential fields: forces between drones, from walls, and from two images: what attracts and what repels.
 
 After Howard, Matarić and Sukhatme, "Mobile sensor network deployment using potential fields: a distributed, scalable
 solution to the area coverage problem" (Distributed Autonomous Robotic Systems 5, 2002);
-`swarm_pz.kernels.controllers.potential_field` flies.
+`swarm_pz.kernels.controllers.potential_field` implements it.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ Charge = Annotated[float, Range(0.0, 1e3)]
 
 @dataclass(frozen=True, kw_only=True)
 class PotentialField(ControlSystem):
-    """Charged drones, which repel each other, in a field of charges.
+    """Drones are charges that repel each other; the charges of the command attract and repel them.
 
     Attributes
     ----------
     strength : float
-        Map widths per second squared, of the force between a team's whole charge and a point one map width away.
+        Force of a team's whole charge one map width away, in map widths per second squared.
     attraction, repulsion : float
-        Charge of all that attracts, and of all that repels, where a team's own is 1.
+        Charge of all that attracts, and of all that repels, if the team's is 1.
     wall : float
         Charge of each wall.
     friction : float
         Share of its velocity that a drone loses, per second.
     softening : float
-        Map widths added to the distances between drones and from walls (as sides of a right angle), which keeps
+        Map widths added in quadrature to the distances between drones and from walls, which keeps
         forces finite.
     """
 
@@ -56,7 +56,7 @@ class PotentialField(ControlSystem):
     softening: Annotated[float, Range(1e-3, 1e3)] = 0.05
 
     def space(self, config: GameConfig) -> spaces.Box:
-        """Return the images (2, A, A) of what attracts and what repels, `[row = y, column = x]`: their shapes count."""
+        """Return the images (2, A, A) of attraction and repulsion, `[row = y, column = x]`; only their shapes count."""
         return spaces.Box(0.0, 1.0, (2, config.command_cells, config.command_cells), np.float32)
 
     def default(self, config: GameConfig) -> NDArray[np.float64]:
@@ -68,7 +68,7 @@ class PotentialField(ControlSystem):
         return np.stack([densities, np.zeros_like(densities)], axis=1)
 
     def to_densities(self, commands: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:
-        """Return attraction less repulsion, each scaled to a largest value of 1, and no less than 0."""
+        """Return attraction minus repulsion, each scaled to a largest value of 1, cut off below 0."""
         attracts, repels = commands[:, 0], commands[:, 1]
         pictures = []
         for one, other in zip(attracts, repels, strict=True):

@@ -1,11 +1,11 @@
-"""Shapes of formations: as many slots as there are drones, in a frame of their own.
+"""Shapes of formations: a slot for every drone, in a frame of their own.
 
 The middle is (0, 0), and a shape reaches 1 away from it along its axes; it faces along x, and is its own mirror image
 about that axis. A formation at c, of size s and turn a, has the slots c + s Rot(a) e. For m drones, i = 0 to m - 1:
 
 - `ring`: e_i on the unit circle at the angle 2 pi i / m.
 - `disc`: one drone in the middle, and rings r = 1 to g of radius r/g, each as `ring`; g is the least number with
-  3 g (g + 1) >= m - 1; up to ring r there are (m - 1) r (r + 1) / (g (g + 1)) beside the middle, rounded (halves up).
+  3 g (g + 1) >= m - 1; rings 1 to r hold (m - 1) r (r + 1) / (g (g + 1)) drones in all, rounded (halves up).
 - `line`: (t_i, 0), with t_i = (2 i - m + 1) / (m - 1), or 0 for one drone.
 - `wedge`: the line bent at its middle, which points forward: (1 - 1.5 |t_i|, sin(120 degrees) t_i).
 - `grid`: ranks of a = ceil(sqrt(m)) drones from the front, +x, to the rear, the last with the rest; gap 2 / (a - 1), or
@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SHAPES = ("ring", "disc", "line", "wedge", "grid")
-"""In the order of their numbers."""
+"""In the order of shape numbers."""
 _SWEEP = 2 * math.pi / 3
-"""Angle between where a wedge points and the end of an arm, seen from the middle."""
+"""Angle between a wedge's heading and the end of an arm, seen from the middle."""
 
 
 @lru_cache(maxsize=1024)
@@ -56,7 +56,7 @@ def _disc(drones: int) -> Array:
 
 
 def _steps(drones: int) -> Array:
-    """Return places from -1 to 1, evenly; one alone stands in the middle."""
+    """Return evenly spaced places from -1 to 1; a single one is 0."""
     return (2.0 * np.arange(drones) - (drones - 1)) / max(drones - 1, 1)
 
 
@@ -71,7 +71,7 @@ def _wedge(drones: int) -> Array:
 
 
 def _grid(drones: int) -> Array:
-    """Place ranks one behind the other, those of the last around the axis."""
+    """Place ranks one behind the other, each centred on the axis."""
     side = math.ceil(math.sqrt(drones))
     gap = 2.0 / max(side - 1, 1)
     rank = np.arange(drones) // max(side, 1)

@@ -1,4 +1,4 @@
-"""Learning methods learn what the table says, and what they learned is a player."""
+"""Each learning method trains, and leaves a policy that loads."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The players of the control systems are chosen by the games that they win against the field."""
+"""Each control system gets the player that wins most games against the field."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def test_learned_policies_and_players_of_the_clock_are_candidates_and_readers_of
 
 @pytest.fixture
 def contest(tmp_path):
-    """Return a contest of three entrants whose games are planted: halo wins more, and ring wins sooner."""
+    """Return a contest of three entrants with made-up games: halo wins more, and ring wins sooner."""
     names = ("direct/hold", "ergodic/halo", "ergodic/ring")
     made = Contest([(names[0], names[1]), (names[0], names[2])], SHORT, tmp_path)
-    outcomes = {names[1]: ("loss", "loss"), names[2]: ("loss", "draw")}  # of direct/hold
+    outcomes = {names[1]: ("loss", "loss"), names[2]: ("loss", "draw")}  # for direct/hold
     games = [
         played(names[0], other, number, outcome, seconds=9.0 if other.endswith("halo") else 1.0)
         for other, two in outcomes.items()

@@ -10,7 +10,7 @@ def run(words):
 
 @pytest.fixture
 def refused(capsys):
-    """Run a command that is refused, and return its error; it has said nothing else."""
+    """Run a command that must be refused and print nothing else; return its error."""
 
     def refused(words):
         capsys.readouterr()
@@ -25,7 +25,7 @@ def refused(capsys):
 
 @pytest.fixture
 def served(monkeypatch):
-    """Give what the server is called with; it ends at once."""
+    """Return the calls of the server, which ends at once."""
     calls = []
     for command in ("play", "studies"):
         monkeypatch.setattr(f"swarm_pz.cli.{command}.known", lambda: {"uniform": "everywhere"})

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM stop work where nothing is lost, and the line that goes on is named."""
+"""Ctrl-C and SIGTERM stop work at safe points, and the command that continues it is printed."""
 
 import os
 import signal
@@ -13,7 +13,7 @@ LINE = "swarm-pz train --out runs/swarm-pz"
 
 
 def work(number, times, reached, asks):
-    """Work in five steps, and then without a safe point; a signal comes at times."""
+    """Work in five steps, and then without safe points; signal `number` comes at `times`."""
     with goes_on_with(LINE):
         with stops_at_safe_points() as should_stop:
             for step in range(5):
@@ -31,8 +31,8 @@ def work(number, times, reached, asks):
     ("number", "times", "asks", "reached", "where"),
     [
         (signal.SIGINT, {1}, True, [0, 1], ": 2 of 5 steps"),
-        (signal.SIGINT, {1, 3}, False, [0, 1, 2], ""),  # a second one ends it at once
-        (signal.SIGINT, {1}, False, [0, 1, 2, 3, 4], ""),  # nothing asked about it
+        (signal.SIGINT, {1, 3}, False, [0, 1, 2], ""),  # a second signal stops it at once
+        (signal.SIGINT, {1}, False, [0, 1, 2, 3, 4], ""),  # the work never asks `should_stop`
         (signal.SIGTERM, {"after"}, True, [0, 1, 2, 3, 4], ""),
     ],
 )

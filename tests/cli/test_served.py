@@ -1,4 +1,4 @@
-"""Commands for people at the table and of studies: what reaches the server, films, messages and tables."""
+"""The commands play, replay and study: what reaches the server, films, messages and tables."""
 
 import re
 import sys
@@ -94,7 +94,7 @@ def test_a_recording_that_plays_differently_here_or_breaks_off_is_an_error(tmp_p
     ],
 )
 def test_what_cannot_be_shown_or_served_is_refused(words, message, request, tmp_path, refused):
-    if "embed" not in words:  # which the server refuses
+    if "embed" not in words:  # which only the real server refuses
         assert request.getfixturevalue("served") == []
     record(tmp_path / "a.jsonl", ticks=30)
     assert message in refused(words)
@@ -122,7 +122,7 @@ def test_a_study_is_served_from_its_folder(served, tmp_path, capsys):
     assert (how["folder"], how["host"], how["countdown_s"]) == (Path("data/games"), "127.0.0.2", 1.0)
     told = capsys.readouterr()
     assert "the participants' codes are in data/codes.txt" in told.out and "warning" not in told.err
-    run("study run study.toml --port 0 --folder data")  # the folder was let go of
+    run("study run study.toml --port 0 --folder data")  # the first run released the folder
     assert len(served) == 2
 
 

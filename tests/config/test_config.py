@@ -42,7 +42,7 @@ OPTIONS = [
     GameConfig(command_cells=5),
     GameConfig(capture=CaptureConfig(threshold=0.7)),
 ]
-"""Each of them is another game."""
+"""Each has rules of its own."""
 SEAT = ObservationConfig(grid=10)
 
 
@@ -123,7 +123,7 @@ def test_defaults_and_hashes_are_those_that_shipped_files_name():
     assert presets[0] == GameConfig()
     assert [config.hash for config in presets] == ["6c87a3d2c1f6ff12", "692c22f28dd5a2ca", "1f461901b95918b8"]
     assert [config.rules_hash for config in presets] == ["bd58485b8294f145", "a2ae7bf79b10958f", "cdcb2ff7d9808fae"]
-    assert digest(GameConfig().to_dict()) == "71970c921238f3ef"  # also of the fields that hashes leave out
+    assert digest(GameConfig().to_dict()) == "71970c921238f3ef"  # includes fields that hashes leave out
 
 
 def test_of_options_that_are_gone_stored_rules_may_name_those_that_were_off():

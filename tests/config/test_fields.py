@@ -1,4 +1,4 @@
-"""Every field of every configuration: what its type and its range refuse, and what they take."""
+"""Every field of every configuration takes what its type and range allow, and nothing else."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OTHERS = [GameConfig, TrainConfig, LeagueConfig, TournamentConfig, PlannerConfig
 WHOLE = [kind() for kind in (*SECTIONS, *OTHERS, *map(system_class, sorted(registered())))]
 EXAMPLES = [*WHOLE, OnnxCard(name="mine"), Practice(), Item(id="age", text="How old?")]
 FIELDS = [(example, entry.name) for example in EXAMPLES for entry in dataclasses.fields(example)
-          if entry.name != "controllers"]  # fmt: skip  # what these may be, tests/config/test_registry.py says
+          if entry.name != "controllers"]  # fmt: skip  # tests/config/test_registry.py tests these
 
 
 def parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
@@ -37,7 +37,7 @@ def parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def ends_of(hint: Any) -> Range | None:
-    """Return the range of a number, also of one that may be None."""
+    """Return the range of a number, even if it may be None."""
     origin, args = parts(hint)
     if origin is Annotated:
         return args[1]
@@ -45,7 +45,7 @@ def ends_of(hint: Any) -> Range | None:
 
 
 def wrong(hint: Any) -> list[Any]:
-    """Return values that are not of a type: of numbers those below and above, NaN, and too large for a float."""
+    """Return values that a type refuses; for numbers: just out of range, NaN, and too large for a float."""
     origin, args = parts(hint)
     if origin is Annotated:
         (base, ends), beyond = args, [math.nan, 10**400, -(10**5000), "1", True, [1]]
@@ -73,7 +73,7 @@ def test_a_field_takes_what_its_type_and_range_say_and_nothing_else(example, nam
     hint, path = hints_of(type(example))[name], example._path(name)
     for value in wrong(hint):
         if value is None and getattr(type(example), name, ...) is None:
-            continue  # its default, until other fields are known
+            continue  # the default, replaced once other fields are known
         with pytest.raises(ConfigError, match=rf"^{path} must be .*, got"):
             example.replace(**{name: value})
     for end in ends_of(hint) or ():
@@ -84,7 +84,7 @@ def test_defaults_are_of_their_types():
     for example in EXAMPLES:
         again = {entry.name: getattr(example, entry.name) for entry in dataclasses.fields(example)}
         copies = {name: float(str(value)) if type(value) is float else value for name, value in again.items()}
-        assert type(example)(**copies) == example  # of equal numbers that are other objects, which are checked
+        assert type(example)(**copies) == example  # equal numbers as new objects, which are checked
 
 
 def test_a_message_is_short_whatever_came():

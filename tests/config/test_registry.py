@@ -1,4 +1,4 @@
-"""Control systems that other packages register, and what is done about broken ones."""
+"""Control systems that other packages register: working ones are listed, broken ones are refused."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ REFUSED = {
     "muted": (guest("muted", __post_init__=raises(MuteError())), "<MuteError that cannot be shown>"),
     "fragile": (guest("fragile", __post_init__=raises(RuntimeError("no licence"))), "no licence"),
 }
-"""Entry points that are no control systems, and what is said of them."""
+"""Entry points that are no control systems, and their errors."""
 SENSELESS = {
     "endless": ({"space": lambda *_: spaces.Box(-float("inf"), float("inf"), (2,))}, "bounded Box"),
     "lost": ({"default": lambda *_: [0.5, 0.5, 0.5]}, r"begin with .* got shape \(3,\)"),
@@ -119,7 +119,7 @@ def test_the_own_system_stays_where_another_package_takes_its_name_and_else_the_
 def test_what_is_installed_is_listed_and_broken_ones_are_named(capsys):
     main(["policies"])
     printed = capsys.readouterr()
-    _, _, listed = printed.out.partition("control systems, by --game.controllers:\n")
+    _, _, listed = printed.out.partition("control systems, for --game.controllers:\n")
     names = [line.split()[0] for line in listed.splitlines()]
     assert names == sorted(names) and {"ergodic", "flocking", "direct", "magnet"} <= set(names)
     assert not set(names) & set(REFUSED)

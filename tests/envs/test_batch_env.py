@@ -186,7 +186,7 @@ def test_a_step_tells_who_took_how_many_and_how_many_of_these_back(recently):
     batch.reset([0, 1], scenario={"positions": (cells[:, ::-1] + 0.5) / 50})
     if recently:  # to take it back
         batch.simulator.games.capture_ticks[1, 16] = -10
-    batch.simulator.games.captures[:], batch.simulator.games.recaptures[:] = 5, 3  # of steps before
+    batch.simulator.games.captures[:], batch.simulator.games.recaptures[:] = 5, 3  # from earlier steps
     result = step(batch)
     assert (result.captured == [[1, 0], [1, 0]]).all()
     assert result.recaptured.tolist() == [[0, 0], [int(recently), 0]]

@@ -1,4 +1,4 @@
-"""Drones as agents: PettingZoo's tests, who plays and who sits out, and the books of the reward."""
+"""Drones as agents: PettingZoo's tests, which agents are active, and how rewards add up."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_agents_are_named_after_the_team_that_they_begin_with_and_stay():
 
 @pytest.mark.parametrize("side", ["blue", "both"])
 def test_a_captured_drone_pays_for_the_defeat_like_its_team(side):
-    """Each agent gets all that its team gets, sitting out or not; else to be captured early is the best way to lose."""
+    """Catches rewards that only active agents get: a drone captured early would not pay for its team's defeat."""
     config = GameConfig(drones_per_team=3, capture=CaptureConfig(threshold=0.5))
     batch, generator = DronesBatch(config, 1, side=side, action_period=1.0), np.random.default_rng(1)
     captured = ends = 0

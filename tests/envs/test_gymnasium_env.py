@@ -1,4 +1,4 @@
-"""One learner, in one game or in many at once: what Gymnasium, its wrappers and Stable-Baselines3 ask of both."""
+"""One learner, in one game or in many at once: what Gymnasium, its wrappers and Stable-Baselines3 require."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_it_does_what_gymnasiums_own_vector_env_does_with_single_environments(mo
             if mode == AutoresetMode.DISABLED and over.any():
                 with pytest.raises(GameOverError, match="reset_mask"):
                     ours.step(zeros(3))
-                # Theirs takes the mask out of the options.
+                # Gymnasium's reset removes the mask from the options.
                 one, other = (envs.reset(options={"reset_mask": over.copy()}) for envs in (ours, theirs))
                 assert_same(one[0], other[0])
                 assert_same(one[1], other[1])
@@ -171,7 +171,7 @@ def test_gymnasiums_vector_wrappers_take_it():
     for _ in range(2):
         *_, infos = envs.step(zeros(2))
     assert infos["episode"]["l"].tolist() == [2, 2]
-    # Conversions to other libraries' arrays, as NumpyToTorch, take numbers alone.
+    # Wrappers that convert arrays, such as NumpyToTorch, take only numbers.
     assert {values.dtype.kind for name, values in infos.items() if name != "episode"} <= set("bif")
     _, infos = DictInfoToList(gymnasium.make_vec(ID, num_envs=2)).reset(seed=0)
     assert [info["size"] for info in infos] == [10, 10]

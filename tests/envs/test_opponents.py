@@ -50,7 +50,7 @@ def names_met(duel):
 
 
 def test_a_seed_always_gives_the_same_side_and_the_same_stream_to_the_opponent():
-    # Whoever published a seed's game may count on it.
+    # A published seed must keep its game.
     diary = Diary()
     duel = begun(games=16, opponent=diary)
     assert duel.sides.tolist() == [1, 0, 1, 1, 1, 1, 0, 0, 0, 0, 0, 1, 0, 1, 1, 0]
@@ -70,7 +70,7 @@ def test_the_start_the_side_and_the_opponent_have_streams_of_their_own_and_a_see
         return np.array([np.random.default_rng(stream).integers(2) for stream in streams])
 
     theirs = [diary.begun[row] for row in range(count)]
-    # Each of two coins that are the same coin would agree in every game; of two of their own in half of them.
+    # Draws from one stream would agree in every game, draws from independent streams in half of them.
     for one, other in ((duel.sides, draws(seeds)), (duel.sides, draws(theirs)), (draws(seeds), draws(theirs))):
         assert 8 < (one == other).sum() < count - 8
     assert len({tuple(stream.generate_state(4)) for stream in [*seeds, *theirs]}) == 2 * count

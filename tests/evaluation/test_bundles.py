@@ -1,4 +1,4 @@
-"""A policy that travels is the same policy where it arrives, or is refused."""
+"""A policy sent to a worker is the same there, or is refused."""
 
 import pickle
 import shutil

@@ -1,4 +1,4 @@
-"""Control systems that fail in the middle of games: whose side forfeits, and which games go on."""
+"""If a control system fails during games, its side forfeits them, and the other games go on."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -16,7 +16,7 @@ from tests.systems_of_tests import Magnet, install
 
 @dataclass(frozen=True, kw_only=True)
 class Brittle(Magnet):
-    """Fails once its team's first drone, of those that it flies, has flown to the right half."""
+    """Fails once all drones that it flies in a game are right of x = 0.55."""
 
     name: ClassVar[str] = "brittle"
     fault: str = "raises"
@@ -51,7 +51,7 @@ def systems(monkeypatch):
 
 
 def flown(fault="raises", places=(0,)):
-    """Return rules by which the policy (0), its opponent (1) or both fly by a system that fails."""
+    """Return rules in which a failing system flies for the policy (0), its opponent (1) or both."""
     return CONFIG.replace(controllers=tuple(Brittle(fault=fault) if n in places else "ergodic" for n in range(2)))
 
 
@@ -84,7 +84,7 @@ def test_a_system_that_cannot_serve_a_density_later_on_forfeits(fault, place, mo
     played = play_match("ring", "ring", games=2, config=flown("nan", (place,)))
     assert {game.outcome for game in played.forfeits} == {("loss", "win")[place]} and len(played.forfeits) == 2
     assert played.forfeits[0].forfeit.startswith("brittle, which flies ")
-    monkeypatch.setattr(Brittle, "from_densities", lambda *_: SERVED[fault]())  # even coverage: when games are made
+    monkeypatch.setattr(Brittle, "from_densities", lambda *_: SERVED[fault]())  # uniform coverage fails, too
     for make in (parallel_env, lambda config: play_match("ring", "ring", games=2, config=config)):
         with pytest.raises(ConfigError, match="brittle cannot serve densities"):
             make(flown("nan", (0, 1)))

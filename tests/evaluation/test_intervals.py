@@ -1,4 +1,4 @@
-"""Intervals are those of the books, and 95 % intervals cover the truth about 95 times of 100."""
+"""Intervals agree with textbooks, and 95 % intervals cover the truth about 95 times in 100."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ SAME, AS_RED, AS_EITHER = 0.4, 0.6, 0.3
 
 
 def of_a_win_rate(generator):
-    """Some pairs are the same game twice; two different games of a pair go together."""
+    """Return an interval; some pairs are one game twice, and in the others both games have the same outcome."""
     games = []
     for pair in range(80):
         is_same = bool(generator.random() < SAME)

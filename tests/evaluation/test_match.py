@@ -74,7 +74,7 @@ def test_a_pair_that_is_the_same_game_twice_counts_once():
     match = result(*twice, *others)
     assert match.unique == [twice[0], *others] and (match.score(), match.standing()) == (1.0, "3-0-0")
     lost = result(game(0, "red", "loss", b"0"), game(0, "blue", "win", b"0"), game(1, "red", "draw", b"1"))
-    # Where all that count are won, or none, a bootstrap would be certain of it.
+    # If all games that count are won, or none, a bootstrap interval has no width.
     for of_these, won, count in ((match, 3, 3), (lost, 0, 2)):
         interval = binomtest(won, count).proportion_ci(method="wilson")
         assert of_these.win_rate_interval() == pytest.approx((interval.low, interval.high))

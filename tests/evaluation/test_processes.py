@@ -55,7 +55,7 @@ def import_slowly():
 
 @pytest.mark.parametrize("prepare", [import_slowly, compile_slowly])
 def test_an_import_or_a_compilation_is_finished_before_late_code_is_interrupted(prepare, tmp_path, monkeypatch):
-    """Half a module, or half a function, would stay behind for all who use it later."""
+    """Catches a half-imported module or half-compiled function that stays behind for later users."""
     (tmp_path / "takes_long.py").write_text(SLOWLY)
     monkeypatch.syspath_prepend(tmp_path)
     done = []
@@ -99,7 +99,7 @@ def test_time_spent_waiting_for_a_processor_does_not_count(tmp_path, monkeypatch
     work(9)
     with pytest.raises(TimeoutError):
         work(9)
-    told.unlink()  # as on systems that do not tell
+    told.unlink()  # as on systems without it
     with pytest.raises(TimeoutError):
         work(None)
 
@@ -144,7 +144,7 @@ time.sleep(60)
 
 
 def test_a_process_ends_with_the_one_that_started_it_and_not_by_ctrl_c():
-    """A pool died when a terminal's Ctrl-C came while its workers started."""
+    """Catches a pool that dies if Ctrl-C comes while its workers start."""
     with interrupts_blocked():
         assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
     with subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE, text=True) as parent:  # noqa: S603

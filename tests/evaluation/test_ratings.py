@@ -1,4 +1,4 @@
-"""Ratings are the Bradley-Terry model's, what they leave out is measured, and clones change no Nash average."""
+"""Ratings follow the Bradley-Terry model, the cycles it misses are measured, and clones change no Nash average."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from swarm_pz.evaluation.ratings import SCALE, Results, intransitivity, nash_ave
 
 
 def field(shares, pairs, names):
-    """Make a round robin in which i takes a share of each pair's two points from j."""
+    """Make a round robin in which i takes both points from j in a share of their pairs of games."""
     points = {
         pairing: np.array([[2.0 if k < round(share * pairs) else 0.0, 2.0] for k in range(pairs)])
         for pairing, share in shares.items()
@@ -107,7 +107,7 @@ def test_a_field_without_ratings_is_refused(results, anchor, message):
     ids=["cycle", "dominant", "all equal", "alone", "never lost"],
 )
 def test_nash_mixtures_are_those_of_games_solved_by_hand(shares, mixture, skills):
-    """A sign or a transposition that is wrong would put the mixture on who loses."""
+    """Catches a wrong sign or transposition, which would put the mixture on the losers."""
     found = nash_average(np.array(shares))
     np.testing.assert_allclose(found, [mixture, skills], atol=1e-7)
 
@@ -118,7 +118,7 @@ def test_nash_mixtures_are_those_of_games_solved_by_hand(shares, mixture, skills
     ids=["one equilibrium", "several", "infeasible by rounding"],
 )
 def test_eight_clones_change_ranks_by_ratings_but_none_by_nash_averaging(steps, seed):
-    """Whoever enters copies of a player would otherwise move others; so would a solver's choice of an equilibrium."""
+    """Catches ranks that depend on copies of a player, or on which equilibrium a solver chooses."""
     upper = np.triu(np.random.default_rng(seed).integers(0, steps + 1, (12, 12)) / steps, 1)
     shares = upper + np.tril(1.0 - upper.T, -1) + np.eye(12) / 2.0
     who = np.random.default_rng(1).permutation([*range(12), *[0] * 8])

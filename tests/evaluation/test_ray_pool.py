@@ -29,7 +29,7 @@ class Ref(SimpleNamespace):
 
 
 class Pretended:
-    """Ray, as far as the pool uses it: machines of two processors each, and what happens to every task, in turn."""
+    """The part of Ray that the pool uses: one machine with two processors; `fates` list what happens to each task."""
 
     exceptions, cloudpickle = ray.exceptions, ray.cloudpickle
 
@@ -140,7 +140,7 @@ BLOCK = "ring", "uniform", [0, 1], TournamentConfig(budget_ms=1e6, game=GameConf
 
 @pytest.mark.skipif(os.name != "posix", reason="needs kill")
 def test_a_real_cluster_plays_the_same_games_and_can_be_ended():
-    secret = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}  # else Ray writes one to a file
+    secret = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}  # else Ray writes a token to a file
     driver = subprocess.run(  # noqa: S603
         [sys.executable, "-c", DRIVER],
         cwd=Path(__file__).parents[2],

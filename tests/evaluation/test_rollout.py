@@ -1,4 +1,4 @@
-"""One loop plays all games: a game is its seed, pair and side, whoever looks at it and whatever is played beside it."""
+"""One loop plays all games: seed, pair and side fix a game, however it is watched and whatever is played beside it."""
 
 import pickle
 
@@ -14,7 +14,7 @@ SHORT = GameConfig(time_limit=8.0, drones_per_team=3)
 
 
 class Ones:
-    """Covers evenly, in so many milliseconds of a clock that only it moves."""
+    """Covers evenly; each command takes some milliseconds of a clock that only this class moves."""
 
     observation = policies.load("uniform").observation
     clock = 0.0
@@ -38,7 +38,7 @@ class Events:
 
     def __call__(self, rollout):
         now = b"".join(np.ascontiguousarray(array[self.row]).tobytes() for array in rollout.simulator.games)
-        if not self.seen or now != self.seen[-1]:  # an ended game is as it ended
+        if not self.seen or now != self.seen[-1]:  # an ended game stays as it is
             self.seen.append(now)
 
 

@@ -1,4 +1,4 @@
-"""Seasons: what is sent in plays or is left out with a reason, and only what is new is played."""
+"""Seasons: an entry plays or is left out with a reason, and only missing games are played."""
 
 import json
 import pickle

@@ -1,4 +1,4 @@
-"""Medians and means of lengths some of which are lower bounds."""
+"""Medians and means of lengths, some of which are only lower bounds."""
 
 import itertools
 from fractions import Fraction
@@ -11,7 +11,7 @@ from swarm_pz.evaluation.survival import kaplan_meier, survival_curve
 
 
 def by_fractions(seconds, decided):
-    """Go through the games one moment after the other, with exact fractions."""
+    """Compute median and mean moment by moment, in exact fractions."""
     survival, area, median = Fraction(1), Fraction(0), None
     for now, then in itertools.pairwise([0.0, *sorted(set(seconds))]):
         area += survival * (Fraction(then) - Fraction(now))
@@ -34,7 +34,7 @@ def test_median_and_mean_are_kaplan_meiers():
         decided = (generator.random(count) < generator.choice([0.3, 0.7, 1.0])).tolist()
         median, mean = by_fractions(seconds, decided)
         assert kaplan_meier(seconds, decided) == (median, pytest.approx(mean)), (seconds, decided)
-    for draws, count in itertools.product((0, 1), range(2, 300, 14)):  # as floats, one half can come out above it
+    for draws, count in itertools.product((0, 1), range(2, 300, 14)):  # in floats, one half can be rounded up
         seconds, decided = [0.0] * draws + [*range(1, count + 1)], [False] * draws + [True] * count
         assert kaplan_meier(seconds, decided)[0] == count / 2
 

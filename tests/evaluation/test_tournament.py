@@ -122,7 +122,7 @@ def test_an_interrupted_tournament_goes_on_without_losing_or_repeating_a_game(wh
     assert lines(folder)[: len(kept)] == kept
     assert without_times(folder) == without_times(whole.folder)
     before = (folder / GAMES).read_bytes()
-    early.play()  # which had seen none of these games
+    early.play()  # opened before these games were played
     assert (folder / GAMES).read_bytes() == before and early.results().payoffs()[1].sum() > 0
 
 
@@ -230,7 +230,7 @@ def test_a_tactic_in_a_file_that_changed_is_another_player(tmp_path, monkeypatch
 )
 def test_a_player_that_fails_forfeits_that_game_and_the_tournament_goes_on(tmp_path, fault, reason):
     budget_ms = 200.0 if fault == "slow" else 1e6  # a busy machine makes nobody else late
-    name, opponents = f"faulty_{fault}", ["corners", "ring"]  # the first and the second by name
+    name, opponents = f"faulty_{fault}", ["corners", "ring"]  # before and after it by name
     opponents = opponents[fault == "slow" :]
     tournament = played(tmp_path, (name, *opponents), CONFIG.replace(games=6, budget_ms=budget_ms))
     forfeits = [game for opponent in opponents for game in tournament.between(name, opponent) if game.forfeit]
@@ -244,7 +244,7 @@ def test_a_player_that_fails_forfeits_that_game_and_the_tournament_goes_on(tmp_p
 
 
 class Thinking(Faulty):
-    """Thinks for some milliseconds of a clock that only it moves; about one of its commands alone, if that is said."""
+    """Takes some milliseconds of a clock that only it moves: for each command, or only for number `about`."""
 
     now = 0.0
 
@@ -261,7 +261,7 @@ class Thinking(Faulty):
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Let alarms ring by that clock."""
+    """Let alarms ring by the clock of `Thinking`."""
 
     @contextlib.contextmanager
     def alarm(seconds):
@@ -320,7 +320,7 @@ main()
 
 
 def test_ctrl_c_ends_a_tournament_with_the_line_that_goes_on(tmp_path):
-    """Its processes have played the games that one process plays."""
+    """Several processes play the same games as one process."""
     folder, count = tmp_path / "my ladder", "1000"  # more than anybody waits for
     options = ["--game.time-limit", "4", "--game.drones-per-team", "2", "--games", count]
     words = ["tournament", *FOUR, *options, "--out", str(folder)]

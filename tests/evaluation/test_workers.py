@@ -1,4 +1,4 @@
-"""Whoever does the work, it is done once, kept by the process that shared it out, and stopped where nothing is lost."""
+"""In every pool a task runs once, the process that shared it out keeps its result, and a stop loses nothing."""
 
 import os
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
@@ -39,7 +39,7 @@ def test_what_a_task_raises_is_raised_and_what_was_done_before_is_kept():
 
 
 class Held(Executor):
-    """Does nothing by itself: a task says what comes of it; those that have begun end when the pool is looked at."""
+    """Runs nothing: a task's argument says what becomes of it; one that has begun ends when `cancel` is tried."""
 
     slots, ended = 3, 0
 
@@ -55,7 +55,7 @@ class Held(Executor):
             future.set_result("done")
         elif args == ("begun",):
             future.set_running_or_notify_cancel()
-            cancel = future.cancel  # which is tried when there is nothing else to do
+            cancel = future.cancel  # `share` tries this when it ends
             future.cancel = lambda: cancel() or future.set_result("begun") or False
         return future
 

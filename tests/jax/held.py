@@ -1,6 +1,6 @@
-"""The game in JAX, held to the simulator: one step from the simulator's own state at every control period.
+"""Compare the game in JAX with the simulator: one step from the simulator's state at every control period.
 
-`python -m tests.jax.held` compares 50 games of a minute, of 1 to 40 drones a team.
+`python -m tests.jax.held` compares 50 games of a minute, with 1 to 40 drones a team.
 """
 
 import argparse
@@ -26,18 +26,18 @@ from tests.play.engine_cases import random_density
 LARGEST = 40
 PLACES = 2 * LARGEST
 PERIODS = 100
-"""Control periods that are compared at once: games of all lengths share what was compiled."""
+"""Control periods that are compared at once; games of all lengths share one compilation."""
 SEEN = (
     ObservationConfig(grid=10, channels=CHANNELS + MOTION_CHANNELS),
     ObservationConfig(grid=25),
     ObservationConfig(kind="entities"),
 )
 CLOSE = {"positions": 1e-6, "velocities": 1e-5, "accelerations": 1e-4, "memory": 1e-4, "memory_weight": 1e-5}
-"""Largest differences of floats from the simulator's; whole numbers must be the same."""
+"""Largest allowed differences of floats from the simulator's; integers must be equal."""
 
 
 def state_of(games, places=PLACES):
-    """Return the simulator's only game as a state with some places for drones."""
+    """Return the simulator's only game as a state with room for `places` drones."""
     empty = places - games.teams.shape[1]
     teams, trails = games.teams[0], games.trails[0]
     occupancy = np.zeros((2, GRID_CELLS**2), np.int16)
@@ -65,7 +65,7 @@ def state_of(games, places=PLACES):
 
 
 def play(seed, seconds):
-    """Return a game's rules, and of each control period: the state before, commands, the state after, result, views."""
+    """Play a game; return its rules and, of each control period: state before, commands, state after, result, views."""
     generator = np.random.default_rng(seed)
     sizes = tuple(int(size) for size in generator.integers(1, LARGEST + 1, size=2))
     limit, threshold = generator.choice([seconds / 2, 2.0 * seconds]), generator.choice([0.5, 0.75, 0.9])
@@ -85,7 +85,7 @@ def play(seed, seconds):
 
 @jax.jit
 def step_all(states, commands, params):
-    """Take a step of many states; what is seen is compared in `see_all`, and not computed here."""
+    """Take a step from many states, without observations, which `see_all` computes."""
     actions = {agent: commands[:, side] for side, agent in enumerate(AGENTS)}
     return jax.vmap(step_once, (0, 0, None))(states, actions, params)[1:]
 
@@ -94,15 +94,15 @@ see_all = jax.jit(jax.vmap(see, (0, None)))
 
 
 def stacked(trees):
-    """Stack equal trees, the last one again and again up to `PERIODS`."""
+    """Stack trees of the same structure, and repeat the last one up to `PERIODS`."""
     every = [*trees, *[trees[-1]] * (PERIODS - len(trees))]
     return jax.tree.map(lambda *leaves: np.stack(leaves), *every)
 
 
 def compare(seed, seconds, found, *, pallas=False):
-    """Compare a game, and count what differs into `found`.
+    """Compare a game, and count the differences in `found`.
 
-    Rounding can put a drone into the cell beside it: such a step is a tie, which is counted and not compared.
+    Rounding can put a drone into a neighbouring cell. Such a step is a tie: it is counted and not compared.
     """
     rules, periods = play(seed, seconds)
     params = make_params(rules, drones=PLACES, pallas=pallas)
@@ -115,7 +115,7 @@ def compare(seed, seconds, found, *, pallas=False):
         cells = np.abs(mine.trails.astype(int) - theirs.trails)[differing]
         assert np.isin(cells, (1, GRID_CELLS)).all(), f"game {seed}: a drone is in another part of the board"
         same = np.flatnonzero(~differing.any(axis=(1, 2))[:count])
-        # Who was captured forgets at once there, and at the next solve here.
+        # A captured drone loses its memory at once in the simulator, and at the next solve in JAX.
         is_old = theirs.capture_ticks <= theirs.tick[:, None] - TICKS_PER_CONTROL_PERIOD
         knows = {"memory": (is_old & (theirs.teams >= 0))[:, None, None], "memory_weight": is_old & (theirs.teams >= 0)}
         found["periods"] += count
@@ -147,7 +147,7 @@ def compare(seed, seconds, found, *, pallas=False):
 
 
 def compare_views(mine, theirs, observation, found):
-    """Compare what a side sees in both; halves are rounded either way, as the processor multiplies."""
+    """Compare a side's observations; halves may be rounded either way, depending on the processor."""
     if isinstance(theirs, dict):
         for name, values in theirs.items():
             shown = mine[name][: len(values)]
@@ -162,11 +162,11 @@ def compare_views(mine, theirs, observation, found):
 
 
 def check(found):
-    """Check that nothing differs but by rounding."""
+    """Check that all differences come from rounding."""
     assert found["ties"] <= 0.01 * found["periods"]
     assert not {name: count for name, count in found.items() if name.startswith("other") and count}
     assert all(found[f"most of {name}"] <= most for name, most in CLOSE.items())
-    # Whole numbers that lie half-way between two are rounded either way.
+    # Values half-way between two integers may be rounded either way.
     assert sum(found[name] for name in found if name.endswith("by 1")) < 3 * found["periods"]
 
 

@@ -1,4 +1,4 @@
-"""The interfaces of JaxMARL and Gymnax: shapes, spaces, actions, the player's part, and what follows an end."""
+"""The interfaces of JaxMARL and Gymnax: shapes, spaces, actions, the opponent, and resets after an end."""
 
 import runpy
 import sys
@@ -91,7 +91,7 @@ def test_the_spaces_are_of_the_libraries_that_are_installed(monkeypatch):
 
 @pytest.fixture(scope="module")
 def both_sides():
-    """Return a step of both sides, compiled, a state, and another, which follows an end."""
+    """Return a compiled step of both sides, a state, and the state that follows the end of a game."""
     env, step = TwoSides(PARAMS), jax.jit(TwoSides(PARAMS).step)
     state, other = (jax.jit(env.reset)(jax.random.key(seed))[1] for seed in (0, 1))
     return lambda state, red, blue: step(KEY, state, {"red_0": red, "blue_0": blue}, other), state, other

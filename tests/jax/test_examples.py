@@ -1,4 +1,4 @@
-"""The examples that train in JAX: what they compute, and the policy that one leaves."""
+"""The examples that train in JAX: what they compute, and the policies that they write."""
 
 import importlib.util
 import sys
@@ -23,7 +23,7 @@ SEEN = np.random.default_rng(0).integers(0, 256, (4, len(CHANNELS), 10, 10), dty
 
 @pytest.fixture(scope="module")
 def examples():
-    """Return the examples as modules of few and short games, compiled quickly: PPO, IPPO and a league."""
+    """Return the examples as modules with few, short games and quick compilation: PPO, IPPO and a league."""
     modules = []
     for name in ("jax_ppo", "jax_ippo", "jax_league"):
         spec = importlib.util.spec_from_file_location(name, Path(__file__).parents[2] / "examples" / f"{name}.py")
@@ -100,7 +100,7 @@ def test_ippo_learns_and_plays(examples, monkeypatch, capsys):
 
 
 def test_a_league_meets_patterns_and_policies_as_they_are(examples):
-    """Else it learns to beat players that nobody else meets."""
+    """Else a league would learn to beat players that exist nowhere else."""
     league, game = examples[2], examples[2].CONFIG.game
     network = league.widened("hunter", league.CONFIG, np.random.default_rng(0))
     assert network["head.weight"].shape[1] == 8 and network["trunk.near.0.weight"].shape[1] == 14
@@ -109,7 +109,7 @@ def test_a_league_meets_patterns_and_policies_as_they_are(examples):
     assert np.abs(np.asarray(answer(seen)) - load("hunter", game).act(seen[:, :9], np.arange(4))).max() <= 1e-5
 
     numbers, rows = np.array([list(kind.values()) for kind in KINDS.values()]), np.arange(len(KINDS))
-    cells = np.random.default_rng(2).integers(0, 25, (20, 2))  # at their centres, images show the mean as it is
+    cells = np.random.default_rng(2).integers(0, 25, (20, 2))  # at centres of cells, where images show the exact mean
     teams = np.repeat([0, 1], 10)
     images = np.zeros((2, 25, 25), np.uint8)
     for (x, y), team in zip(cells, teams, strict=True):

@@ -1,4 +1,4 @@
-"""The game in JAX: the same as the simulator's, whatever shares a compilation, and what it says of bad input."""
+"""The game in JAX equals the simulator's, different games share a compilation, and bad input is refused."""
 
 from collections import Counter
 

@@ -1,4 +1,4 @@
-"""The kernel of Pallas, interpreted: it plays the simulator's game."""
+"""The Pallas kernel, interpreted, plays the simulator's game."""
 
 from collections import Counter
 

@@ -1,4 +1,4 @@
-"""Players under `jit` answer as those of the rest of the project."""
+"""Players under `jit` return the same commands as those of `swarm_pz.policies`."""
 
 import json
 

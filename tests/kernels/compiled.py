@@ -1,8 +1,8 @@
-"""Machine code that tests in several processes need, made before they begin: else each of them makes it for itself.
+"""Compile the machine code that tests in several processes need, before each process compiles it for itself.
 
     python -m tests.kernels.compiled
 
-Each kind of rules in `KINDS` has machine code of its own, since its arguments are of other types.
+Each kind of rules in `KINDS` needs its own machine code, since its arguments have other types.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ KINDS = {
 
 
 def make(kind: str) -> None:
-    """Compile what games of a kind need, unless it is kept already."""
+    """Compile what games of a kind need, unless it is on disk already."""
     if (config := KINDS[kind]) is None:
         simulator = Simulator()
         simulator.reset([0])
@@ -44,5 +44,5 @@ def make(kind: str) -> None:
 
 
 if __name__ == "__main__":
-    for kind in KINDS:  # in one process, since kinds have parts in common
+    for kind in KINDS:  # in one process, since kinds share parts
         make(kind)

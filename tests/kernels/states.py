@@ -1,4 +1,4 @@
-"""Random states of one game, put into a simulator and solved once, for mirrors to compare with."""
+"""Random states of one game, and a simulator's solve from them, to compare with slow references."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.reference import ControllerReference, saturate
 MODES = 10
 PEACE = CaptureConfig(enabled=False)
 SOFT = ControllerConfig(control_weight=20.0, max_acceleration=100.0)
-"""Gains so low that hardly an acceleration is saturated: nothing is hidden."""
+"""Gains so low that hardly any acceleration is saturated: saturation would hide errors."""
 
 
 class State(NamedTuple):
@@ -35,7 +35,7 @@ class State(NamedTuple):
 
 
 def random_state(generator: np.random.Generator, drones: int, spread: float = 1.0) -> State:
-    """Draw a state; the drones lie in a square of width `spread`, and have pasts that could have been."""
+    """Draw a state; the drones lie in a square of width `spread`, and their memories are possible ones."""
     corner = generator.random(2) * (1.0 - spread)
     weight = generator.random(drones) * 40
     k, places = np.arange(MODES), generator.random((drones, 8, 2))

@@ -1,4 +1,4 @@
-"""Machine code on disk: for which processor, until when, and what stands in the stamp of its sources."""
+"""Machine code is kept on disk for each kind of processor, until one of its sources changes."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def gain():
 
 
 def run(code: str, folder: Path, **environment: str) -> tuple[list[str], bool]:
-    """Return the words that code prints, and whether it says that it compiles."""
+    """Run code; return the words that it prints, and whether it reports that it compiles."""
     command, environment = [sys.executable, "-c", code], os.environ | environment
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)  # noqa: S603
     return done.stdout.split(), "compiles its kernels" in done.stderr
@@ -75,7 +75,7 @@ def test_machine_code_is_kept_for_each_kind_of_processor_until_a_source_changes(
     assert run(small, tmp_path, NUMBA_CPU_NAME=other) == (["0.75", "0"], True)
     assert run(small, tmp_path) == (["0.75", "1"], False)
     edit(folder / "inner" / "gain.py", "0.5", "0.0")
-    edit(folder / "small.py", "Body", "Pair")  # a class that kept code names, and is there no more
+    edit(folder / "small.py", "Body", "Pair")  # old machine code names this class, which is gone
     assert run(small, tmp_path) == (["0.25", "0"], True)
     kept = sorted(path.suffix for path in (folder / "__pycache__").glob("small.push*"))
     assert kept == [".nbc", ".nbi"], "what is of other sources is removed"
@@ -90,7 +90,7 @@ def test_processes_that_compile_at_once_for_other_arguments_keep_their_code_apar
         write(name, data)
 
     monkeypatch.setattr(one, "_save_data", write_last)
-    monkeypatch.setattr(other, "_load_index", dict)  # which it had looked at before this one wrote it
+    monkeypatch.setattr(other, "_load_index", dict)  # as if `other` read it before `one` wrote it
     one.save("float32", "code for float32")
     files = _Files(str(tmp_path), "push", "stamp")
     assert files.load("float64") == "code for float64"
@@ -100,7 +100,7 @@ def test_processes_that_compile_at_once_for_other_arguments_keep_their_code_apar
 def test_kernels_take_nothing_of_ours_that_the_stamp_does_not_cover():
     for path in (PACKAGE / "kernels").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.ImportFrom) and path.name != "compiler.py":  # which holds no kernels
+            if isinstance(node, ast.ImportFrom) and path.name != "compiler.py":  # it holds no kernels
                 package, _, rest = str(node.module).partition(".")
                 assert package != "swarm_pz" or rest.split(".")[0] in SOURCES, (path, node.module)
 
@@ -120,7 +120,7 @@ print((simulator.games.memory.tobytes() + simulator.positions.tobytes()).hex())
 
 
 def test_other_garbage_in_memory_and_another_layout_of_it_do_not_show():
-    """A kernel that reads what nobody wrote finds other numbers there."""
+    """A kernel that reads uninitialised memory would find other numbers there."""
     simulator = Simulator(num_games=2)
     simulator.reset(range(2))
     simulator.advance(90)

@@ -1,4 +1,4 @@
-"""The rules of capture, one sentence and one scene at a time; whole games of them: test_mirror."""
+"""The rules of capture, one scene for each rule; `test_mirror` compares whole games."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from tests.reference import captures_where
 CENTRES = (np.arange(50) + 0.5) / 50
 RING = [(row, column) for row in range(18, 23) for column in range(28, 33) if max(abs(row - 20), abs(column - 30)) == 2]
 """All cells of the ring around (20, 30)."""
-# A lone drone captures on the ring around it, too: two of its mates in one far cell raise their
-# field's maximum there and so disarm it.
+# A lone drone would capture on the ring around it. Two of its mates in one far cell raise the
+# maximum of their team's field, so that it captures nothing there.
 FAR = [(45, 5), (45, 5)]
 
 
@@ -39,8 +39,8 @@ def test_a_drone_is_captured_where_it_is_surrounded(inside, enabled, sizes):
 @pytest.mark.parametrize("count", [1, 10])
 def test_no_density_saves_who_is_surrounded_and_the_step_stops_at_the_deciding_tick(count):
     simulator = scene(RING, [(20, 30)] * count)
-    simulator.games.occupancy[0, 1, 2, 2] = 2000  # blue's field is strongest where nobody is: it captures nobody
-    simulator.games.occupancy[0, 1, 24, 34] = 200  # and stronger than red's where blue is
+    simulator.games.occupancy[0, 1, 2, 2] = 2000  # blue's field has its maximum where no drone is: it captures nobody
+    simulator.games.occupancy[0, 1, 24, 34] = 200  # blue's field exceeds red's at the blue drones, too
     simulator.advance(30)
     assert simulator.sizes.tolist() == [[16 + count, 0]]
     assert simulator.decided.tolist() == [True] and simulator.games.ticks.tolist() == [1]
@@ -106,6 +106,6 @@ def test_all_trails_in_one_cell_do_not_overflow_the_field_at_the_corner(each):
     places[each], places[each + 1 :] = CENTRES[0], CENTRES[40]
     simulator = Simulator(config)
     simulator.reset([0], scenario={"positions": places, "teams": [0] * each + [1] * each})
-    simulator.games.occupancy[0, 0, 4, 4] = config.num_drones * config.trail_ticks - each  # as if all had been red's
+    simulator.games.occupancy[0, 0, 4, 4] = config.num_drones * config.trail_ticks - each  # as if all trails were red's
     simulator.advance(1)
     assert simulator.sizes.tolist() == [[each + 1, each - 1]]

@@ -21,10 +21,10 @@ def picky(values: np.ndarray) -> float:
 
 
 def test_a_part_is_for_kernels_may_raise_and_is_no_function_of_pythons():
-    """Without its words a call from Python would be the end of the process."""
+    """Without this error, a call from Python would end the process."""
     part = kernel(picky)
     whole = njit(pipeline_class=_WholeCompiler)(lambda values: part(values))
-    for _ in range(2):  # not compiled yet, and then for these arguments
+    for _ in range(2):  # before the part is compiled, and after
         with pytest.raises(TypeError, match="picky is a part of other kernels"):
             part(np.ones(2))
         assert whole(np.full(2, 2.0)) == 4.0
@@ -40,7 +40,7 @@ def test_a_loop_that_returns_an_array_is_refused(returned):
 
 
 def test_without_a_private_part_of_numba_kernels_do_the_same_and_it_is_said_once():
-    """The next version of numba may rename what the compiler is made of."""
+    """The next version of numba may rename the private parts that our compiler uses."""
     code = """
 from numba.core.compiler import CompileResult; del CompileResult._find_referenced_environments
 import numpy as np

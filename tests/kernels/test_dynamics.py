@@ -1,4 +1,4 @@
-"""Motion of single drones: past each other, and not below the least airspeed."""
+"""Drones do not affect each other's motion, and do not fly below the least airspeed."""
 
 import numpy as np
 

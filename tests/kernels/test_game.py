@@ -28,7 +28,7 @@ FAILING = DynamicsConfig(failure_rate=1.0, repair_rate=3.0)
     ids=["many", "failing", "many failing", "forgetful", "many on command", "many on capture"],
 )
 def test_what_fields_are_made_of_is_always_that_of_the_trails(drones, options):
-    """It is kept up by what changes."""
+    """Ticks only update the occupancy, so a missed change would last."""
     simulator = Simulator(GameConfig(drones_per_team=(drones // 2, drones - drones // 2), **options))
     simulator.reset([1])
     generator, captures = np.random.default_rng(1), 0
@@ -57,7 +57,7 @@ def test_controllers_choose_accelerations_ten_times_a_second_and_they_are_held_b
 
 
 def mixed(state: int, number: int) -> int:
-    """A step of SplitMix64, in whole numbers."""
+    """Return a step of SplitMix64, in Python's integers."""
     full = 2**64 - 1
     x = ((state ^ number) + 0x9E3779B97F4A7C15) & full
     x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & full
@@ -89,7 +89,7 @@ def test_who_fails_and_returns_is_drawn_from_the_seed_for_every_drone_at_every_s
 
 
 def test_every_number_is_in_a_cell():
-    """A drone at NaN would write beyond the board, and end the process."""
+    """Else a drone at NaN would write outside the board and end the process."""
     expected = {math.nan: 0, -math.inf: 0, -1.0: 0, -0.0: 0, 0.5: 25, 1.0: 49, 2.0: 49, 1e30: 49, math.inf: 49}
     find = njit(lambda x, y: cell_of(x, y))
     for (x, column), (y, row) in zip(expected.items(), reversed(expected.items()), strict=True):

@@ -1,4 +1,4 @@
-"""What lanes are compiled to beside what they are in plain Python."""
+"""Compiled lanes compute the same as plain Python."""
 
 from __future__ import annotations
 

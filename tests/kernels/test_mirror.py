@@ -1,4 +1,4 @@
-"""Kernels beside slow float64 references, phase by phase, from the kernels' own state."""
+"""Kernels agree with slow float64 references, phase by phase, from the kernels' own state."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def test_no_drone_changes_sides_other_than_in_the_reference(seed, seconds, large
 
 @pytest.mark.parametrize(("states", "largest_swarm"), [(12, 30), (3, 800)])
 def test_accelerations_match_the_reference(states, largest_swarm):
-    # Many drones are solved some at a time.
+    # Large swarms are solved in parts.
     for errors in controller_errors(states, seed=1, largest_swarm=largest_swarm):
         assert errors.max() < 1e-3
 

@@ -1,4 +1,4 @@
-"""The options of the preset `released`, each alone; `tests/test_golden.py` plays whole games by it."""
+"""Each option of the preset `released` alone; `tests/test_golden.py` plays whole games with the preset."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NEAR = 1e-4
 
 
 def changed(targets: np.ndarray, previous: np.ndarray) -> np.ndarray:
-    """Return a mask (2,) of the teams whose target (2, A, A) is another one."""
+    """Return a mask (2,) of the teams whose target differs; both arguments are (2, A, A)."""
     return (np.abs(targets - previous) > 1e-9).any(axis=(1, 2))
 
 
@@ -45,7 +45,7 @@ def test_fields_are_of_the_density_that_a_teams_controller_expects(config):
         expected = [reconstruction_field(shared_coefficients(simulator, 0, team)) if some[team] else np.zeros((50, 50))
                     for team in range(2)] if tick % 3 == 0 else None  # fmt: skip
         simulator.advance(1)
-        if expected is not None and (failed == simulator.failed).all():  # else others were at work in the solve
+        if expected is not None and (failed == simulator.failed).all():  # else other drones took part in the solve
             np.testing.assert_allclose(simulator.capture_field[0], expected, atol=NEAR)
         for drone, position in enumerate(simulator.positions[0]):
             value = simulator.capture_field[0, 1 - teams[drone]][cell_of(position)]

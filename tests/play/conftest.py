@@ -1,4 +1,4 @@
-"""A table to play at: a server of its own, in a process of its own."""
+"""Fixtures: game servers in their own processes, clients and browser pages."""
 
 import contextlib
 import functools
@@ -23,7 +23,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, TARGET, decode_frame
 
 SLOW_MS = 120_000
-"""Longest wait of pages, for games and their recordings, on the slowest machine."""
+"""Longest wait for a page, a game or a recording, on the slowest machine."""
 expect.set_options(timeout=SLOW_MS)
 OLDEST_NODE = (20, 19)
 COMMAND = """
@@ -33,14 +33,14 @@ from swarm_pz.play.server import serve
 serve.PolicyWorkers = functools.partial(serve.PolicyWorkers, processes=2)
 main()
 """
-"""The command line, with two processes for policies at most: to start one takes seconds of a processor."""
+"""The command line, with at most two policy processes: each takes seconds of processor time to start."""
 
 
 class Server:
-    """A command that serves, in a process of its own."""
+    """A server command in its own process."""
 
     def begin(self, *options, until):
-        """Start it with options, and return what it says first in which some text stands."""
+        """Start the command, and return the first line of its output that contains `until`."""
         self.process = subprocess.Popen(  # noqa: S603
             [sys.executable, "-c", COMMAND, *options],
             stdout=subprocess.PIPE,
@@ -80,7 +80,7 @@ class Table(Server):
             return error.code, error.headers, error.read().decode()
 
     def recording(self, room, other_than=None):
-        """Return the file of a room's latest game, which is made when something of it is first written."""
+        """Wait for the file of a room's latest game, which the first write creates, and return it."""
         end = time.monotonic() + SLOW_MS / 1000
         while not (found := set(self.folder.glob(f"*-{room}-*.jsonl")) - {other_than}):
             assert time.monotonic() < end, f"no game of room {room} was recorded"
@@ -88,7 +88,7 @@ class Table(Server):
         return max(found)
 
     def status(self):
-        """Return the server's own figures."""
+        """Return the figures at `/status`."""
         return json.loads(self.get("/status")[2])
 
     def visit(self, token=None, **how):
@@ -97,7 +97,7 @@ class Table(Server):
 
 
 class Client:
-    """One connection, that says and hears."""
+    """One WebSocket connection to a table."""
 
     def __init__(self, address, token=None, **how):
         self._stack = contextlib.ExitStack()
@@ -119,7 +119,7 @@ class Client:
         self.socket.send(message if isinstance(message, str | bytes) else protocol.encode(message))
 
     def take(self, timeout=60.0):
-        """Receive one message, and acknowledge frames."""
+        """Receive one message, and acknowledge every fourth frame."""
         data = self.socket.recv(timeout=timeout)
         if isinstance(data, str):
             self.messages.append(protocol.decode_server(data))
@@ -144,7 +144,7 @@ class Client:
         raise AssertionError(f"no {kind.__name__} came")
 
     def refused(self, message):
-        """Say something, and return how it is refused."""
+        """Send a message, and return its refusal."""
         self.say(message)
         return self.hear(protocol.Refused)
 
@@ -187,7 +187,7 @@ def own_table(tmp_path):
 
 @pytest.fixture(scope="session")
 def node():
-    """Give the command that runs JavaScript, from a version on that reads modules without being told."""
+    """Give the path of Node, or skip the test if it is too old to detect modules by itself."""
     found = shutil.which("node")
     told = subprocess.run([found, "--version"], capture_output=True, text=True, check=True).stdout if found else "none"  # noqa: S603
     if tuple(map(int, re.findall(r"\d+", told)[:2])) < OLDEST_NODE:
@@ -199,11 +199,11 @@ def node():
 
 
 FEW_PICTURES = "requestAnimationFrame = ((later) => (act) => setTimeout(() => later(act), 80))(requestAnimationFrame)"
-"""Ten pictures a second: nobody looks, and a processor paints them all."""
+"""About ten frames a second, to save time: without a GPU, the processor paints them."""
 
 
 def new_page(browser, width=360, height=640, **how):
-    """Give an empty page, on a device of its own."""
+    """Return an empty page in its own browser context."""
     page = browser.new_context(viewport={"width": width, "height": height}, **how).new_page()
     page.context.add_init_script(FEW_PICTURES)
     page.context.set_default_timeout(SLOW_MS)
@@ -212,7 +212,7 @@ def new_page(browser, width=360, height=640, **how):
 
 @contextlib.contextmanager
 def opening(chromium, *, hears_console=False):
-    """Give a function that opens an address on a device of its own, where no page may have errors."""
+    """Give a function that opens an address in its own browser context; errors on a page fail the test."""
     contexts, faults = [], []
 
     def open_(address, script="", **how):
@@ -233,9 +233,9 @@ def opening(chromium, *, hears_console=False):
 
 @pytest.fixture
 def open_page(chromium, table):
-    """Give a function that opens the table's page in a browser of its own.
+    """Give a function that opens the table's page in its own browser context.
 
-    A test that has a table of its own asks for it first, so that its pages are closed before it ends.
+    A test with its own table names that fixture first, so that the pages are closed before the table ends.
     """
     with opening(chromium, hears_console=True) as open_at:
 
@@ -249,13 +249,13 @@ def open_page(chromium, table):
 
 @pytest.fixture
 def visit(chromium):
-    """Give a function that opens an address on a device of its own, whatever becomes of its server."""
+    """Give a function that opens an address in its own browser context; its server may end meanwhile."""
     with opening(chromium) as open_:
         yield open_
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
-    """Serves a folder, and says nothing."""
+    """Serves a folder without logging."""
 
     def log_message(self, *_):
         pass
@@ -263,7 +263,7 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
-    """Give a folder and the address at which it is served: another origin than the table's."""
+    """Give a folder and the address that serves it, whose origin is not the table's."""
     folder = tmp_path_factory.mktemp("lab")
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=folder))
     thread = threading.Thread(target=server.serve_forever)

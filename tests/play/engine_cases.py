@@ -1,4 +1,4 @@
-"""Games of the simulator, tick by tick, to which the page's engine is held; `static/engine.test.js` compares."""
+"""Games of the simulator, tick by tick; `static/engine.test.js` compares the page's engine with them."""
 
 import json
 import os
@@ -38,9 +38,9 @@ ROW = np.zeros(1, np.int64)
 
 
 def exact_fields(fields, grid):
-    """Return capture fields (2, G, G) painted on a grid by whole numbers, and where 255 value / maximum is a half.
+    """Return capture fields (2, G, G) painted on a grid with integers, and where 255 value / maximum is a half.
 
-    There kernels round either way, as the processor multiplies.
+    At a half, kernels round up or down, depending on how the processor multiplies.
     """
     blocks = fields.astype(np.int64).reshape(2, grid, GRID_CELLS // grid, grid, GRID_CELLS // grid)
     values, most = blocks.max(axis=(2, 4)), np.maximum(fields.max(axis=(1, 2)).astype(np.int64), 1)[:, None, None]
@@ -51,7 +51,7 @@ def exact_fields(fields, grid):
 
 
 def seen_of(env, observation, team):
-    """Return a team's observation, halves of fields rounded up, and the count of cells that kernels rounded down."""
+    """Return a team's observation, with halves in fields rounded up, and how many cells kernels rounded down."""
     images, fields = env.observe(observation, team)[0], capture_fields(env.simulator.games.occupancy[0])
     exact, is_half = exact_fields(fields, observation.grid)
     down = 0
@@ -79,7 +79,7 @@ def random_density(generator):
 
 
 def game_case(seed, *, seconds, every):
-    """Return a game as bytes of safetensors: its state at every tick, and what is seen of it at every so many."""
+    """Return a game as safetensors bytes: its state at every tick, and observations at every `every`-th tick."""
     generator = np.random.default_rng(seed)
     sizes = tuple(int(size) for size in generator.integers(1, LARGEST + 1, size=2))
     config = GameConfig(drones_per_team=sizes, time_limit=LIMIT)
@@ -120,7 +120,7 @@ def game_case(seed, *, seconds, every):
 
 
 def drawing_cases(count=12):
-    """Return drawings with what they ask for, and commands with their targets."""
+    """Yield drawings with their densities and the pictures of their targets."""
     generator = np.random.default_rng(0)
     drawings = [[]]
     for number in range(1, count):
@@ -154,7 +154,7 @@ def write_cases(folder, seeds, **how):
 
 
 def compare_in_node(node, folder):
-    """Compare what was written, and return what Node's runner of tests says."""
+    """Run `engine.test.js` on the written cases, and return the completed process."""
     return subprocess.run(  # noqa: S603
         [node, "--test-reporter=tap", str(STATIC / "engine.test.js")],
         env=os.environ | {"SWARM_PZ_FIXTURES": str(folder)},

@@ -1,4 +1,4 @@
-"""Policies that do what their names say at the second command that they give."""
+"""Policies that fail as their names say, at their second command."""
 
 import os
 import time
@@ -23,7 +23,7 @@ class Faulty:
     def act(self, observations, rows):
         self.count += 1
         answer = np.full((len(rows), 10, 10), 1.0 / self.count)
-        if self.count == 3:  # the first is asked for when it is made
+        if self.count == 3:  # the first is asked for when the policy is loaded
             if self.how == "raises":
                 raise RuntimeError("no idea")
             if self.how == "nan":
@@ -36,5 +36,5 @@ class Faulty:
 
 
 def loader(name, config, system):
-    """Load a policy, a faulty one too."""
+    """Load a policy, faulty ones included."""
     return Faulty(name) if name in FAULTS else load(name, config, system)

@@ -1,4 +1,4 @@
-"""Steps of journeys on the page in a real browser, and checks of a page that is shown."""
+"""Steps and checks for tests of the page in a real browser."""
 
 import re
 import time
@@ -40,17 +40,17 @@ OUT_OF_PLACE = """() => {
     a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1)
     .map(([other]) => `${one} and ${other} overlap`)));
 }"""
-"""Names what lies beyond the edge of the view that is shown, is cut, or lies over something else."""
+"""Names elements of the visible view that lie beyond its edge, are cut off, or overlap."""
 AXE = """async () => {
   const { violations, incomplete } = await axe.run(document, { resultTypes: ["violations", "incomplete"] });
   const faults = violations.map(({ id, nodes }) => [id, ...nodes.map(({ html }) => html)]);
   return faults.concat(incomplete.filter(({ id }) => id !== "color-contrast").map(({ id }) => [`${id} is unclear`]));
 }"""
-"""Contrast over a canvas cannot be computed, and is tested by its colours."""
+"""axe cannot compute contrast over a canvas; `test_static` tests the colours."""
 SMALL = """() => [...document.querySelectorAll("#table button, #table input:not([type=checkbox])")]
   .filter(one => one.checkVisibility() && Math.min(one.offsetHeight, one.offsetWidth) < 44)
   .map(one => one.id || one.outerHTML)"""
-"""Names what a finger cannot hit."""
+"""Names controls that are too small for a finger."""
 
 
 class Hand:
@@ -89,7 +89,7 @@ EXPERIMENT = """<!doctype html>
 
 
 def write_experiment(folder, site, run):
-    """Write a page with jsPsych and the plug-in of a site or a table, in which some lines run the trials."""
+    """Write a jsPsych page that loads the plug-in from `site`, a site or a table, and runs the script `run`."""
     if not DIST.is_dir():
         pytest.skip("jsPsych is not here: scripts/browser installs it, with npm")
     (folder / "jspsych.js").write_bytes((DIST / "index.browser.min.js").read_bytes())
@@ -100,7 +100,7 @@ def write_experiment(folder, site, run):
 
 
 def eventually(page, holds):
-    """Wait until something holds, however slow the machine is, and return it."""
+    """Wait until `holds()` is true, even on a slow machine, and return its value."""
     end = time.monotonic() + SLOW_MS / 1000
     while not (held := holds()):
         assert time.monotonic() < end, "it did not come to that"
@@ -109,13 +109,13 @@ def eventually(page, holds):
 
 
 def wait_for_play(page):
-    """Wait until the game runs, and a command counts."""
+    """Wait until the game runs and accepts commands."""
     expect(page.locator("#table[data-phase=playing]")).to_be_visible()
     expect(page.locator("#spread")).to_be_enabled()
 
 
 def room_of(page):
-    """Return the code in the address, once it names a room; the page knows it sooner than `page.url`."""
+    """Wait until the address names a room, and return its code; `page.url` lags behind `location`."""
     return eventually(page, lambda: page.evaluate("/^#room=(.+)/.exec(location.hash)?.[1]"))
 
 
@@ -123,12 +123,12 @@ def room_of(page):
 
 
 def open_form(page):
-    """Show the start's form, with all that a room can be, for researchers too."""
+    """Open the start page's form with all settings, also those for researchers."""
     page.evaluate("for (const name of ['more', 'lab']) document.getElementById(name).open = true")
 
 
 def open_room(page, opponent="none", time_limit="", **choices):
-    """Open a room by the start's form, with a time limit that it need not offer, and return its code."""
+    """Open a room with the start page's form, and return its code; the form need not offer the time limit."""
     open_form(page)
     page.locator("#time-limit").evaluate(
         "(field, value) => { field.append(new Option(value, value)); field.value = value; }", time_limit
@@ -140,7 +140,7 @@ def open_room(page, opponent="none", time_limit="", **choices):
 
 
 def begin(page, opponent="none", **choices):
-    """Open a room and begin; without a time limit no game is over before something was done."""
+    """Open a room and begin; without a time limit, the game cannot end before the test acts."""
     room = open_room(page, opponent, **choices)
     page.click("#ready")
     wait_for_play(page)
@@ -151,12 +151,12 @@ def begin(page, opponent="none", **choices):
 
 
 def latest(table, room, kind):
-    """Return the lines of a kind of the latest game in a room, as far as they are written."""
+    """Return the lines of a kind that a room's latest game has written so far."""
     return Recording.read(table.recording(room)).of(kind)
 
 
 def commands(page, table, room, count):
-    """Return red's commands, once there are so many: of those that come too soon, only the latest counts."""
+    """Wait for `count` commands of red, and return all; of those in quick succession, only the latest may count."""
     return eventually(
         page,
         lambda: (
@@ -176,7 +176,7 @@ def heights(found):
 
 
 def check_axe(page, where):
-    """Check that axe finds no fault, in the dark and in the light."""
+    """Check that axe finds no fault, in the dark and the light colour scheme."""
     if not page.evaluate("'axe' in window"):
         page.evaluate(AXE_SCRIPT)
     for scheme in ("dark", "light"):
@@ -185,6 +185,6 @@ def check_axe(page, where):
 
 
 def check_places(page, where):
-    """Check that nothing lies beyond an edge or over anything else, and that fingers hit what is there."""
+    """Check that nothing is off-screen, cut off, overlapping or too small for a finger."""
     faults = page.evaluate(OUT_OF_PLACE) + page.evaluate(SMALL)
     assert faults == [], f"{where}: {faults}"

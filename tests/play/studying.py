@@ -1,4 +1,4 @@
-"""A study at a table of its own, and participants who do what they are asked."""
+"""A study on its own server, and scripted participants."""
 
 import http.client
 import json
@@ -14,11 +14,11 @@ from swarm_pz.play.studies.folder import StudyFolder
 from tests.play.conftest import Client, Server
 
 PATIENCE_S = 1200.0
-"""Longest wait of a participant in all, on the slowest machine."""
+"""Longest time that a participant may take, on the slowest machine."""
 
 
 class StudyTable(Server):
-    """A running study, whose address and token of the monitor are known; it can be killed, and started again."""
+    """A study's server, with its address and its monitor's token; it can be killed and started again."""
 
     def __init__(self, file, folder):
         self.file, self.folder = file, folder
@@ -41,7 +41,7 @@ class StudyTable(Server):
             self.kill()
 
     def ask(self, path, said=None, **headers):
-        """Return status and answer of an address; `said` is posted, if there is any."""
+        """Request a path, with `said` as a POST if given; return the status and the response."""
         data = said if said is None or isinstance(said, bytes) else json.dumps(said).encode()
         request = urllib.request.Request(f"http://{self.address}{path}", data=data, headers=headers)
         try:
@@ -64,21 +64,21 @@ class StudyTable(Server):
 
 
 class Participant:
-    """Somebody who answers, plays, and tries again when the server is gone; `done` are the confirmed steps."""
+    """Answers, plays, and tries again while the server is down; `done` lists the confirmed steps."""
 
     def __init__(self, table, code):
         self.table, self.code, self.done = table, code, []
         self.window, self.loaded = f"window of {code}", time.time()
 
     def say(self, act, **more):
-        """Send something, and return the study's state for this participant."""
+        """Post an action, and return the study's state for this participant."""
         said = {"window": self.window, "loaded": self.loaded, **more}
         status, told = self.table.ask(f"/study/{self.code}/{act}", said)
         assert status == 200, told
         return told
 
     def walk(self, until=lambda step: False):
-        """Do what is asked until all is done, or a step comes at which one stops; return the last state."""
+        """Do step after step, until all are done or `until(step)` is true; return the last state."""
         end, state = time.monotonic() + PATIENCE_S, {}
         while time.monotonic() < end:
             try:
@@ -144,7 +144,7 @@ def answer_to(item):
 
 
 def walk_all(participants, meanwhile=lambda: None):
-    """Let participants do all that they are asked, at the same time, while something else is done."""
+    """Let participants do all their steps at the same time, and call `meanwhile`."""
     faults = []
 
     def walk(one):

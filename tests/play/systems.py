@@ -1,4 +1,4 @@
-"""Control systems for tests at the table, which take places: one that works, and some that fail in a corner."""
+"""Control systems whose commands are places: one works, some fail at the place (0, 0), one has no default."""
 
 import importlib.metadata
 import time
@@ -14,7 +14,7 @@ from swarm_pz.systems import ControlSystem
 
 @dataclass(frozen=True, kw_only=True)
 class Magnet(ControlSystem):
-    """Everybody flies to one place."""
+    """All drones fly to one place."""
 
     name: ClassVar[str] = "magnet"
     takes: ClassVar[str] = "place"
@@ -36,7 +36,7 @@ class Magnet(ControlSystem):
 
 
 def failing(name, fail):
-    """Return a system that works until it is asked into a corner, where it fails."""
+    """Return a system that works until its command is (0, 0), and then calls `fail`."""
     return dataclass(frozen=True, kw_only=True)(type(name, (Magnet,), {"name": name, "fail": fail}))
 
 
@@ -56,7 +56,7 @@ Hanging = failing("hanging", _hang)
 
 @dataclass(frozen=True, kw_only=True)
 class Unready(Magnet):
-    """Cannot say what its commands are."""
+    """Raises an error when asked for its default command."""
 
     name: ClassVar[str] = "unready"
 

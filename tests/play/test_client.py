@@ -1,4 +1,4 @@
-"""A program at the table, against a stand-in for it: what it says, when, and what it makes of the answers."""
+"""The client for programs, against a stand-in table: what it sends, when, and how it handles the replies."""
 
 import contextlib
 import threading
@@ -15,7 +15,7 @@ from swarm_pz.play.frames import Frame, encode_frame, encode_target
 
 @contextlib.contextmanager
 def stand_in(*answers):
-    """Give the address of a table that answers a client's `ready` so and hangs up, and what it was said."""
+    """Serve a table that sends `answers` to `ready` and may hang up; give its address, what it hears, and its end."""
     said, heard_all = [], threading.Event()
 
     def talk(socket):

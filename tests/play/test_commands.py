@@ -1,4 +1,4 @@
-"""Commands of any kind: what clients are told of them, how they are written, read, flown, held and drawn."""
+"""Commands of any kind: how they are described to clients, read, flown and drawn."""
 
 import numpy as np
 import pytest

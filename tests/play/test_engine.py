@@ -1,11 +1,11 @@
-"""The game in the page, held to the simulator: from its own state at every tick."""
+"""The page's engine computes each tick as the simulator does, from the simulator's state."""
 
 import re
 
 from tests.play.engine_cases import compare_in_node, write_cases
 
 SEEDS = (11, 34, 39)
-"""Of games of 6, 3 and 40 red drones against 6, 1 and 21 blue ones."""
+"""Games of 6, 3 and 40 red drones against 6, 1 and 21 blue ones."""
 
 
 def test_the_page_plays_as_the_simulator_does(node, tmp_path):

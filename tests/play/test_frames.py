@@ -81,7 +81,7 @@ def test_of_a_hidden_team_nothing_is_written_and_nothing_is_read():
 
 
 def random_frame(count, seed, *, keyframe, with_fields):
-    """Return a frame of random drones, some of them beyond the scale."""
+    """Return a frame of random drones, some of them beyond the encoded ranges."""
     generator = np.random.default_rng(seed)
     return Frame(
         sequence=seed,

@@ -1,4 +1,4 @@
-"""A live game: commands come whenever they come, and a recorded one can be played again."""
+"""A live game: when commands count, what is refused, how it ends, and how robots move."""
 
 import numpy as np
 import pytest
@@ -142,7 +142,7 @@ def test_who_asks_at_every_step_hands_in_only_what_is_not_held():
     assert holds(game, BLUE, evenly)
     game.advance(3)
     assert holds(game, RED, aside) and not holds(game, RED, evenly)
-    # Where it is all the same, everything is handed in, and recordings tell of it.
+    # Where resending has no effect, every command is handed in and recorded.
     assert not holds(LiveGame(TableConfig(), seed=0), RED, evenly)
 
 

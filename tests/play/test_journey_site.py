@@ -1,4 +1,4 @@
-"""Journeys without a server: the folder of `swarm-pz site` in a real browser, served as any files are."""
+"""Browser tests of the folder that `swarm-pz site` writes, served as plain files."""
 
 import csv
 import io
@@ -44,9 +44,7 @@ def test_a_game_is_played_watched_saved_and_verified_and_needs_no_network(site, 
     Hand(page).draw((0.2, 0.3), (0.4, 0.3))
     eventually(page, lambda: page.locator("#arena").get_attribute("data-target") == "1")
     drawn = tick_of(page)
-    eventually(
-        page, lambda: tick_of(page) > drawn + 66
-    )  # after a second of game it is in the file, and the page is kept
+    eventually(page, lambda: tick_of(page) > drawn + 66)  # play on for two seconds
     page.click("#leave")
     page.click("#leave-now")
     page.click("#recorded summary")
@@ -71,7 +69,7 @@ def test_a_game_is_played_watched_saved_and_verified_and_needs_no_network(site, 
     page.click("#copy-game")
     shared = text_of(page, "sharing-text").input_value().split()[-1]
     assert "#replay=" in shared and len(shared) < 8000
-    page.wait_for_function("navigator.serviceWorker.ready")  # unlike `evaluate`, it gives up
+    page.wait_for_function("navigator.serviceWorker.ready")  # unlike `evaluate`, it has a timeout
     shutil.rmtree(folder)
     page.goto(shared)  # the whole game is in the link
     expect(text_of(page, "scrubber")).to_be_visible()

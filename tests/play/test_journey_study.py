@@ -1,4 +1,4 @@
-"""The pages of a study in a real browser: what is asked, how it is answered, and that everybody can."""
+"""The pages of a study in a real browser: what they ask, how to answer, and accessibility."""
 
 import threading
 
@@ -18,7 +18,7 @@ SMALL = """(fields) => [...document.querySelectorAll(fields)]
     .map((one) => one.outerHTML)"""
 RESULT = """window.setTimeout = ((later) => (act, ms, ...more) =>
     later(act, ms !== 6000 ? ms : sessionStorage.getItem("hold") ? 1e9 : 100, ...more))(window.setTimeout)"""
-"""A result is shown for a moment, or for as long as it is looked at."""
+"""A result is shown for 0.1 s, or, while `hold` is set, for ever."""
 PLAN = """
 title = "Two interfaces"
 participants = 8
@@ -93,7 +93,7 @@ def visit(chromium, study):
 
 
 def check(page, where):
-    """Check that axe finds nothing wrong with a page, and that nothing sticks out of it, narrow or wide."""
+    """Check that a page passes axe and, narrow or wide, has nothing off-screen or too small to touch."""
     for width, height in WIDTHS:
         page.set_viewport_size({"width": width, "height": height})
         assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{where}, {width} wide"
@@ -166,7 +166,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     expect(page.locator("#told")).to_have_text("Please give a number from 18 to 99.")
     check(page, "own questions")
     boxes = [one.bounding_box() for one in page.locator("fieldset", has_text="How are you?").locator("label").all()]
-    assert len({(box["y"], round(box["width"])) for box in boxes}) == 1  # no point stands out
+    assert len({(box["y"], round(box["width"])) for box in boxes}) == 1  # all points look alike
     page.get_by_label("How old are you?").fill("18")
     go_on(page)
 
@@ -178,7 +178,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     page.get_by_label("flee").check()
     go_on(page)
     expect(page.locator("#told")).to_contain_text("not right")
-    expect(page.locator("h2")).to_have_text("Will you?")  # beside the questions
+    expect(page.locator("h2")).to_have_text("Will you?")  # the text is shown again, beside the questions
     check(page, "once more")
     page.get_by_label("own all").check()
     go_on(page)
@@ -209,7 +209,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     (study.folder / "interrupted" / "P01.block1.game1.1.jsonl").touch()
     seat = {"room": "AAAA", "seat": "red", "token": "0" * 32}
     page.evaluate("seat => sessionStorage.setItem('swarm-pz.seat', JSON.stringify(seat))", seat)
-    gone = f"http://{study.address}/study/P01/game#room=AAAA"  # a seat that went with its server
+    gone = f"http://{study.address}/study/P01/game#room=AAAA"  # a seat that no longer exists
     page.goto(gone, wait_until="commit")
     page.wait_for_url("**/study/P01")
     at_heading(page, "Game 1 of 1")
@@ -222,7 +222,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     meeting.start()
     page.wait_for_selector("#table[data-phase=over]")
     page.evaluate("sessionStorage.removeItem('hold')")
-    page.reload()  # the seat may be gone by now: one comes back all the same
+    page.reload()  # works even if the seat is gone by now
     page.wait_for_url("**/study/P01")
     at_heading(page, "How was that?")
     meeting.join()
@@ -233,7 +233,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     for game in ("Practice game 1", "Game 1 of 1"):
         at_heading(page, game)
         go_on(page, "Begin")
-    at_heading(page, "How was that?")  # by itself, when the result was shown
+    at_heading(page, "How was that?")  # the page goes on by itself after the result
     go_on(page)
     at_heading(page, "About this study")
     go_on(page)
@@ -246,7 +246,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
 def test_nobody_goes_on_before_a_break_is_over(visit, study):
     page, step = visit(""), {"id": "break", "kind": "break", "heading": "Time for a rest", "seconds": 3600.0}
     state = {"code": "P06", "title": "A study", "done": 1, "of": 2, "step": step}
-    page.route("**/state", lambda route: route.fulfill(json=state))  # so that no time passes but the page's own
+    page.route("**/state", lambda route: route.fulfill(json=state))  # a fixed state: only the page's clock runs
     page.clock.install()
     page.goto(f"http://{study.address}/study/P06")
     button = page.get_by_role("button", name="Go on")

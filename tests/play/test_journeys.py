@@ -1,4 +1,4 @@
-"""Journeys of people in a real browser, at one server, each in rooms of its own; `static/*.test.js` test the logic."""
+"""Tests in a real browser, on one server, each in its own rooms; `static/*.test.js` test the logic."""
 
 import json
 import re
@@ -35,7 +35,7 @@ SIZES = [(320, 640), (390, 844), (1366, 768), (1024, 768), (800, 500)]
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory, lab):
-    """Give a server that all journeys share, and whose page may be held in frames of the lab's pages."""
+    """Give a server that most tests share; the lab's pages may embed its page in frames."""
     for kind in ("paper", "variants"):  # else the first game of each waits for a compiler
         make(kind)
     server = Table(tmp_path_factory.mktemp("games"), "--embed", lab[1])
@@ -53,10 +53,10 @@ def text_of(page, name):
 def test_what_is_drawn_is_flown(open_page, table):
     page = open_page(width=1000, height=700)
     room, hand = begin(page), Hand(page)
-    hand.draw((0.85, 0.85), (0.92, 0.92))  # and sent, since the hand is lifted
+    hand.draw((0.85, 0.85), (0.92, 0.92))  # sent when the hand is lifted
     (command,) = commands(page, table, room, 1)
     assert command.strokes[0].brush == "attract" and command.timing.drawing_ms > 0
-    eventually(page, lambda: page.evaluate(INK) == 0)  # the swarm follows it
+    eventually(page, lambda: page.evaluate(INK) == 0)  # the ink fades once the command is in force
     eventually(page, lambda: latest(table, room, InForceMessage))
 
 
@@ -111,7 +111,7 @@ def test_a_whole_game_by_keys(open_page, table):
     page.keyboard.press("?")
     expect(text_of(page, "close-legend")).to_be_focused()
     page.keyboard.press("Enter")
-    expect(text_of(page, "arena")).to_be_focused()  # one plays on where one was
+    expect(text_of(page, "arena")).to_be_focused()  # closing the legend returns the focus
     page.keyboard.press("u")
     assert len(commands(page, table, room, 3)[-1].strokes) == 1
 
@@ -140,7 +140,7 @@ def test_two_people_meet_by_a_link_play_and_part_while_others_look_on(open_page,
     page.click("#ready")
     expect(text_of(other, "cover-text")).to_have_text("Ann is ready. The game begins when you are.")
     other.click("#ready")
-    for one, y in ((page, 0.9), (other, 0.1)):  # where they do not meet: the game goes on
+    for one, y in ((page, 0.9), (other, 0.1)):  # far apart, so that no capture ends the game
         wait_for_play(one)
         Hand(one).draw((0.3, y), (0.7, y))
     eventually(page, lambda: {line.team for line in latest(table, room, SeatCommand)} == {0, 1})
@@ -155,7 +155,7 @@ def test_two_people_meet_by_a_link_play_and_part_while_others_look_on(open_page,
     expect(text_of(other, "watching")).to_contain_text("the blue seat was given up for good")
     page.reload()
     wait_for_play(page)
-    page.click("#leave")  # nobody is left who would miss it: one is not asked again
+    page.click("#leave")  # not asked to confirm: the opponent has left
     expect(text_of(page, "lobby")).to_be_visible()
 
 
@@ -235,7 +235,7 @@ def test_a_page_that_was_closed_returns_to_its_seat_with_what_it_saved(open_page
 
 def test_a_running_game_is_not_left_by_a_slip(open_page):
     page = open_page(width=1000, height=700)
-    expect(page.locator("[data-opponent=centre]")).to_be_disabled()  # until one has beaten who comes before
+    expect(page.locator("[data-opponent=centre]")).to_be_disabled()  # locked until the opponent before it is beaten
     page.click("#quick")
     wait_for_play(page)
     room = room_of(page)
@@ -253,7 +253,7 @@ def test_a_running_game_is_not_left_by_a_slip(open_page):
 def test_a_server_that_falls_silent_dies_and_comes_back(visit, own_table):
     page = visit(f"{own_table.address}/#play=uniform", width=1000, height=700)
     wait_for_play(page)
-    expect(text_of(page, "time")).to_have_text(re.compile("[1-9]"))  # a second is in the file
+    expect(text_of(page, "time")).to_have_text(re.compile("[1-9]"))  # a second of the game is recorded
     own_table.process.send_signal(signal.SIGSTOP)
     expect(text_of(page, "silence")).to_contain_text("silent")
     own_table.process.send_signal(signal.SIGCONT)
@@ -293,7 +293,7 @@ def test_the_lesson_waits_until_a_step_is_done(open_page):
 
 
 def views(page):
-    """Go through the views of the page, and say which is shown."""
+    """Open the page's views in turn, and yield their names."""
     open_form(page)
     page.click("#recorded summary")
     yield "start"
@@ -315,7 +315,7 @@ def views(page):
     wait_for_play(page)
     yield "lesson"
     page.click("#leave")
-    begin(page, red_system="formation")  # against nobody: no game ends while one looks
+    begin(page, red_system="formation")  # no opponent, so the game does not end
     page.click("#shelf")
     yield "formation"
     page.evaluate("document.getElementById('leaving').showModal()")
@@ -345,11 +345,11 @@ def views(page):
 def test_every_view_fits_every_screen_and_axe_finds_no_fault(open_page):
     page = open_page()
     for where in views(page):
-        lowest = [(320, 568)] if where in ("practice", "lesson", "formation") else []  # the board leaves room for more
+        lowest = [(320, 568)] if where in ("practice", "lesson", "formation") else []  # the board shrinks for these
         for width, height in lowest + SIZES:
             page.set_viewport_size({"width": width, "height": height})
             check_places(page, f"{where}, {width} wide")
-        check_axe(page, where)  # on the last, which shows all that there is
+        check_axe(page, where)  # at the last size only
 
 
 # --- in an experiment -----------------------------------------------------------------------------
@@ -358,19 +358,19 @@ RUN = """
   jsPsych.pluginAPI.setTimeout = (act) => { window.finish = act; };  // the result stays as long as one looks at it
   jsPsych.run([{ type: jsPsychSwarmPz, table: "TABLE", ...TRIAL }]);"""
 SPREAD = "setInterval(() => document.querySelector('#spread:enabled')?.click(), 20)"
-"""Commands as soon as the game runs, and once only: nothing is sent twice."""
+"""Sends one command as soon as the game runs; the page does not send the same again."""
 FORGE = """() => {
     const over = { type: "swarm-pz.over", row: { outcome: "forged" } };
     window.postMessage(over, "*");
     const other = document.body.appendChild(document.createElement("iframe"));
     other.contentWindow.eval(`parent.postMessage(${JSON.stringify(over)}, "*")`);
 }"""
-"""Messages of windows that have no say."""
+"""Forged results from windows that the plug-in must ignore."""
 
 
 @pytest.fixture
 def experiment(visit, lab, table):
-    """Give a function that begins an experiment of one trial, perhaps by another name of the lab's machine."""
+    """Give a function that opens an experiment of one trial, by any host name of the lab's server."""
     folder, address = lab
 
     def begin(name="127.0.0.1", **trial):

@@ -1,4 +1,4 @@
-"""Messages: what fits, what is refused, and the schema that is published."""
+"""Messages: which are valid, which are refused, and that the documentation names each."""
 
 import json
 from pathlib import Path

@@ -30,7 +30,7 @@ SCENE = """
 
 @pytest.fixture(scope="module")
 def page(chromium):
-    """Give a page with the table's elements, whose own script does not run."""
+    """Give a page with the table's elements, without its script."""
     page = new_page(chromium)
     body = (STATIC / "index.html").read_text().replace('type="module"', 'type="text/plain"')
     page.route(f"{ORIGIN}/**", lambda route: route.fulfill(path=STATIC / route.request.url.rpartition("/")[2]))
@@ -42,7 +42,7 @@ def page(chromium):
 
 @pytest.fixture
 def scene(page):
-    """Give a function that plays a scene and returns what it returns."""
+    """Give a function that runs a script in the page and returns its result."""
     return lambda script: page.evaluate(f"async () => {{ {SCENE} {script} }}")
 
 

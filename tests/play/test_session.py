@@ -1,4 +1,4 @@
-"""The server answers a client as session.json has it; room.test.js compares the game in the page with the same file."""
+"""The server replies to a client as session.json says; room.test.js tests the page's own game by the same file."""
 
 import asyncio
 import json
@@ -14,7 +14,7 @@ STEPS = json.loads((Path(__file__).parent / "session.json").read_text())
 
 
 def heard(guest):
-    """Return the last answer that the session names."""
+    """Return the latest reply of a kind that session.json can name, or None."""
     for message in reversed(guest.messages):
         if isinstance(message, protocol.Refused):
             return {"refused": message.code}
@@ -33,7 +33,7 @@ async def test_a_session_goes_as_in_the_page(tmp_path):
         await counted_down.wait()
         return np.ones((10, 10))
 
-    hall.context.workers.answer = answer  # the game waits for it: no countdown is over before all is said in it
+    hall.context.workers.answer = answer  # delays the start until the session's steps in the countdown are done
     guest = Guest(hall)
     try:
         for number, step in enumerate(STEPS):

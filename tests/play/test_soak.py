@@ -28,7 +28,7 @@ def test_nothing_is_lost_and_nothing_is_left(own_table):
         for clients, seats in rooms:
             client, seat = clients[turn % 2], seats[turn % 2]
             with contextlib.suppress(ConnectionClosed):
-                if turn < 4:  # until the server has enough, and hangs up
+                if turn < 4:  # until the server closes the connection
                     while True:
                         client.say(protocol.Ping(0.0) if turn < 2 else "{garbage")
                         client.take()

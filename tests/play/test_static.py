@@ -1,6 +1,6 @@
-"""The page's modules in Node: `static/*.test.js`, with fixtures that the server's own code makes.
+"""The page's modules in Node: `static/*.test.js`, with fixtures from the server's code.
 
-What the modules say to the server there is read here as the server reads it.
+The server's code also decodes the messages that the modules send in those tests.
 """
 
 import base64
@@ -36,7 +36,7 @@ from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET, random_
 STATIC = Path(swarm_pz.play.__file__).parent / "static"
 TESTS = Path(__file__).parent / "static"
 ENGINE = "engine.test.js"
-"""Is run by `test_engine`, on games of its own."""
+"""Run by `test_engine`, on other games."""
 SYSTEMS = ("ergodic", "direct", "flocking", "formation", "leader_follower", "potential_field")
 GAMES = {name: GameConfig(drones_per_team=2, controllers=name) for name in SYSTEMS}
 
@@ -47,12 +47,12 @@ def as_json(message):
 
 
 def numbers(values):
-    """Return numbers as JSON has them, without those that are none."""
+    """Return numbers for JSON, with None for NaN."""
     return [None if np.isnan(value) else float(value) for value in np.ravel(values)]
 
 
 def frames():
-    """Return frames as bytes, with what the server's own code reads in them."""
+    """Yield encoded frames, with their contents as the server decodes them."""
     made = [random_frame(n, n, keyframe=n != 7, with_fields=n != 7) for n in (0, 7, 8, 400)]
     for data in (GOLDEN, GOLDEN_HIDDEN, *map(encode_frame, made)):
         frame = decode_frame(data)
@@ -69,7 +69,7 @@ def frames():
 
 
 def targets():
-    """Return targets as bytes, with what the server's own code reads in them."""
+    """Yield encoded targets, with their contents as the server decodes them."""
     ring = np.hypot(*np.meshgrid(np.linspace(-1, 1, 50), np.linspace(-1, 1, 50)))
     for data in (GOLDEN_TARGET, encode_target(0, 4, (255 * np.clip(1 - ring, 0, 1)).astype(np.uint8))):
         target = decode_target(data)
@@ -82,7 +82,7 @@ def targets():
 
 
 def seated(name):
-    """Return the server's message to a client that sits down where a control system flies."""
+    """Return the server's message to a client who takes a seat that a control system flies."""
     (system, _), game = GAMES[name].team_systems, GAMES[name]
     return as_json(protocol.Seated(room="ABCD", seat="red", token="0" * 32, commands=commands_of(system, game)))
 
@@ -96,7 +96,7 @@ def room():
 
 
 def recorded(folder, name, config, within, *, has_fields):
-    """Return the text of a recorded game, with moments as the simulator has them; positions are held to `within`."""
+    """Return a recorded game's text, moments of it from the simulator, and the tolerance of positions."""
     path = folder / f"{name}.jsonl"
     record(path, ticks=150, config=config, both=True, every=90)
     playback, moments = Playback(Recording.read(path)), []
@@ -118,7 +118,7 @@ def recorded(folder, name, config, within, *, has_fields):
 
 @pytest.fixture(scope="module")
 def fixtures(tmp_path_factory):
-    """Give what the server's own code makes, for tests of the page's modules."""
+    """Give data from the server's code for tests of the page's modules."""
     constants = {
         "cells": GRID_CELLS,
         "captures": CAPTURES_FROM,
@@ -145,7 +145,7 @@ def fixtures(tmp_path_factory):
 
 @pytest.mark.parametrize("name", sorted({path.name for path in TESTS.glob("*.test.js")} - {ENGINE}))
 def test_in_node(name, node, fixtures, tmp_path):
-    """The module tests hold, and the server reads all that the modules say to it."""
+    """The module tests pass, and the server decodes all messages that the modules send."""
     (tmp_path / "fixtures.json").write_text(json.dumps(fixtures))
     ran = subprocess.run(  # noqa: S603
         [node, "--test-reporter=spec", str(TESTS / name)],
@@ -175,7 +175,7 @@ def test_in_node(name, node, fixtures, tmp_path):
 
 
 def needed(name, files, found=()):
-    """Return the paths of modules that a module needs from the first, itself among them."""
+    """Return the paths of a module and of all modules that it imports statically."""
     if name in found:
         return found
     found = (*found, name)
@@ -232,5 +232,5 @@ def test_colours_differ_for_everybody(look, sight):
     pairs += [(drone, ground) for drone in ("red", "blue") for ground in ("ground", "red-ground", "blue-ground")]
     for one, other in pairs:
         assert seen(one).delta_e(seen(other), method="2000") >= 20, (one, other)
-    for ink in ("asked", "away", "ink", "line", "mark"):  # what is painted: axe sees text alone
+    for ink in ("asked", "away", "ink", "line", "mark"):  # painted; axe checks only text
         assert seen(ink).contrast(seen("ground")) >= 3, ink

@@ -1,4 +1,4 @@
-"""The example study, run by scripted participants while the power fails in the middle of a game."""
+"""The example study, run by scripted participants while the server is killed in the middle of a game."""
 
 import itertools
 import shutil
@@ -72,6 +72,6 @@ def fail(table, folder):
 
 
 def is_in_play(folder):
-    """Tell if a game runs that is not in a file yet."""
+    """Return true if a recorded game is not in any participant's file yet."""
     kept = "".join(path.read_text() for path in (folder / "participants").glob("*.jsonl"))
     return any(path.name not in kept for path in (folder / "games").glob("*.jsonl"))

@@ -1,4 +1,4 @@
-"""Small models, written as ONNX's own text."""
+"""Small models, written in ONNX's text format."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def parsed(takes, gives, weights, nodes):
 
 
 def follower(games="n"):
-    """Return the bytes of a model that answers how bright its one channel is, 0 to 1."""
+    """Return the bytes of a model that returns the brightness of its one channel, from 0 to 1."""
     return parsed(
         f"uint8[{games},1,5,5] seen",
         f"float[{games},5,5] answer",

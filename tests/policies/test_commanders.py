@@ -50,7 +50,7 @@ def test_answers_are_of_the_systems_space_and_depend_on_no_other_game(script, sy
     np.testing.assert_array_equal(commands, [alone.act(seen[[row]], rows[[row]])[0] for row in rows])
     assert commands.shape == (2, *space.shape)
     assert (commands >= space.low - 1e-6).all() and (commands <= space.high + 1e-6).all()
-    if script is not hold:  # against nobody, and with nobody
+    if script is not hold:  # without opponents, and without own drones
         for lonely in (state(own=[[0.2, 0.3]], system=system), state(opposing=[[0.2, 0.3]], system=system)):
             lonely.system.parse(script.play(lonely), lonely.config)
 

@@ -17,7 +17,7 @@ def test_the_head_follows_from_the_shape_and_the_order_of_the_drones_means_nothi
     first, other = actor(seen), actor(seen[:, order])
     assert first.shape == (3, *shape)
     torch.testing.assert_close(other, first[:, order] if head == "drones" else first)
-    seen[..., 4] = -1.0  # a team of nobody
+    seen[..., 4] = -1.0  # a team without drones
     assert torch.isfinite(actor(seen)).all()
 
 
@@ -33,7 +33,7 @@ def test_cells_of_an_image_stand_where_a_command_has_them():
         ((3, 2), "vector", 100_000),
         ((3, 2), "vector", 0),
         ((10_000, 2), "vector", 8),
-        ((2**33, 2**31), "drones", 8),  # whose product is 1 for those who count in 64 bits
+        ((2**33, 2**31), "drones", 8),  # whose product overflows to 0 in 64 bits
         ((5,), "drones", 8),
         ((5,), "image", 8),
         ((2, 4, 5), "image", 8),

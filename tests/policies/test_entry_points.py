@@ -1,4 +1,4 @@
-"""Policies that other packages register, and what is done about broken ones."""
+"""Policies that other packages register; broken ones are reported and left out."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ OTHERS = {"ring": "halo", "fails": "fail", "leaves": "leave", "works": "halo", "
 
 @pytest.fixture
 def guests(monkeypatch, tmp_path):
-    """A package whose policies are broken in every way, and one that works."""
+    """Install a package whose policies are broken in every way, but for one that works."""
     module = types.ModuleType("guests_tactics")
     module.number, module.fail, module.leave, module.halo, module.picky = 3, fail, leave, halo, picky
     module.__getattr__ = raising
@@ -77,7 +77,7 @@ def test_broken_policies_are_named_with_their_package_and_error_and_commands_go_
     assert set(found) == {*BROKEN, "ring of guests"}
     for name, fault in found.items():
         assert "of guests (" in fault and BROKEN.get(name, ("", "has a policy of that name already"))[1] in fault
-    assert registered()["ring"].value == "swarm_pz.policies.scripted:ring"  # the own one stays
+    assert registered()["ring"].value == "swarm_pz.policies.scripted:ring"  # ours stays
     assert [about(name) for name in ("gone", "crashes", "exits", "syntax")] == [""] * 4
     for name in ("gone", "exits"):
         with pytest.raises(PolicyError, match="cannot be made"):

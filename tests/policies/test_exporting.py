@@ -1,4 +1,4 @@
-"""Exported models answer as the originals."""
+"""Exported models return the same commands as the originals."""
 
 from __future__ import annotations
 
@@ -53,14 +53,14 @@ SHORT = {"n_steps": 2, "batch_size": 2}
 
 
 def made(make, path, more=SHORT, settings=None, **options):
-    """Return a model, and its policy as `load_model` gives it once it was saved."""
+    """Return a model, and its policy as `load_model` reads it from the saved file."""
     env = DuelEnv(GAME, observation=SEEN, **options)
     model = make("MlpPolicy", env, policy_kwargs={"net_arch": [8]} | (settings or {}), device="cpu", seed=0, **more)
     model.save(path / "model.zip")
     return model, exporting.load_model(path / "model.zip")
 
 
-SQUASHED = {"squash_output": True, "ortho_init": False}  # else answers are too small for tanh to change them
+SQUASHED = {"squash_output": True, "ortho_init": False}  # else outputs are too small for tanh to change them
 KINDS = {
     "DQN": (DQN, {"action": "discrete", "more": {"buffer_size": 10}}),
     "A2C": (A2C, {"action": "command", "more": {"n_steps": 2}}),
@@ -72,7 +72,7 @@ KINDS = {
 
 @pytest.mark.parametrize("name", KINDS)
 def test_the_network_that_is_exported_decides_and_limits_as_its_kind_of_model_does(tmp_path, monkeypatch, name):
-    """Other tests go through a file, which takes seconds; here the network is asked that would be written."""
+    """Other tests write a file, which takes seconds; this one calls the network that would be written."""
 
     def keep(network, *_, **__):
         kept.append(network)
@@ -89,7 +89,7 @@ def test_the_network_that_is_exported_decides_and_limits_as_its_kind_of_model_do
     expected, _ = model.predict(seen, deterministic=True)
     with torch.no_grad():
         answered = kept[0](torch.from_numpy(seen)).numpy()
-    if make is DQN:  # it answers what each command is worth, and the best one is sent
+    if make is DQN:  # it returns the value of each command, and the best one is sent
         np.testing.assert_array_equal(answered.argmax(axis=1), expected)
     else:
         np.testing.assert_allclose(answered, expected, atol=1e-5)

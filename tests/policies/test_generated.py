@@ -1,4 +1,4 @@
-"""Opponents from the generator: each game has its own, and it is the same whoever plays beside."""
+"""Generated opponents: each game has its own, which does not depend on other games."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ ROWS = np.arange(GAMES)
 
 
 def played(kind, rows, seconds=12):
-    """Return the densities (seconds, n, A, A) of a kind in games of the seeds `rows`, with drones on the move."""
+    """Return the densities (seconds, n, A, A) of a kind in games of the seeds `rows`, with moving drones."""
     policy = kind(GameConfig())
     policy.reset(rows.tolist(), rows)
     grid, channels = policy.observation.grid, policy.observation.channels
@@ -33,8 +33,8 @@ def test_a_games_opponent_is_its_own_and_depends_on_no_other_game(kind):
 
 
 def test_images_to_test_with_are_far_from_those_to_train_with():
-    """Fewer than 5 % lie within total variation 0.1 of one of 6,000 training images: the moves that they are part of,
-    too."""
+    """Fewer than 5 % lie within total variation 0.1 of one of 6,000 training images, so the moves that they belong to
+    differ, too."""
     rows = np.arange(100)
 
     def images(kind, seconds):

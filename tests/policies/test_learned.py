@@ -49,7 +49,7 @@ def test_noise_is_of_the_size_that_is_asked_for_and_from_each_games_own_stream()
 
 def test_writing_and_reading_change_nothing_and_results_change_the_card_alone(tmp_path):
     policy = read()
-    policy.weights()["head.bias"].zero_()  # nobody changes a policy by what it gave away
+    policy.weights()["head.bias"].zero_()  # `weights` returns copies, so this must not change the policy
     policy.write(tmp_path / "copy")
     again = read(tmp_path / "copy")
     assert (again.digest, again.name) == (policy.digest, "copy")
@@ -68,7 +68,7 @@ def test_a_card_never_stands_without_its_weights(tmp_path):
 
 
 def change(**fields):
-    """Change a card by hand; a field that becomes ... is gone."""
+    """Change fields of a card by hand; the value ... removes a field."""
 
     def spoil(folder):
         card = json.loads((folder / CARD).read_text()) | fields
@@ -78,7 +78,7 @@ def change(**fields):
 
 
 def rewrite(**fields):
-    """Write a folder anew with another card, and so with another digest."""
+    """Change fields of a card, and write the folder again with the digest that fits."""
 
     def spoil(folder):
         policy = read(folder)
@@ -92,7 +92,7 @@ def put(name, make):
 
 
 class Bomb:
-    """A pickle that leaves a file where it is loaded."""
+    """A pickle that creates a file when it is loaded."""
 
     def __reduce__(self):
         return Path.touch, (Path("boom"),)

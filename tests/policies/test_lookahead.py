@@ -20,7 +20,7 @@ def look(promise=0.0, drone_steps=3_000, config=CONFIG, horizon=2.0):
 
 
 def a_start(positions=PLACES, config=CONFIG):
-    """Return a game with drones at these places: red in one camp and blue in another, if not given."""
+    """Return a game with drones at these positions; by default, each team is in a place of its own."""
     batch = BatchEnv(config)
     batch.reset([0], scenario={"positions": positions})
     return batch.simulator.snapshot([0])
@@ -62,12 +62,12 @@ def test_offspring_is_between_pairs_of_elites_and_around_them():
     assert shares.min() == pytest.approx(0.0) and shares.max() == pytest.approx(1.0)
     assert 10 < np.count_nonzero((shares > 1e-6) & (shares < 1 - 1e-6)) < 54
     moved = [child - plain - (child - plain).mean(axis=(1, 2), keepdims=True) for child in (near, far)]
-    np.testing.assert_allclose(moved[1], 2.0 * moved[0], atol=1e-12)  # but for the largest value, which is 0
+    np.testing.assert_allclose(moved[1], 2.0 * moved[0], atol=1e-12)  # up to a constant, since the largest value is 0
     assert 0.03 < moved[1].std() < 0.12
 
 
 class Watching:
-    """A model that asks for one cell, and keeps what it was asked and shown."""
+    """An opponent model that commands one cell, and records its calls and observations."""
 
     observation = ObservationConfig(channels=("own_positions",))
 
@@ -147,7 +147,7 @@ def test_what_threatens_a_drone_is_the_opposing_field_where_it_is(team, monkeypa
         field = np.zeros((lookahead.candidates, 2, 50, 50))
         field[:, side, int(50 * y), int(50 * x)] = value
         field[:, side, 49, 49] = 1.0
-        field[:, 1 - side, 49, 0] = 100.0  # where nobody is: each side's field has a maximum of its own
+        field[:, 1 - side, 49, 0] = 100.0  # no drone is there; each side's field has its own maximum
         monkeypatch.setattr(Simulator, "capture_field", field)
         return lookahead._worth(team, 0)[0]
 
@@ -158,7 +158,7 @@ def test_what_threatens_a_drone_is_the_opposing_field_where_it_is(team, monkeypa
 
 
 class Slope:
-    """Stands in for a look ahead: the more a candidate asks for one cell, the better, up to a tenth."""
+    """A fake look-ahead: a candidate is worth its value in one cell, rounded to a tenth."""
 
     candidates, rounds = 20, 6
 

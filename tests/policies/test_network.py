@@ -39,9 +39,9 @@ def test_a_layer_without_padding_is_a_convolution_block_beside_block(cells, size
 
 
 def test_gradients_are_the_same_bits_in_every_thread_and_each_time():
-    """Else no training is repeated, and no resumed one is the uninterrupted one."""
+    """Else no run could be repeated, and a resumed run would differ from an uninterrupted one."""
     torch.manual_seed(0)
-    layer = GroupConv(8, 32, 5)  # PyTorch shares out what has 2**15 entries
+    layer = GroupConv(8, 32, 5)  # PyTorch splits 2**15 entries or more between threads
     asked = torch.randn(layer.get_buffer("places").shape)
     threads, found = torch.get_num_threads(), set()
     try:

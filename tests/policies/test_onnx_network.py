@@ -1,4 +1,4 @@
-"""A stranger's model reads no file, ends no process but its own, and answers each game alone."""
+"""An untrusted model reads no file, can end only its own process, and must keep games apart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A folder with a model and a card is a policy like any other, and one that lies is refused."""
+"""A folder with a model and a card is a policy like any other; a faulty or forged folder is refused."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def test_lists_of_drones_and_commands_of_other_systems_play(tmp_path):
 
 
 def test_what_a_model_remembers_belongs_to_one_game(tmp_path):
-    model = parsed(  # it answers 1 / 10 more at every step of a game
+    model = parsed(  # its output grows by 0.1 at every step of a game
         "uint8[n,1,5,5] x, float[n,1] memory",
         "float[n,2,2] y, float[n,1] remembered",
         """int64[3] axes = {1,2,3}, int64[2] column = {-1,1}, float[1] zero = {0}, float[1] tenth = {0.1},
@@ -154,7 +154,7 @@ def put(name, content):
 
 
 def say(*, is_signed=False, **fields):
-    """Change a card by hand, and its digest with it, as somebody would who lies."""
+    """Change fields of a card by hand; with `is_signed`, renew its digest, as a forger would."""
 
     def change(folder):
         said = json.loads((folder / CARD).read_text()) | fields

@@ -1,4 +1,4 @@
-"""Patterns: what each of their numbers does."""
+"""What each number of a pattern does."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def images(own=(2, 2), opposing=(12, 12)):
 
 
 def play(seen=None, commands=1, **numbers):
-    """Return the densities (commands, 25, 25) of a player, a spot in the middle but for some numbers."""
+    """Return the densities (commands, 25, 25) of a player: a spot in the middle, with `numbers` replaced."""
     player = PatternPlayer(np.array([list((SPOT | numbers).values())]), GAME)
     player.reset([0], np.zeros(1, np.int64))
     seen = images() if seen is None else seen

@@ -15,7 +15,7 @@ from swarm_pz.policy import Policy
 
 
 def boards(generator, count, policy):
-    """Draw images: a few drones a board, none on the first, and now and then any brightness anywhere."""
+    """Draw images: few drones on each, none on the first, and sometimes random brightness everywhere."""
     grid = policy.observation.grid
     shape = (count, len(policy.observation.channels), grid, grid)
     images = 64 * generator.integers(1, 4, shape) * (generator.random(shape) < 0.03)
@@ -47,7 +47,7 @@ def test_a_game_depends_on_no_other_bit_for_bit_nor_on_the_one_before(make):
 
 
 def asked_for(x, y, place, step):
-    """Return the values of scripts at a cell, with opponents at a place: their formulas, written anew."""
+    """Return each script's value at (x, y), with opponents at `place`, by independent formulas."""
 
     def ring(px, py, width=0.08):
         return math.exp(-(((math.hypot(x - px, y - py) - 0.25) / width) ** 2))
@@ -102,7 +102,7 @@ def test_a_game_keeps_its_traits_and_draws_numbers_of_its_own():
     policy = nothing(GameConfig())
     policy.reset(np.random.SeedSequence(5).spawn(2), rows)
     for _ in range(2):
-        assert not policy.act(np.zeros((2, 1, 10, 10), np.uint8), rows).any()  # who asks for nothing gets that
+        assert not policy.act(np.zeros((2, 1, 10, 10), np.uint8), rows).any()  # zeros stay zeros
     (steps, traits, first), (next_steps, still, second) = seen
     assert (steps, next_steps) == ([0, 0], [1, 1])
     np.testing.assert_array_equal(traits, still)

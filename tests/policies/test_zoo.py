@@ -28,7 +28,7 @@ AS_SHIPPED = {
     "veteran": [[0.001, 0.007, 0.004, 0.001], [0.004, 0.792, 1.000, 0.004], [0.013, 0.465, 0.601, 0.009]],
     "warden": [[0.0, 0.001, 0.001, 0.0], [0.001, 0.465, 0.703, 0.001], [0.002, 0.428, 0.454, 0.001]],
 }
-"""Every third cell of what each tactic answers to one board."""
+"""Every third cell of each tactic's density for one observation."""
 
 
 @pytest.mark.parametrize("name", AS_SHIPPED)
@@ -46,10 +46,10 @@ def test_a_tactic_answers_as_it_did_when_it_was_trained_and_its_card_says_how(na
 
 
 def test_a_tactic_wins_what_its_card_says():
-    """Else the game, or what is seen of it, is no longer what tactics were trained in."""
+    """Else the game or its observations are no longer those that the tactics were trained on."""
     card = json.loads((FOLDER / "champion" / "policy.json").read_text())
     won = play_match("champion", "uniform", games=10, seed=11).count("win")
-    # Another processor plays other games: fewer wins than the card says are no fault until they are beyond chance.
+    # Games differ on another processor: fewer wins than on the card are a fault only if chance cannot explain them.
     rate = card["results"]["against"]["uniform"]["win_rate_ci95"][0]
     assert binomtest(won, 10, rate, alternative="less").pvalue > 1e-4
 

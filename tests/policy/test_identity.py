@@ -34,7 +34,7 @@ def test_only_code_changes_a_digest(changed, is_same):
 
 
 def test_a_digest_holds_no_place_in_memory():
-    """`generated` names a tuple of tactics, and a tactic's repr is its place in memory."""
+    """`generated` refers to a tuple of tactics, and the repr of a tactic holds its memory address."""
     words = "from swarm_pz import policies; from swarm_pz.policy import identity_of\n"
     words += "print(identity_of('generated', policies.load('generated')))"
     seen = {subprocess.run([sys.executable, "-c", words], capture_output=True, check=True).stdout for _ in range(2)}  # noqa: S603

@@ -55,7 +55,7 @@ def test_a_model_of_sb3_is_an_opponent_as_it_is_whatever_is_played_beside_it(mak
 
 
 def against(model, game=GAME):
-    """Play one step against a model; return what it asked for."""
+    """Play one step against a model; return its target."""
     env = DuelEnv(game, opponent=model)
     env.reset(seed=0)
     env.step(np.zeros((10, 10)))

@@ -68,7 +68,7 @@ TELL = "import os\ndef tell(): open(os.environ['PIDS'], 'a').write(f'{os.getpid(
 
 @pytest.fixture
 def bad(tmp_path, monkeypatch):
-    """Return a function that makes the name of a program in Python, and one with its processes' numbers."""
+    """Yield a function that writes a Python program and returns its name, and one that returns its process ids."""
     file, pids, started = tmp_path / "bot.py", tmp_path / "pids", []
     pids.touch()
 
@@ -89,7 +89,7 @@ def bad(tmp_path, monkeypatch):
 
 
 def is_gone(process):
-    """Tell whether a process has ended; one that nobody asked for its status has, too."""
+    """Return whether a process has ended; a zombie has, too."""
     status = Path(f"/proc/{process}/stat")
     return not status.exists() or status.read_text().rsplit(")", 1)[1].split()[0] == "Z"
 
@@ -134,10 +134,10 @@ def test_a_tournament_goes_on_after_a_forfeit(bad, tmp_path):
 
 
 def compiled(bot, tmp_path):
-    """Return the line that runs a starter; None where its compiler is not there."""
+    """Return the line that runs a starter, or None if its compiler or interpreter is missing."""
     source, made = str(BOTS / bot), str(tmp_path / "bot")
     needs = {"ring.cpp": "g++", "ring.rs": "rustc", "ring.py": sys.executable, "ring.js": "node"}[bot]
-    # One can be there and not be set up, as what rustup installs.
+    # One can be installed but not set up, such as rustup's.
     if not shutil.which(needs) or subprocess.run([needs, "--version"], capture_output=True).returncode:  # noqa: S603
         return None
     if needs not in ("g++", "rustc"):
@@ -191,14 +191,14 @@ def test_a_program_that_was_mended_plays_in_the_same_process(bad):
 
 
 def test_a_program_that_ended_is_started_again_for_the_next_game(bad):
-    """It ends once; then each game is played again alone, by the same object."""
+    """The program ends once; then the same object plays each game again alone."""
     text = GREET + READ + "\n    if not os.path.exists('ended'): open('ended', 'w').close(); sys.exit()\n    " + ANSWER
     player = Program(SHORT, bad[0](text).removeprefix("exec:"))
     assert not play_match(player, "noise", games=2, config=SHORT).forfeits
 
 
 def test_a_program_has_a_time_for_each_game_which_grows_with_its_commands(bad):
-    """A clock that the program's answers move: 7 s in game 0, 0.05 s in game 1."""
+    """Each answer moves the clock: by 7 s in game 0, by 0.05 s in game 1."""
     now = iter(np.cumsum([0.0, 7.0, 0.05] * 4))
     line = bad[0](GREET + READ + ANSWER).removeprefix("exec:")
     player, rows = Program(SHORT, line, clock=lambda: float(next(now))), np.arange(2)

@@ -1,4 +1,4 @@
-"""The signs of the board: ground, targets, texts, drones, trails and shadows, which tell teams apart without colour."""
+"""The board shows ground, targets, drones and trails where they are, and tells the teams apart."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_target_is_a_line_around_where_it_is_dense_and_the_whole_square_has_no
     assert not board.outline(RED, np.ones((100, 100))).any()
 
 
-# --- drones and shadows -----------------------------------------------------------------------------------
+# --- drones -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("at", [(50.0, 40.0), (50.25, 40.75), (50.75, 40.25)])

@@ -1,4 +1,4 @@
-"""Overlays: each shows its own team's, where it is, and explains itself below the board."""
+"""Each overlay shows its own team's values where they are, below the drones."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def board():
 
 @pytest.fixture(scope="module")
 def mirrored():
-    """Red is and is sent to the left, blue to the right."""
+    """Red is on the left and is sent there, blue on the right."""
     places = np.stack([np.full(6, 0.15), np.linspace(0.1, 0.9, 6)], axis=1)
     positions = np.concatenate([places, [1.0, 0.0] + places * [-1.0, 1.0]])
     simulator = Simulator(GameConfig(drones_per_team=6, capture=CaptureConfig(enabled=False)))

@@ -1,4 +1,4 @@
-"""Pictures of a game: what is where, whose it is, and that nothing is left of another picture."""
+"""Pictures of a game show each thing in its place and colour, and nothing of an earlier picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands of several kinds in one game, and who flies whom."""
+"""Commands of several kinds in one game, and which system flies which drones."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def under_way(config, ticks):
     ids=["paper", "slow", "warm"],
 )
 def test_shared_coefficients_are_those_of_the_kernels_next_solve(config):
-    # From them it makes the field of the preset `released`.
+    # The kernel makes the field of the preset `released` from them.
     simulator = under_way(config, 60)
     shared = [shared_coefficients(simulator, 1, team) for team in range(2)]
     simulator.advance(1)

@@ -1,4 +1,4 @@
-"""The way to take a parked drone that docs/parking.md names."""
+"""The way to capture a parked drone, as docs/parking.md describes it."""
 
 import numpy as np
 

@@ -88,7 +88,7 @@ UNIFORM, RAMP = np.ones((1, 10, 10)), np.arange(1.0, 101.0).reshape(1, 10, 10) /
 
 
 def weights(simulator: Simulator, row: int = 0) -> list[float]:
-    """Return the weights of a red drone's memory and of a blue one's: numbers of solves, where nothing fades."""
+    """Return the memory weights of a red and a blue drone: numbers of solves, if nothing fades."""
     return simulator.games.memory_weight[row, [0, -1]].tolist()
 
 
@@ -109,7 +109,7 @@ def test_a_command_that_is_sent_empties_the_memory_be_it_the_same_again():
     assert weights(simulator, 0) == [1.0, 21.0] and weights(simulator, 1) == [11.0, 1.0]
     simulator.command(RED, RAMP, rows=[0])
     saved = simulator.snapshot()
-    for _ in range(2):  # a copy knows that something was sent
+    for _ in range(2):  # a snapshot keeps that something was sent
         simulator.advance(3)
         assert weights(simulator, 0) == [1.0, 22.0] and weights(simulator, 1) == [12.0, 2.0]
         simulator.restore(saved)
@@ -134,11 +134,11 @@ def test_a_target_that_was_sent_has_its_mass_and_that_of_the_start_has_one():
         one.reset([0])
         one.advance(30, CheckedCommands(asked(UNIFORM, RAMP)))
     coefficients, of_mass_one = simulator.games.coefficients[0], plain.games.coefficients[0]
-    np.testing.assert_array_equal(coefficients[RED], of_mass_one[RED])  # which holds what nobody sent
+    np.testing.assert_array_equal(coefficients[RED], of_mass_one[RED])  # nobody sent red's target
     np.testing.assert_allclose(coefficients[BLUE], 10.0 * of_mass_one[BLUE], rtol=1e-6)
     simulator.command(RED, UNIFORM)
     assert coefficients[RED, 0, 0] == np.float32(10.0)
-    # What was asked for, as a density, is the same.
+    # As densities, the targets are the same.
     np.testing.assert_array_equal(simulator.targets, plain.targets)
     np.testing.assert_allclose(simulator.target_coefficients, plain.target_coefficients, atol=1e-7)
     simulator.reset([1])
@@ -158,7 +158,7 @@ def test_games_without_seeds_are_all_different():
 
 
 def workers(simulator) -> set[threading.Thread]:
-    """Share seven rows out among threads; return who they were, once each row had its turn."""
+    """Share seven rows out among threads, each row once; return the threads."""
     at_once, seen, done = threading.Barrier(simulator.threads, timeout=20.0), set(), []
 
     def work(rows):

@@ -13,7 +13,7 @@ from swarm_pz.spaces.observation import observe
 
 
 def slowly(view, grid, simulator, game, team):
-    """Return the drones' observations, part by part in NumPy's float32; `team` is active, or both where it is -1."""
+    """Return the drones' observations, part by part in NumPy's float32; only `team` is active, or both if it is -1."""
     games, one, parts = simulator.games, np.float32(1), {}
     speed = np.float32(np.sqrt(2 * simulator.config.controller.max_acceleration))
     here, moving, teams = games.positions[game], games.velocities[game], games.teams[game]
@@ -38,7 +38,7 @@ def slowly(view, grid, simulator, game, team):
         framed = np.pad(image, ((0, 0), (patch // 2,) * 2, (patch // 2,) * 2))
         column, row = np.minimum((here[drone].astype(float) * 50).astype(int), 49) // (50 // grid)
         parts["ground"] = framed[:, row : row + patch, column : column + patch] / np.float32(255)
-        filled = np.concatenate([part.ravel() for part in parts.values()])  # one after the other, and nothing between
+        filled = np.concatenate([part.ravel() for part in parts.values()])  # the parts leave no gaps
         assert all(np.array_equal(filled[where], parts[name].ravel()) for name, (where, _) in view.parts.items())
         seen[drone] = filled
     return seen
@@ -46,7 +46,7 @@ def slowly(view, grid, simulator, game, team):
 
 @pytest.mark.parametrize(("neighbours", "grid", "patch"), [(5, 10, 5), (1, 50, 3), (30, 5, 13)])
 def test_drones_see_to_the_last_bit_what_a_slow_version_says(neighbours, grid, patch):
-    """The kernel rounds otherwise, orders others that are equally near otherwise, or cuts the ground elsewhere."""
+    """Catches a kernel that rounds or orders equally near drones differently, or crops the ground elsewhere."""
     config = GameConfig(drones_per_team=(7, 5), controllers="direct")
     simulator, generator = Simulator(config, num_games=2), np.random.default_rng(0)
     view = DroneView(config, neighbours=neighbours, grid=grid, patch=patch)

@@ -54,7 +54,7 @@ def test_positions_show_64_a_drone(batch, team):
 
 
 def bilinear(places, grid):
-    """Share 64 for each place out by how near the cells' centres are, along either axis; walls hold what is beyond."""
+    """Share 64 per place among the nearest cells bilinearly; places beyond the outer centres are moved onto them."""
     centres = (np.arange(grid) + 0.5) / grid
     image = np.zeros((grid, grid))
     for place in places:
@@ -116,7 +116,7 @@ def test_a_clock_that_was_set_forward_shows_the_trails_that_there_are():
     batch = BatchEnv(GameConfig(drones_per_team=3))
     batch.reset([0])
     batch.step(np.ones((1, 2, 10, 10)))
-    # As of a trail's length ago: the places between hold no cell, which is no address.
+    # As after more than a trail's length: unwritten entries hold -1 for no cell, which must not become an index.
     batch.simulator.games.ticks[0] = batch.config.trail_ticks + 30
     images = batch.observe(ObservationConfig(channels=OLDEST), 0)[0]
     np.testing.assert_allclose(images, expected_ages(batch, 0), atol=0.51)
@@ -210,7 +210,7 @@ def test_many_images_in_threads_are_those_of_one_after_the_other(monkeypatch):
     batch.reset(range(40))
     batch.step(np.random.default_rng(1).random((40, 2, 10, 10)))
     together = batch.observe(observation, teams, rows)
-    assert together.size // 100 > 256  # images, enough to be shared out
+    assert together.size // 100 > 256  # enough images to use threads
     alone = [batch.observe(observation, int(teams[n]), [rows[n]]) for n in range(35)]
     np.testing.assert_array_equal(together, np.concatenate(alone))
     batch.close()
@@ -237,7 +237,7 @@ def test_the_bounds_of_velocities_are_those_that_drones_reach(rules):
         batch.reset([0], scenario={"positions": np.zeros((8, 2))} | start)
         fastest = 0.0
         while batch.running[0]:
-            # Full thrust along the way; back to the other wall once one has stopped a drone.
+            # Full thrust along x: ahead where walls turn drones round, else to and fro every 2 s.
             velocities, places = batch.simulator.velocities[0], batch.simulator.positions[0]
             ahead = np.sign(velocities) if bounces else np.where(batch.simulator.time_s[0] % 4 < 2, 1.0, -1.0)
             push = np.broadcast_to(np.where(ahead == 0, np.where(places > 0.5, -1.0, 1.0), ahead), (8, 2)) * [1.0, 0.0]

@@ -9,7 +9,7 @@ from swarm_pz.training import exploit
 
 @pytest.fixture(scope="package", autouse=True)
 def little_work():
-    """Take fewer resamples than results do, and imitate in fewer steps."""
+    """Use fewer resamples and imitation steps than real reports."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exploit, "fit", partial(exploit.fit, steps=10))
         patch.setattr(figures, "RESAMPLES", 200)
@@ -18,7 +18,7 @@ def little_work():
 
 @pytest.fixture(scope="package")
 def tiny():
-    """The protocol with a short opponent or two a track, and hardly any budget for attacks; it is no try."""
+    """Return the protocol with one or two opponents a track, short games and few attacks; not marked as a try."""
     whole = Protocol.read()
     names = ("uniform", "ring", "strip", "direct")
     tracks = tuple(

@@ -1,4 +1,4 @@
-"""The board: an entry is policies and the report on them, and everybody can use its pages."""
+"""The board: an entry is policies and the report on them, and its pages are accessible."""
 
 import dataclasses
 import json
@@ -78,7 +78,7 @@ def test_entries_attack_each_other_and_games_are_played_once(tiny, tmp_path):
 
 
 def test_a_newcomer_attacks_and_only_whom_it_beats_most_is_measured_again(place, tiny, tmp_path):
-    """Catches a newcomer whose attack is left out, or that moves the worst attack of others without their games."""
+    """Catches a newcomer whose attack is left out, or that becomes the worst attacker of an entry without a new run."""
     two = shutil.copytree(place, tmp_path / "all") / "two"
     before, told = entries.read(two).report, []
 
@@ -236,6 +236,6 @@ def test_the_board_is_sorted_by_the_keyboard_and_in_order_without_its_script(sho
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark")])
 def test_everybody_can_read_the_pages(shown, width, scheme):
     for name in ("index.html", "best/report.html"):
-        opened = shown(name, width, color_scheme=scheme, bypass_csp=True)  # the policy keeps axe out, too
+        opened = shown(name, width, color_scheme=scheme, bypass_csp=True)  # the page's security policy would block axe
         assert opened.evaluate("document.documentElement.scrollWidth") == width, name
         assert Axe().run(opened).response["violations"] == [], name

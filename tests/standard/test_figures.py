@@ -53,7 +53,7 @@ def test_a_share_is_the_score_and_a_draw_is_no_loss(tiny):
 
 
 def test_every_figure_is_of_its_own_games(tiny):
-    """Policy 0 is late in `field`, policy 1 loses to one opponent of it and half to its attacker."""
+    """Policy 1 loses to one opponent of `field` and half its games to its attacker, and late games score less."""
 
     def outcome(policy, track, name, number):
         if track == "field, late":
@@ -105,7 +105,7 @@ def test_one_policys_interval_is_over_pairs_of_games(tiny):
 
 @pytest.mark.parametrize("shape", ["normal", "skewed"])
 def test_an_interval_over_three_runs_covers_what_it_says(shape):
-    """Whole runs are drawn: their mean over five tracks varies by training and by games."""
+    """Each run's mean over five tracks varies with its training and its games."""
     generator = np.random.default_rng(5)
     covered = 0
     for _ in range(2000):

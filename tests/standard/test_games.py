@@ -22,7 +22,7 @@ def test_each_name_of_a_track_is_its_own_player():
 
 
 class Counting:
-    """Answers with images of its count of commands."""
+    """Answers with images whose value counts its commands."""
 
     observation = ObservationConfig()
 

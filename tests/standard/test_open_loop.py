@@ -1,4 +1,4 @@
-"""Players of the clock alone show what their file says, and are measured on the games that entries play."""
+"""Open-loop players show what their file says, and are measured on the games that entries play."""
 
 from dataclasses import replace
 

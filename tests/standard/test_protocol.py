@@ -1,4 +1,4 @@
-"""Another rule or opponent than the protocol names is refused."""
+"""Rules or opponents that the protocol does not name are refused."""
 
 import hashlib
 import shutil

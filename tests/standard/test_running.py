@@ -1,4 +1,4 @@
-"""A report is the same however it came about, and an entry that cannot be is refused."""
+"""A report is the same however it was made, and an invalid entry is refused."""
 
 import json
 import shlex

@@ -25,7 +25,7 @@ class State(NamedTuple):
 
 
 def random_states(generator: np.random.Generator, games: int, drones: int) -> State:
-    """Draw states such as games come to."""
+    """Draw states like those in games."""
     return State(
         (0.05 + 0.9 * generator.random((games, drones, 2))).astype(np.float32),
         (0.2 * generator.normal(size=(games, drones, 2))).astype(np.float32),
@@ -34,7 +34,7 @@ def random_states(generator: np.random.Generator, games: int, drones: int) -> St
 
 
 def extreme_states(generator: np.random.Generator, games: int, drones: int) -> State:
-    """Draw states that games come to seldom: crowds at a point, a wall or a corner, at rest, too fast, one team."""
+    """Draw states that are rare in games: crowds at a point, wall or corner; drones at rest or too fast; one team."""
     spread = generator.choice([0.0, 1e-30, 1e-7, 0.01, 1.0], (games, 1, 1))
     positions = generator.random((games, 1, 2)) * (1 - spread) + spread * generator.random((games, drones, 2))
     crowded = generator.random((games, drones, 1)) < generator.choice([0.0, 0.5], (games, 1, 1))
@@ -85,7 +85,7 @@ def solve(
 
 
 def find_not_finite(name: str, states: int, seed: int) -> int:
-    """Let a system solve for so many extreme states; return in how many an acceleration is not finite, or too large."""
+    """Return in how many of some extreme states a system's acceleration is not finite, or too large."""
     generator, found = np.random.default_rng(seed), 0
     for first in range(0, states, 20):
         count, drones = min(20, states - first), int(generator.choice([1, 2, 5, 12]))

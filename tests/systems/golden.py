@@ -1,4 +1,4 @@
-"""Solves of control systems that must not change: what each chose for random flights when these were stored.
+"""Solves that must not change: the accelerations that control systems chose for random flights, as stored.
 
 A change here is a change of behaviour: write it into CHANGELOG.md, then store the solves anew with
 ``python -m tests.systems.golden``. Drones whose choice depends on rounding are stored as NaN.
@@ -55,9 +55,9 @@ SYSTEMS: dict[str, tuple[ControlSystem, ...]] = {
 
 
 def random_flight(generator: np.random.Generator, commands: NDArray[np.float64], own: int, age: float) -> Flight:
-    """Draw one game of `own` drones among some of the other team or failed; `commands` (2, ...) in force and former.
+    """Draw one game of `own` drones and others, opponents or failed; `commands` (2, ...) are in force and former.
 
-    In a third of them all hear all, in a third those within a radius, and in a third some of these.
+    In a third of the games drones hear all team-mates, in a third those within a radius, in a third some of these.
     """
     drones = own + int(generator.integers(10))
     mine = np.zeros(drones, np.bool_)

@@ -1,4 +1,4 @@
-"""The page's control system: installed as a package, found, and played from the command line."""
+"""The control system of docs/tutorials/system.md: installed as a package, found, and played."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_it_is_found_plays_a_match_from_the_command_line_and_does_what_it_says(p
 
 
 def test_it_is_tried_without_being_installed(package):
-    """Only what was installed could fly, so that nothing could be tried."""
+    """Catches a system that must be installed before it can be tried."""
     (package / "swarm_orbit-1.0.dist-info" / "entry_points.txt").unlink()
     from swarm_orbit import Orbit
 
@@ -87,11 +87,11 @@ def test_it_is_tried_without_being_installed(package):
 
     @dataclass(frozen=True, kw_only=True)
     class Wide(Orbit):
-        """Says no name."""
+        """Sets no name."""
 
     @dataclass(frozen=True, kw_only=True)
     class Taken(Orbit):
-        """Has another's name."""
+        """Has the name of another system."""
 
         name: ClassVar[str] = "flocking"
 

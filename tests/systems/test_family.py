@@ -1,7 +1,7 @@
-"""Rules for every control system: one that is registered is tried without a test of its own.
+"""Tests of every registered control system; a new one needs no test of its own.
 
-What must not matter does not matter, over one solve, up to rounding; what is decided by seed and commands is so bit for
-bit; no state of a game is too odd; and every wrapper takes its commands.
+What should not matter changes nothing in a solve, up to rounding. Seed and commands determine a game bit for bit.
+Accelerations are finite in every state. Every wrapper takes the commands.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from tests.systems.flights import State, find_not_finite, game_of, random_states
 
 SYSTEMS = sorted(registered())
 SOFT = ControllerConfig(control_weight=20.0, max_acceleration=100.0)
-"""Hardly an acceleration is saturated: nothing is hidden."""
+"""Saturation, which would hide differences, is rare."""
 
 
 @pytest.fixture(params=SYSTEMS)
@@ -139,7 +139,7 @@ def test_its_first_command_and_others_fly(name):
 
 @pytest.fixture
 def scene(name):
-    """States of three games of 12 drones, commands for both teams, and how to solve, half a second into these."""
+    """Return states of three games of 12 drones, both teams' commands, and a function that solves 0.5 s into them."""
     generator = np.random.default_rng(0)
     commands = [sampled(name, game_of(name, 12), generator, 3) for _ in range(2)]
 
@@ -194,9 +194,9 @@ def turn_commands(commands, turns, symmetry):
     return np.concatenate([turn_vectors(commands[..., :2], symmetry, middle), commands[..., 2:]], axis=-1)
 
 
-# Of formations, whose commands need no mirror image, their own tests say which have one.
+# Not formations: the mirror image of a command need not be a command.
 @pytest.mark.parametrize("name", [name for name in SYSTEMS if system_of(name).turns], indirect=True)
-@pytest.mark.parametrize("symmetry", ["flipped", "exchanged"])  # of x, or of x and y: all others are made of these
+@pytest.mark.parametrize("symmetry", ["flipped", "exchanged"])  # x flipped, or x and y exchanged: these generate all
 def test_symmetries_of_the_square(scene, name, symmetry):
     state, commands, solve = scene
     turns, soft = system_of(name).turns, {"control_weight": 20.0, "max_acceleration": 100.0}
@@ -224,7 +224,7 @@ def play(simulator, streams, seconds=2):
 
 def assert_same_game(one, row, other, other_row):
     for field, array, other_array in zip(Games._fields, one.games, other.games, strict=True):
-        if field != "flown_by":  # numbers of the configuration, not of systems
+        if field != "flown_by":  # its values depend on the configuration
             np.testing.assert_array_equal(array[row], other_array[other_row], err_msg=field)
 
 
@@ -237,7 +237,7 @@ def test_a_game_is_the_same_alone_in_any_row_with_any_threads_and_from_a_snapsho
     play(alone, [3])
     assert_same_game(batch, 3, alone, 0)
     saved = batch.snapshot([3])
-    for _ in range(2):  # again, although it has solved at that tick
+    for _ in range(2):  # the second time, it has already solved at that tick
         copy.restore(saved)
         copy.advance(1)
     copy.restore(saved)
@@ -274,7 +274,7 @@ def test_each_team_is_flown_by_its_own_system_and_by_no_other(pair):
         alone[team] = commands[team]
         single, other = (solve(config.replace(controllers=system), state, mine)
                          for system, mine in ((one, alone), (pair[1 - team], [None, None])))  # fmt: skip
-        # Sums may take another order beside another system.
+        # Another system beside it may change the order of sums.
         np.testing.assert_allclose(mixed[own], single[own], atol=1e-4 * max(1.0, np.abs(mixed[own]).max()))
         assert (np.abs(mixed[own] - other[own]).max(axis=1) > 1e-3).any()
 
@@ -282,7 +282,7 @@ def test_each_team_is_flown_by_its_own_system_and_by_no_other(pair):
 # --- wrappers --------------------------------------------------------------------------------------------------------
 
 
-# Commands in their own units need not be symmetric; who learns takes them normalised.
+# Commands in a system's own units need not be symmetric; learners use normalised ones.
 @pytest.mark.filterwarnings("ignore:.*we recommend using a symmetric and normalized space:UserWarning")
 def test_every_wrapper_takes_its_commands(name):
     quick = {"drones_per_team": 3, "max_cycles": 4}

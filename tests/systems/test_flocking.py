@@ -67,7 +67,7 @@ def test_weights_may_be_as_exact_as_the_range_or_as_a_learners_numbers():
     space = FLOCKING.space(config)
     for rows in (space.low, space.high, [(0.0, 0.0, 0.1)], [(1.0, 1.0, 1e5 + 0.123)]):
         assert FLOCKING.parse(rows, config).shape == (4, 3)
-    # The nearest float32 to the least weight, the least that commands may have, can be above it.
+    # The command space begins at the float32 nearest to the least weight, which can be above it.
     Simulator(GameConfig(controllers="flocking", flocking=FlockingConfig(migration=(605480.98, 1e6))))
 
 

@@ -1,4 +1,4 @@
-"""Formations: slots, who takes which, and commands in all their forms."""
+"""Formations: slots, which drone takes which, and commands in all their forms."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_a_quarter_turn_turns_against_the_clock_and_slots_keep_off_the_walls():
 
 
 def test_slots_are_shared_out_as_scipy_does_also_where_costs_are_equal():
-    """Games that were played before have gone so; a sum that is no less by another order is another game."""
+    """Catches another choice among assignments of equal cost, which would change games already played."""
     generator = np.random.default_rng(0)
     for drones in (*range(13), *range(2, 13)):
         places, slots = generator.integers(0, 5, (2, drones, 2)) / generator.choice([4.0, math.pi])

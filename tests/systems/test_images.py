@@ -29,7 +29,7 @@ def flown(name, command, seconds=30, games=2):
 
 
 def cost_of(places, density):
-    """Return the locational cost: the mean squared distance from what is asked for to the drone nearest to it."""
+    """Return the locational cost: the density-weighted mean of the squared distance to the nearest drone."""
     x, y = np.meshgrid(*[(np.arange(50) + 0.5) / 50] * 2)
     squared = (x - places[:, 0, None, None]) ** 2 + (y - places[:, 1, None, None]) ** 2
     return float((np.kron(density / density.mean(), np.ones((5, 5))) * squared.min(axis=0)).mean())

@@ -1,4 +1,4 @@
-"""Small runs, and how they are compared."""
+"""Small runs, and functions that compare them."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def have_same_weights(one, other):
 
 
 def stop(run, questions):
-    """Run until it has been asked so often whether to stop."""
+    """Run, and stop when the run asks for the `questions`-th time whether to stop."""
     count = itertools.count(1)
     with pytest.raises(Stopped):
         run.run(lambda: next(count) >= questions)

@@ -18,7 +18,7 @@ from tests.training.runs import TINY, quiet
 
 
 class Watch(BaseCallback):
-    """Keeps the weights and the exploration as each rollout begins."""
+    """Records the weights and the exploration as each rollout begins."""
 
     def __init__(self):
         super().__init__()
@@ -49,7 +49,7 @@ def test_exploration_fades_and_the_actor_is_held_while_the_critic_learns_first(t
 
 
 class Model(SimpleNamespace):
-    """Stands in for a learner, so far as callbacks ask it."""
+    """A fake learner with the attributes that callbacks use."""
 
     def __init__(self):
         super().__init__(num_timesteps=0, logger=Logger(None, []))
@@ -83,7 +83,7 @@ def test_running_figures_are_of_the_latest_256_games_and_the_time_of_all_sitting
 
 
 def test_the_mean_reward_of_an_evaluation_is_what_the_environment_has_paid(monkeypatch):
-    """Else it would not compare with rollout/ep_rew_mean: of the other side, or without the outcome."""
+    """For the other side, or without the outcome, it could not be compared with rollout/ep_rew_mean."""
     paid, step = [], BatchEnv.step
 
     def noted(env, *given):

@@ -1,4 +1,4 @@
-"""``train`` and ``league`` with folders that hold a run, and with Ctrl-C."""
+"""``train`` and ``league`` in folders that hold a run, and after Ctrl-C."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def _no_film(monkeypatch):
 
 
 def run(arguments, capsys):
-    """Run a command; return its status, and what it said."""
+    """Run a command; return its status and what it printed."""
     try:
         main(arguments)
     except SystemExit as ended:
@@ -56,7 +56,7 @@ def contents(folder, names):
 
 @pytest.fixture
 def stop_and_go_on(capsys, monkeypatch):
-    """Send a signal to a command once its run has had some steps, and go on by the line that it then says."""
+    """Send a signal to a command after some steps of its run, and continue with the command that it then prints."""
     on_step, sent = Account._on_step, []
 
     def stop_and_go_on(command, number, folder, steps, total):

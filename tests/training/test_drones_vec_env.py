@@ -1,4 +1,4 @@
-"""Drones as rows of a VecEnv: the same games as those of the PettingZoo face, and PPO learns on it unwrapped."""
+"""Drones as rows of a VecEnv: the games are those of the PettingZoo API, and PPO learns without wrappers."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def test_games_that_end_before_others_tell_what_their_own_drones_saw_last(monkey
     rows.reset()
     drones = rows.drones
     assert len(set(drones.duel.sides.tolist())) == 2
-    drones.batch.simulator.games.teams[1:] = drones.duel.sides[1:, None]  # nobody is left on the other side
+    drones.batch.simulator.games.teams[1:] = drones.duel.sides[1:, None]  # the other side has no drones left
     expected, reset = [], drones.reset
     monkeypatch.setattr(drones, "reset", lambda *given: (expected.append(drones.observe()), reset(*given)))
     _, _, dones, infos = rows.step(choose(rows, np.random.default_rng(0)))
     assert np.flatnonzero(dones).tolist() == list(range(4, 12))
     seen = np.stack([infos[row]["terminal_observation"] for row in range(4, 12)])
     assert (seen == expected[0][1:].reshape(8, -1)).all() and (seen[:, 0] == 1).all()
-    for info in infos[4:]:  # a won game is no time-out
+    for info in infos[4:]:  # a won game is not truncated
         assert (info["outcome"], info["TimeLimit.truncated"], bool(info["flies"])) == (1, False, True)
 
 
@@ -97,7 +97,7 @@ def test_inactive_rows_are_not_learned_from_and_are_worth_what_their_team_is():
     model = PPO("MlpPolicy", env, n_steps=8, batch_size=16, seed=0, device="cpu", **buffers)
     model.learn(64)
     buffer = model.rollout_buffer
-    sits_out = buffer.observations[:, 0] == -1  # flattened by now: all steps of one row after the other
+    sits_out = buffer.observations[:, 0] == -1  # flattened by now: all steps of a row, then the next row
     assert 16 <= sits_out.sum() < 64
     values, out = (array.reshape(2, 4, 8) for array in (buffer.values, sits_out))  # [game, drone, step]
     for game, step in np.ndindex(2, 8):

@@ -1,4 +1,4 @@
-"""Exploiters of a league are the same whoever works at them, and join where they always do."""
+"""Exploiters of a league are the same with any workers, and join at the same steps."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_whoever_works_for_a_league_it_is_the_same(alone, tmp_path, monkeypatch)
     during = []
     save = Checkpoint._on_rollout_start
     with Processes(1) as workers:
-        workers.elsewhere = True  # as if it had none of these files
+        workers.elsewhere = True  # as if they had none of these files
         league = League(LATER, tmp_path, say=quiet, workers=workers)
 
         def noted(self):
@@ -55,6 +55,6 @@ def test_whoever_works_for_a_league_it_is_the_same(alone, tmp_path, monkeypatch)
 
         monkeypatch.setattr(Checkpoint, "_on_rollout_start", noted)
         league.run()
-    assert any(during)  # the learner went on
+    assert any(during)  # the learner trained meanwhile
     assert_same(league, alone)
     assert not list((tmp_path / "exploiters").rglob("checkpoint*"))

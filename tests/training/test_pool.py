@@ -50,7 +50,7 @@ def test_patterns_that_the_learner_finds_hard_stay_and_others_make_room_for_new_
     pool.renew_patterns(8, generator)
     first = pool.members[1:]
     assert len({one.name for one in first}) == 8 and {one.kind for one in first} == {"pattern"}
-    for place, one in enumerate(first[:6]):  # two have hardly been met
+    for place, one in enumerate(first[:6]):  # the other two are not judged yet
         one.games, one.score = 60.0, 60.0 * (0.3 + 0.1 * place)
     first[5].score = 0.9 * 60.0
     pool.renew_patterns(8, generator)

@@ -1,4 +1,4 @@
-"""A run: what it takes from its settings, what it leaves in its folder, and that it learns."""
+"""A run uses its settings, fills its folder, and learns."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_the_settings_reach_the_algorithm(tmp_path, monkeypatch):
     assert (model.gamma, model.gae_lambda, model.clip_range(1.0), model.ent_coef) == (0.5, 0.6, 0.3, 0.01)
     assert (model.seed, model.n_envs, model.policy.width, threads) == (7, 4, 16, [3])
     assert model.policy.log_std.tolist() == [-0.25] * 25
-    assert not model.policy.log_std.requires_grad  # it follows the schedule alone
+    assert not model.policy.log_std.requires_grad  # only the schedule changes it
     for steps, rate in ((0, 0.5), (250, 0.375), (900, 0.05), (960, 0.025), (5000, 0.025)):
         model.num_timesteps = steps
         assert model.lr_schedule(1.0) == pytest.approx(rate)
@@ -219,7 +219,7 @@ def test_training_its_evaluations_and_the_matches_after_it_are_on_different_game
     assert trained and evaluated and reported
     assert not trained & evaluated and not trained & reported and not evaluated & reported
     run.learn(64, evaluation)
-    assert evaluated & begun_by(evaluation.evaluate)  # the same ones every time, however far the run is
+    assert evaluated & begun_by(evaluation.evaluate)  # the same games at any step of the run
 
 
 class Gather(VecEnvWrapper):

@@ -1,4 +1,4 @@
-"""A stopped run goes on from its checkpoint, with all that it has learned and counted, in games of its own."""
+"""A stopped run continues from its checkpoint, with its weights, optimiser and history, on new games."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def test_the_learner_has_all_drones_of_a_won_game_and_none_of_a_lost_one(tmp_pat
         teams[0], teams[1] = sides[0], 1 - sides[1]  # all drones of a game on one side: the first is won, the next lost
         result = step_wait(self)
         _, rewards, dones, _ = result
-        signs = np.sign(np.trunc(rewards[dones]))  # to win or lose counts one, and what was captured
+        signs = np.sign(np.trunc(rewards[dones]))  # ±1 for a win or a loss, plus the drones captured
         ends.extend(0.5 + 0.5 * signs[signs != 0.0])
         return result
 
@@ -145,7 +145,7 @@ def test_each_game_against_a_pattern_is_played_by_the_pattern_that_it_counts_for
 
 @pytest.mark.parametrize(("share", "joins"), [(0.5, False), (0.51, True)])
 def test_an_exploiter_joins_the_pool_only_if_it_takes_more_than_half_of_the_drones(tmp_path, monkeypatch, share, joins):
-    """It joined by points, and the pool counted these among the shares of the drones."""
+    """The match's points used to decide, and the pool counted them as shares of the drones."""
     match = SimpleNamespace(share=lambda: share, score=lambda: 1.0 - share, standing=lambda: "so and so")
     monkeypatch.setattr(selfplay, "respond", lambda *_: (match, NOTHING))
     league = League(ONE_DEAL.replace(exploiter_steps=32, exploiter_every=32), tmp_path, say=quiet)
@@ -185,7 +185,7 @@ def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_a_killed_one_
 def test_a_league_goes_on_where_it_was_with_more_steps_and_other_threads_alone(tmp_path):
     League(ONE_DEAL, tmp_path, say=quiet).run()
     before = json.loads((tmp_path / STATE).read_text())
-    assert LeagueConfig.from_dict(json.loads((tmp_path / "config.json").read_text())) == ONE_DEAL  # to go on by
+    assert LeagueConfig.from_dict(json.loads((tmp_path / "config.json").read_text())) == ONE_DEAL  # to resume with
     with pytest.raises(CheckpointError, match="other settings"):
         League(ONE_DEAL.replace(pfsp_exponent=1.0), tmp_path, say=quiet)
     longer = ONE_DEAL.replace(learner=LEARNER.replace(total_steps=64, threads=2))

@@ -1,4 +1,4 @@
-"""Several seeds of one run: the same policies whoever trains them, and nothing is trained twice."""
+"""Several seeds of one run: any pool of workers trains the same policies, and none is trained twice."""
 
 from __future__ import annotations
 

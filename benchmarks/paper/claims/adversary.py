@@ -14,11 +14,11 @@ from swarm_pz.evaluation.rollout import game_number, play_games
 PAIRS = 30
 ADVERSARY = "uniform"
 NAIVE = ("centre", "chase", "corners", "evade", "noise")
-"""Tactics of somebody who does not reason about the swarm as a whole yet, chosen before any game was played.
+"""Tactics of a player who does not yet reason about the swarm as a whole, chosen before any game was played.
 
-Gather in the middle; fly at the opponents; go to the corners; fly away from the opponents; scribble. Left out are those
-that know that surrounding captures (`halo`, `lasso`, `ring`), the wave, which the paper expects of players after many
-games (`wavefront`), and two that no person would draw, made to tell effects apart: a ring that does not look
+They gather in the middle, fly at the opponents, go to the corners, fly away from the opponents, and scribble. Left out
+are tactics that surround (`halo`, `lasso`, `ring`), the wave, which the paper expects of players after many games
+(`wavefront`), and two that no person would draw and that isolate effects: a ring that ignores the opponents
 (`blind_ring`) and uniform coverage with a trace of noise (`restless`).
 """
 

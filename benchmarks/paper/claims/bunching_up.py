@@ -36,7 +36,7 @@ LEAST = 0.1
 
 
 class Losses:
-    """Times of blue's first and last loss, and its spread before, from every control period.
+    """Times of blue's first and last loss, and its spread before the first one, checked every control period.
 
     `first` and `last` are seconds (E,), infinite for never; `spread` (E,) is the root mean square distance of blue's
     drones from their mean just before the first loss, NaN without one.
@@ -63,7 +63,7 @@ class Losses:
         self._before, self._places = members, simulator.positions.copy()
 
     def whole_within(self, seconds: float) -> NDArray[np.bool_]:
-        """Return the games (E,) in which blue lost all drones so soon after its first loss."""
+        """Return the games (E,) in which blue lost all drones within `seconds` of its first loss."""
         return np.asarray(np.isfinite(self.last) & (self.last <= self.first + seconds + 1e-6))
 
 

@@ -69,7 +69,7 @@ def probe(drones: list[Cell], rules: GameConfig) -> tuple[NDArray[np.float64], N
 
 
 def over_beneath(field: NDArray[np.float64], place: Cell, drones: list[Cell]) -> float:
-    """Return the field at a place over the mean field beneath drones."""
+    """Return the field at a place, divided by the mean field beneath drones."""
     beneath = np.mean([field[row, column] for column, row in drones])
     return float(field[place[1], place[0]] / max(beneath, 1e-9))
 

@@ -26,7 +26,7 @@ TRAIL = 50
 
 
 def _dots(width: float, last: int = 1) -> Callable[[Setting], Ensemble]:
-    """Return a maker of the tactic of a person, who touches the screen once for each command."""
+    """Return a maker of a person's tactic: one touch of the screen for each command."""
 
     def make(setting: Setting) -> Ensemble:
         def drawn(places: Array) -> Array:
@@ -73,7 +73,7 @@ class Recorder:
 
 
 def moments(blue_sizes: Sequence[int]) -> list[int]:
-    """Return four rows of a won game: near the start, opponents halved, amid the last one's stand, the end."""
+    """Return the indices of four moments of a won game: soon after the start, blue halved, its last stand, the end."""
     sizes, end = np.asarray(blue_sizes), len(blue_sizes) - 1
     halved = int(np.flatnonzero(sizes <= sizes[0] // 2)[0])
     stand = int(np.flatnonzero(sizes > 1)[-1]) + 1

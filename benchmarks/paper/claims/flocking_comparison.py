@@ -19,7 +19,7 @@ from swarm_pz.systems import FlockingCommand
 
 SEEDS, DRONES = 20, 12
 TRIED = 5
-"""Seeds for the choice of a schedule; the best one is measured on others."""
+"""Seeds that choose a schedule; the best schedule is measured on other seeds."""
 MODES = ((0.3, 0.3), (0.77, 0.77))
 """Middles of the drawing's spots: a diffuse one at the lower left, a compact one at the upper right."""
 REACHED = 0.005
@@ -29,9 +29,9 @@ CELLS = 25
 NEAR = 0.25
 """Map widths within which a drone counts as near a mode."""
 SETTLED = 10
-"""Seconds that a flock gets to come to its attractor before its spread is measured."""
+"""Seconds that a flock has to reach its attractor before its spread is measured."""
 SCHEDULES = [(first, other) for first in (4, 8, 12, 16) for other in (2, 3, 5, 8)]
-"""Seconds at the lower and at the upper attractor, in turn, that are tried."""
+"""Schedules to try: seconds at the lower and at the upper attractor, in turn."""
 ERGODIC, ALONE, SEQUENCE = "ergodic: one drawing", "flock: one attractor", "flock: best schedule"
 
 Array = NDArray[np.float64]
@@ -89,7 +89,7 @@ def flock(
 
 
 def turns(schedule: tuple[int, int], send: Callable[[int], None]) -> Callable[[int], None]:
-    """Return a function of each second that is over, which sends the attractor whose turn begins."""
+    """Return a function to call after each second; it sends the attractor whose turn begins."""
     first, whole = schedule[0], sum(schedule)
 
     def each_second(second: int) -> None:
@@ -148,7 +148,7 @@ def widths(flight: Flight) -> Array:
 def diffuse_over_compact(sums: Array) -> Any:
     """Return the rms width of drones around the first mode over that around the other, of `widths`.
 
-    It is 0 where nobody came to one of them.
+    It is 0 if no drone came near one of them.
     """
     squared, count = sums.sum(axis=0)
     return np.sqrt(np.divide(*squared) * np.divide(*count[::-1])) if count.all() else 0.0

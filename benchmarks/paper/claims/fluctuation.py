@@ -29,7 +29,7 @@ from swarm_pz.config import RED, CaptureConfig, GameConfig
 SEEDS, DRONES = 20, 12
 """Games, and drones of each team at the start."""
 LOST, LOST_AT = 4, 10
-"""Number of red's drones that are captured at once, and the second of it."""
+"""Number of red's drones that are captured at once, and the second when they are."""
 PERIODS = 10
 """Control periods in a second."""
 

@@ -79,7 +79,7 @@ def fly_both(config: GameConfig, seeds: list[int], order: NDArray[np.int64], com
 
 
 def largest_mean(differences: Any) -> Any:
-    """Return that mean of differences (seeds, drawings) which is the farthest from 0."""
+    """Return the drawing's mean that is farthest from 0, of differences (seeds, drawings)."""
     means = differences.mean(axis=0)
     return means[np.abs(means).argmax()]
 

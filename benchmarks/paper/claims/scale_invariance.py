@@ -45,7 +45,7 @@ def apart(one: Array, other: Array) -> Array:
 
 
 def nearest(places: Array, targets: Array) -> NDArray[np.int64]:
-    """Return the index of the nearest of some coefficients (n, K, K) to those of each game's places (seeds, ..., 2)."""
+    """Return, for each game's places (seeds, ..., 2), the index of the nearest target by coefficients (n, K, K)."""
     modes = targets.shape[-1]
     found = basis(places.reshape(len(places), -1, 2), modes).mean(axis=1)
     weights = (1.0 + np.add.outer(np.arange(modes) ** 2, np.arange(modes) ** 2)) ** -1.5

@@ -16,22 +16,21 @@ from swarm_pz.evaluation.rollout import Game, play_games
 GAMES = 60
 RED_PLAYER, BLUE_PLAYER = "ring", "uniform"
 LEAST_RATE = 0.2
-"""Least rate of changing drones that counts as rapid: our bound, one every 5 s."""
+"""Least captures per second that count as rapid: our bound, one every 5 s."""
 SECONDS = 10
 """Longest brief lead in seconds; also the length of a window in which captures are counted."""
 LATE = 1 / 3
-"""Share of a game that is near its end."""
+"""Last part of a game that counts as near its end."""
 PAPER_SECONDS = 185.0
 """From about 15 s to just before 200 s in the paper's Fig. 7."""
 POINTS = 21
-"""Places of a game, from its start to its end, at which the spread of sizes is shown."""
+"""Number of moments, from a game's start to its end, at which the spread of sizes is shown."""
 
 
 def unsteadiness(totals: list[int]) -> tuple[float, float] | None:
-    """Return the changes of the frequency of captures from one window to the next, before and near the end.
+    """Return the mean absolute change of captures from one window to the next, before and near the end.
 
-    Mean differences of the numbers of captures in neighbouring windows of `SECONDS`; None of a game too short for two
-    windows in both.
+    A window lasts `SECONDS`. Returns None if the game is too short for two windows in both parts.
     """
     rates = np.diff(np.asarray(totals)[::SECONDS])
     late = max(2, round(LATE * len(rates)))

@@ -16,19 +16,19 @@ from swarm_pz.evaluation.rollout import Rollout
 GAMES = 40
 ATTACK, OPPONENT = "wavefront", "uniform"
 OTHERS = ("centre", "chase", "corners", "evade", "halo", "lasso", "noise", "ring")
-"""Tactics for comparison with a wave: all scripts but two that no person would draw, and but uniform coverage."""
+"""Tactics to compare with the wave: all scripts except uniform coverage and two that no person would draw."""
 MANY, QUICKLY = 5, 10
 """Number of drones that counts as many, half of a team, and seconds that count as quick: our bounds."""
 
 
 def rates(games: Any) -> Any:
-    """Return drones taken and lost a minute (..., 2) of games (starts, ..., 3): taken, lost and minutes."""
+    """Return drones taken and lost per minute (..., 2) of games (starts, ..., 3): taken, lost and minutes."""
     sums = np.sum(games, axis=0)
     return sums[..., :2] / sums[..., 2:]
 
 
 def gaps(games: Any) -> Any:
-    """Return the first player's two rates (2,) less the median of the others'."""
+    """Return the first player's two rates (2,) minus the median of the other players'."""
     found = rates(games)
     return found[0] - np.median(found[1:], axis=0)
 

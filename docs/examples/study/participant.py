@@ -1,22 +1,22 @@
-"""A participant of a study, without swarm-pz: answers with the first choice, and draws once a game.
+"""A program that takes part in a study, without swarm-pz: it answers with first choices, and draws once a game.
 
 The server answers these requests; transcript.txt beside this file shows the first steps.
 
 POST /study/CODE/state
-    The state: what comes next for a participant. Ask for it every two seconds.
+    Returns the state: what comes next for a participant. Ask for it every two seconds.
 POST /study/CODE/done
-    A step is done: the state after it. Takes `step`, its id, and of a form the `answers`, by the questions' ids.
+    Finishes a step; returns the next state. Takes the step's id as `step`, and for a form `answers` by question id.
 POST /study/CODE/play
-    The participant is ready for the game `step`: the state.
+    Marks the participant as ready for the game `step`; returns the state.
 POST /study/CODE/stop
-    The participant stops for good: the state. With `delete` true all that they did is deleted: `withdrawn` is true, and
-    `html` the debriefing.
+    Stops for good; returns the state. With `delete` true, all of the participant's data are deleted: then `withdrawn`
+    is true, and `html` is the debriefing.
 GET /study/CODE/consent
-    The participant's copy of the consent.
+    Returns the participant's copy of the consent.
 GET /socket
     The WebSocket of the game; docs/protocol.md explains it.
 GET /study/monitor/data
-    JSON: `title`, `games` a block, and `rows`, a participant each; needs the header `Authorization: Bearer TOKEN`.
+    JSON: `title`, `games` per block, and one of `rows` per participant. Needs the header `Authorization: Bearer TOKEN`.
 GET /status
     JSON: the server's figures.
 GET / /study /study/CODE /study/CODE/game /study/monitor /static
@@ -54,7 +54,7 @@ from websockets.sync.client import connect
 
 
 def take_part(address, code):
-    """Do all that a study at HOST:PORT asks of a code; return the ids of the steps."""
+    """Take part in the study at HOST:PORT with a participant's code; return the ids of its steps."""
 
     def say(act, **more):
         said = json.dumps({"window": f"pilot of {code}", "here": True, **more}).encode()

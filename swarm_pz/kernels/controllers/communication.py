@@ -1,7 +1,7 @@
-"""The ergodic controller when messages reach only so far: each drone averages over the team-mates that it hears.
+"""The ergodic controller with a limited radius of messages: each drone averages over the team-mates that it hears.
 
-The equations are those of `swarm_pz.kernels.controllers.ergodic`, whose steps this file puts together once for
-each drone; only step 4 differs.
+The equations are those of `swarm_pz.kernels.controllers.ergodic`, whose steps are done here drone by drone; only
+step 4 differs.
 """
 
 from __future__ import annotations
@@ -61,9 +61,9 @@ def find_own_coefficients(
 def ergodic_among_heard(
     swarm: Swarm, target: Float32s, parameters: ErgodicParameters, scratch: Scratch, radius: float
 ) -> None:
-    """Solve for every drone of one game that takes part, with c averaged over the drones within a radius.
+    """Solve for every drone of one game that takes part, with c averaged over the team-mates within a radius.
 
-    Arguments are as of `ergodic`. The scratch's `means` become the teams' mean coefficients.
+    Arguments are those of `ergodic`. The teams' mean coefficients are written into the scratch's `means`.
     """
     teams = swarm.teams
     num_drones, modes = teams.shape[0], len(parameters.modes)

@@ -17,13 +17,13 @@ from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.arrays import Float32s, Float64s, Int64s
 
 _TIE = 1e-12
-"""Squared distances that differ by less are equal: a grid point belongs to all that are so near."""
+"""Squared distances that differ by less are equal: a grid point belongs to all drones at that distance."""
 _NEAR = 1e-9
 """A grid point that is nearer to the end of a span, in cells, lies on it."""
 _NOTHING = 1e-9
-"""A cell that sums to less has no grid point: so little is rounding."""
+"""A cell with a smaller sum has no grid point: such sums are rounding."""
 _PARALLEL = 1e-12
-"""Two bisectors that turn by less do not cut each other."""
+"""Two bisectors with a smaller slope to each other are parallel."""
 
 
 class CoverageParameters(NamedTuple):
@@ -44,9 +44,9 @@ class Grid(NamedTuple):
     centres: Float64s
     """(G,) of the grid's cells, along an axis."""
     left: Int64s
-    """(G,) the command's column whose centre is at or before each of them, but not the last."""
+    """(G,) the last column of the command whose centre is at or before each of them; at most A - 2."""
     share: Float64s
-    """(G,) how far each is from there to the next."""
+    """(G,) the fraction of the way from that column's centre to the next at which each lies."""
     nodes: Float64s
     """(Q,) of a quadrature along an edge, in [-1, 1]."""
     weights: Float64s
@@ -59,11 +59,11 @@ class Cells(NamedTuple):
     places: Float64s
     """(n, 2) where the drones are."""
     edges: Float64s
-    """(n, n, 2) `[i, j]` for i < j: from where to where the bisector of two drones is an edge, from its middle."""
+    """(n, n, 2) `[i, j]` for i < j: the ends of the edge between two drones on their bisector, from its middle."""
     neighbours: Int64s
     """(n, n) the drones with which each shares an edge, or its place."""
     degrees: Int64s
-    """(n,) how many these are."""
+    """(n,) the number of these neighbours."""
     owners: Float64s
     """(n,) how many drones are where each is, itself included."""
     masses: Float64s
@@ -78,7 +78,7 @@ class Cells(NamedTuple):
 def blend_densities(
     command: Float64s, former: Float64s, age: float, parameters: CoverageParameters, density: Float64s, rate: Float64s
 ) -> bool:
-    """Write the density (A, A) in force, of mean 1, and its change per second; return whether there is any."""
+    """Write the density (A, A) in force, of mean 1, and its change per second; return whether it changes."""
     share = min(age / parameters.blend, 1.0)
     is_changing = share < 1.0
     mean, former_mean = command.mean(), former.mean()
@@ -107,7 +107,7 @@ def interpolate(values: Float64s, x: float, y: float) -> float:
 
 @kernel
 def add_up(values: Float64s, grid: Grid, sums: Float64s) -> None:
-    """Write what an image (A, A) sums to along the grid's rows: its mass and its moment in x (2, G, G + 1) so far."""
+    """Write cumulative sums (2, G, G + 1) of an image (A, A) along the grid's rows: its mass, and its moment in x."""
     side, cells = grid.centres.shape[0], values.shape[0]
     line = np.empty(cells)
     for row in range(side):
@@ -128,10 +128,10 @@ def add_up(values: Float64s, grid: Grid, sums: Float64s) -> None:
 
 @kernel
 def find_span(a: int, heights: Float64s, slopes: Float64s, neighbours: Int64s) -> tuple[float, float, float]:
-    """Return from where to where a row is drone a's, along x, and the share of it that is.
+    """Return the ends, along x, of drone a's part of a row, and its share of that part.
 
-    With `heights` (n,), the squared distances to the row's beginning, and `slopes` (n, n), 1 / (2 (x_b - x_a)) or 0
-    where that is nothing: x is nearer to a than to b where 2 x (x_b - x_a) < height_b - height_a.
+    `heights` (n,) are the squared distances to the row's beginning; `slopes` (n, n) are 1 / (2 (x_b - x_a)), or 0 if
+    x_a = x_b. x is nearer to a than to b where 2 x (x_b - x_a) < height_b - height_a.
     """
     low, high, owners = -1.0, 2.0, 1.0
     for b in neighbours:
@@ -149,9 +149,9 @@ def find_span(a: int, heights: Float64s, slopes: Float64s, neighbours: Int64s) -
 
 @kernel
 def sum_span(low: float, high: float, sums: Float64s) -> float:
-    """Return the sum of a row, of which `sums` (G + 1,) has the sums so far, at the points in [low, high].
+    """Return the sum of a row, with cumulative sums `sums` (G + 1,), over the points in [low, high].
 
-    A point on one of the ends belongs to both sides.
+    A point on an end counts half, since it belongs to both sides.
     """
     side = sums.shape[0] - 1
     from_left, to_right = low * side - 0.5, high * side - 0.5
@@ -226,7 +226,7 @@ def find_neighbours(places: Float64s, cells: Cells, slopes: Float64s) -> None:
 
 @kernel
 def find_cells(places: Float64s, sums: Float64s, rates: Float64s, is_changing: bool, grid: Grid, gain: float) -> Cells:
-    """Return the cells of drones (n, 2) in a density, and a change per second, of which `add_up` has the sums."""
+    """Return the cells of drones (n, 2) for a density and its change per second, given as the sums of `add_up`."""
     count, side = places.shape[0], grid.centres.shape[0]
     cells = Cells(
         places,

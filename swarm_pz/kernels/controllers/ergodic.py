@@ -24,7 +24,7 @@ _PLACES = 352
 TOGETHER = 2 * WIDTH
 """Drones whose memories are extended at once."""
 _LINE = 64
-"""Bytes that caches keep together: vectors that lie in two such lines take twice as long to load."""
+"""Bytes of a cache line: vectors that lie in two lines take twice as long to load."""
 
 
 class ErgodicParameters(NamedTuple):
@@ -40,12 +40,12 @@ class ErgodicParameters(NamedTuple):
     spectrum: Float32s
     """(K, K): q Lambda_k, with (1 + |k|^2)^(-3/2) or exp(-0.8 |k|) for Lambda_k."""
     inverse_control_weight: np.float32
-    """R^-1, over the speed factor: products of two times hold it twice."""
+    """R^-1 over the speed factor, which products of two `times` contain twice."""
     wall_weight: np.float32
     wall_margin: np.float32
     max_acceleration: np.float32
     warm_start: bool | None
-    """True: drones keep plans. None: they do not, and nothing that plans take is compiled."""
+    """True: drones keep plans. None: they do not, and code for plans is not compiled."""
 
 
 def sobolev_weights(modes: int) -> Float64s:
@@ -61,8 +61,8 @@ def ergodic_parameters(config: GameConfig) -> ErgodicParameters:
     exponential = np.exp(-0.8 * np.sqrt(k[:, None] ** 2 + k**2))
     spectrum = sobolev_weights(controller.modes) if controller.spectrum == "sobolev" else exponential
     decay = 1.0 if config.memory.controller is None else np.exp(-CONTROL_PERIOD / config.memory.controller)
-    # A velocity moves a drone by the speed factor: points ahead lie that much further, while the costate,
-    # which multiplies two of these times, wants the factor only once.
+    # Drones move at the speed factor times their velocity, so the times ahead contain the factor. The costate
+    # multiplies two of these times, but needs the factor only once.
     return ErgodicParameters(
         modes=tuple(range(controller.modes)),
         times=tuple(np.float32(CONTROL_PERIOD * h * factor) for h in range(controller.horizon + 1)),
@@ -90,7 +90,7 @@ class Tables(NamedTuple):
     weights: Float32s
     """(places,) share of each place in the team's coefficients."""
     one: Float32s
-    """(places,) whatever is needed for a while."""
+    """(places,) temporary numbers."""
     other: Float32s
     cos_x: Float32s
     """(K, places) cos(pi k x)."""
@@ -107,13 +107,13 @@ class Scratch(NamedTuple):
     means: Float32s
     """(2, K, K) coefficients of each team."""
     slope_x: Float32s
-    """(K, K) their weighted error, of the team in hand, times pi k1."""
+    """(K, K) the weighted error of the present team's coefficients, times pi k1."""
     slope_y: Float32s
     """(K, K) the same times pi k2."""
     sums: Float32s
-    """(2, K' K' 16) coefficients of each team whose lanes are not added up yet, from drone to drone; K' is even."""
+    """(2, 16 K' K' or more) coefficients of each team, summed over drones but not yet over lanes; K' is even."""
     totals: Float32s
-    """(K' K',) coefficients once they are."""
+    """(K' K' or more,) coefficients of one team, with lanes added up."""
     tables: Tables
 
 
@@ -125,7 +125,7 @@ def fill_up(places: int) -> int:
 
 @loop
 def even(modes: tuple[int, ...]) -> int:
-    """Return the number of modes along an axis, or one more: harmonics come in pairs."""
+    """Return the number of modes along an axis, rounded up to an even one: harmonics come in pairs."""
     return len(modes) + len(modes) % 2
 
 
@@ -155,7 +155,7 @@ def make_scratch(num_drones: int, parameters: ErgodicParameters) -> Scratch:
 
 @loop
 def tabulate(tables: Tables, modes: tuple[int, ...], used: int) -> None:
-    """Tabulate the basis at the first `used` places; what fills the tables up counts for nothing."""
+    """Tabulate the basis at the first `used` places; the padding after these has no effect."""
     store(spread(np.float32(0.5)), tables.x, used)
     store(spread(np.float32(0.5)), tables.y, used)
     fill_harmonics(tables.x, fill_up(used), modes, tables.cos_x, tables.sin_x)
@@ -188,7 +188,7 @@ def remember(swarm: Swarm, sizes: tuple[int, int], parameters: ErgodicParameters
     num_drones, horizon, rows = positions.shape[0], np.float32(len(parameters.times) - 1), even(parameters.modes)
     tables, sums = scratch.tables, scratch.sums
     for first in range(0, num_drones, TOGETHER):
-        for j in range(0, TOGETHER, WIDTH):  # what fills the tables up counts for nothing
+        for j in range(0, TOGETHER, WIDTH):  # padding, whose weights are 0
             store(spread(np.float32(0.5)), tables.x, j)
             store(spread(np.float32(0.5)), tables.y, j)
             store(spread(np.float32(0.0)), tables.one, j)
@@ -203,7 +203,7 @@ def remember(swarm: Swarm, sizes: tuple[int, int], parameters: ErgodicParameters
         tabulate(tables, parameters.modes, TOGETHER)
         red, more_red = load(tables.one, 0), load(tables.one, WIDTH)
         blue, more_blue = load(tables.other, 0), load(tables.other, WIDTH)
-        for k2 in range(len(parameters.modes)):  # the outer one: what was just stored is not to be loaded at once
+        for k2 in range(len(parameters.modes)):  # the outer loop, so that what was just stored is not loaded at once
             along, more_along = load(tables.cos_y, k2, 0), load(tables.cos_y, k2, WIDTH)
             for k1 in range(len(parameters.modes)):
                 place = (k1 * rows + k2) * WIDTH
@@ -245,7 +245,7 @@ def look_ahead(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tabl
 def add_expected(
     drones: Int64s, size: int, memory_weight: Float32s, parameters: ErgodicParameters, tables: Tables, sums: Float32s
 ) -> None:
-    """Add what drones will see to the sums of their team, which has that size: steps 3 and 4."""
+    """Add the basis at drones' points ahead to the sums of their team of `size` drones: steps 3 and 4."""
     count, horizon, rows = drones.shape[0], len(parameters.times) - 1, even(parameters.modes)
     places = fill_up(horizon * count)
     for j in range(count):
@@ -278,7 +278,7 @@ def add_expected(
 
 @loop
 def add_up(sums: Float32s, modes: tuple[int, ...], totals: Float32s, mean: Float32s) -> None:
-    """Write the coefficients (K, K) of sums whose lanes are not added up yet."""
+    """Add up the lanes of sums, and write the coefficients (K, K) into `mean`."""
     rows = even(modes)
     for r in range(0, totals.shape[0], WIDTH):
         store(sum_rows(sums, r * WIDTH), totals, r)
@@ -289,10 +289,10 @@ def add_up(sums: Float32s, modes: tuple[int, ...], totals: Float32s, mean: Float
 
 @loop
 def integrate_costate(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, scratch: Scratch) -> None:
-    """Follow the costate back along the paths of drones, down the weighted error in `scratch`: steps 5 and 6."""
+    """Integrate the costate back along drones' paths, down the weighted error in `scratch`: steps 5 and 6."""
     tables, accelerations, times = scratch.tables, swarm.accelerations, parameters.times
     count, horizon = drones.shape[0], len(times) - 1
-    places = (horizon - 1) * count  # the first point comes too soon to count
+    places = (horizon - 1) * count  # point 1 has weight 0
     for r in range(0, places, WIDTH):
         gradient_x = wall_gradient(load(tables.x, r), parameters.wall_margin, parameters.wall_weight)
         gradient_y = wall_gradient(load(tables.y, r), parameters.wall_margin, parameters.wall_weight)
@@ -325,7 +325,7 @@ def integrate_costate(drones: Int64s, swarm: Swarm, parameters: ErgodicParameter
 def list_members(teams: Int8s, members: Int64s) -> tuple[int, int]:
     """Write the numbers of each team's drones into `members` (2, drones + 1) and return how many there are."""
     red, blue = 0, 0
-    for i in range(teams.shape[0]):  # without branches, which nobody could predict
+    for i in range(teams.shape[0]):  # without branches, which a processor could not predict
         members[0, red] = i
         members[1, blue] = i
         red += 1 - teams[i]
@@ -351,7 +351,7 @@ def most_at_once(parameters: ErgodicParameters) -> int:
 
 @loop
 def expect(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tables: Tables, sums: Float32s) -> None:
-    """Add what a team's drones will see to its sums: steps 2 to 4."""
+    """Add the basis at a team's points ahead to its sums: steps 2 to 4."""
     size, most = drones.shape[0], most_at_once(parameters)
     for first in range(0, size, most):
         some = drones[first : min(first + most, size)]
@@ -379,9 +379,8 @@ def ergodic(swarm: Swarm, target: Float32s, parameters: ErgodicParameters, scrat
     3. c_k = (m_k + sum_h F_k(x_h)) / (w + H).
     4. The team's coefficients are the mean over its drones.
     5. Costate, backwards from rho = 0: rho <- rho + dt (g_h + A' rho), with
-       g_h = sum_k q Lambda_k (c_k - phi_k) grad F_k(x_h) + grad Phi(x_h). A point mass's A is
-       nilpotent, so the velocity part comes out as dt^2 sum_h (h - 1) g_h, times the speed factor, which is
-       what is summed.
+       g_h = sum_k q Lambda_k (c_k - phi_k) grad F_k(x_h) + grad Phi(x_h). A point mass has a nilpotent A,
+       so the velocity part of rho is dt^2 sum_h (h - 1) g_h times the speed factor. Only that is computed.
     6. u = -R^-1 B' rho, which is that sum over -R; for a plan also at the later points.
 
     Memories are updated, accelerations and plans overwritten; accelerations are not yet saturated. `target` (2, K, K)

@@ -2,7 +2,7 @@
 
 After Hauert et al., "Reynolds flocking in reality with fixed-wing robots" (IROS 2011): drones keep
 their speed and turn no faster than a fixed wing may. With a whole team at one attractor, it is what
-Meyer et al. (CASE 2022) compare the ergodic controller with.
+Meyer et al. (CASE 2022) compare with the ergodic controller.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from swarm_pz.kernels.arrays import Bools, Float32s, Float64s
 from swarm_pz.kernels.fourier import normalise
 
 _CLOSE = 0.001
-"""Map widths below which a distance counts as this much: coinciding drones push finitely."""
+"""Least distance in map widths that counts, so that coinciding drones push finitely."""
 _SLOW = 0.001
 """Map widths per second below which a drone has no heading."""
 _WEAK = 1e-6
-"""Pull below which a drone has nowhere to go."""
+"""Pull below which a drone does not accelerate."""
 
 
 class FlockingParameters(NamedTuple):
@@ -49,7 +49,7 @@ def flocking_parameters(config: GameConfig) -> FlockingParameters:
 def find_pull(
     i: int, positions: Float32s, velocities: Float32s, heard: Bools, attractor: Float32s, parameters: FlockingParameters
 ) -> tuple[float, float]:
-    """Return the weighted sum of what draws drone i somewhere; `heard` (N,) are those whom it hears."""
+    """Return the weighted sum of the terms that pull drone i; `heard` (N,) marks the drones that it hears."""
     x, y = np.float64(positions[i, 0]), np.float64(positions[i, 1])
     away_x, away_y, velocity_x, velocity_y, place_x, place_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     neighbours = 0
@@ -80,7 +80,7 @@ def find_pull(
 
 @kernel
 def turn_to(pull: tuple[float, float], velocity: Float32s, max_turn: float) -> tuple[float, float]:
-    """Return the heading along a pull, as near to it as a turn of at most `max_turn` comes."""
+    """Return the heading after a turn of at most `max_turn` towards a pull; from rest, that of the pull."""
     strength = math.sqrt(pull[0] ** 2 + pull[1] ** 2)
     speed = math.sqrt(np.float64(velocity[0]) ** 2 + np.float64(velocity[1]) ** 2)
     wanted_x, wanted_y = pull[0] / strength, pull[1] / strength
@@ -97,14 +97,14 @@ def turn_to(pull: tuple[float, float], velocity: Float32s, max_turn: float) -> t
 def flocking(flight: Flight, attractors: Float32s, parameters: FlockingParameters, accelerations: Float32s) -> None:
     """Steer one team of each of n games.
 
-    With neighbours j, the team-mates that it hears within the communication radius,
+    A drone's neighbours j are the team-mates that it hears within the communication radius. Then
 
     pull = w_a (mean v_j - v) + w_c (mean p_j - p) + w_s sum (p - p_j) / |p - p_j|^2 + w (a - p),
 
-    where the third sum runs over those that it hears within the separation radius and a and w are the
+    where the sum runs over those that it hears within the separation radius, and a and w are the
     attractor's position and weight. The heading turns towards the pull by at most `max_turn` a control
-    period, and u = (speed * heading - v) / period. Accelerations are not yet saturated. (Weights and
-    terms as published; that speed is constant follows Hauert et al., the units are chosen here.)
+    period, and u = (speed * heading - v) / period. Accelerations are not yet saturated. Weights and
+    terms are as published, the constant speed follows Hauert et al., and the units are our choice.
 
     Attractors (n, 3) are x, y, weight. Accelerations (n, N, 2) are overwritten for own drones.
     """
@@ -127,8 +127,8 @@ def flocking(flight: Flight, attractors: Float32s, parameters: FlockingParameter
 def strongest_mode(target: Float64s) -> tuple[float, float, float]:
     """Return where a target (A, A) is densest, and the share of its mass there.
 
-    The 3x3 block of cells with the largest sum, its centre of mass and its sum; the middle and 0 for a
-    uniform target, which is densest nowhere.
+    These are the centre of mass and the sum of the 3x3 block of cells with the largest sum; the middle and 0
+    for a uniform target.
     """
     cells = target.shape[0]
     if target.max() - target.min() == 0.0:

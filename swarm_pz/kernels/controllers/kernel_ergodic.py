@@ -1,7 +1,7 @@
 """The kernel ergodic controller: drones go where the density asks, away from where the team goes.
 
 After Sun, Gupta, Abraham, Murphey and others, "Fast ergodic search with kernel functions" (IEEE Transactions on
-Robotics, 2025); `swarm_pz.systems.KernelErgodic` has the equations.
+Robotics, 2025); `docs/control_systems.md` has the equations.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class KernelErgodicParameters(NamedTuple):
 
 @kernel
 def slope(x: float, y: float, parameters: KernelErgodicParameters) -> float:
-    """Return the kernel's gradient at (x, y) from its centre, as a share of (-x, -y)."""
+    """Return the kernel's gradient at (x, y) from its centre, as a multiple of (-x, -y)."""
     distance = math.sqrt(x * x + y * y + parameters.softening * parameters.softening)
     return math.exp(-distance / parameters.length) / distance
 
@@ -68,7 +68,7 @@ def pull_of_density(x: float, y: float, density: Float64s, parameters: KernelErg
 def descend(flight: Flight, ahead: Float64s, parameters: KernelErgodicParameters, accelerations: Float64s) -> None:
     """Steer every own drone of n games down the metric.
 
-    `ahead` (H + 1,) are the times of the next points, as factors of a velocity; accelerations (n, N, 2) are written for
+    `ahead` (H + 1,) are the times of the next points, times the speed factor; accelerations (n, N, 2) are written for
     own drones.
     """
     positions, velocities, own, heard, commands = flight[:5]

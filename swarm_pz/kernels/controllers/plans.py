@@ -1,7 +1,7 @@
-"""Warm starts of the ergodic controller: what a solve planned is where the next one looks ahead along.
+"""Warm starts of the ergodic controller: each solve looks ahead along the plan of the last one.
 
 As in the authors' code, each drone keeps an acceleration for every point of its look-ahead. Where drones keep none,
-`plans` is None: these kernels do nothing then, and are not even compiled.
+`plans` is None, and these kernels compile to nothing.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def follow_plans(
 ) -> None:
     """Move the points that drones coast to, in the order of `look_ahead`, to where their plans (N, H, 2) take them.
 
-    The first acceleration of a plan was flown since the last solve. By Euler's rule number t changes the velocity at
-    point t, and so where the drone is from point t + 1 on.
+    Acceleration 0 of a plan was flown since the last solve. By Euler's rule, acceleration t changes the velocity at
+    point t, and so the positions from point t + 1 on.
     """
     if plans is not None:
         count, horizon = drones.shape[0], len(times) - 1
@@ -65,8 +65,8 @@ def make_plans(
 ) -> None:
     """Write the plans (N, H, 2) of drones: `scale` times the velocity part of the costate at each of their points.
 
-    Number t, flown from point t to t + 1, counts from point t + 2 on, with the slopes there times 1, 2, ...; so the
-    last is zero. Each is saturated as in the authors' code.
+    Acceleration t, flown from point t to t + 1, sums up the slopes at the points from t + 2 on, times 1, 2, ...; so
+    the last one is zero. Each is saturated as in the authors' code.
     """
     if plans is not None:
         count, horizon = drones.shape[0], plans.shape[1]

@@ -29,7 +29,7 @@ class PotentialParameters(NamedTuple):
 
 @kernel
 def find_charges(images: Float64s, parameters: PotentialParameters, charges: Float64s) -> None:
-    """Write the charge (A, A) that images (2, A, A), of what attracts and what repels, spread over the square."""
+    """Write the charges (A, A) of the cells for two images (2, A, A): the first attracts, the second repels."""
     attracts, repels = images[0].sum(), images[1].sum()
     cells = images.shape[1]
     even = 1.0 / (cells * cells)
@@ -42,7 +42,7 @@ def find_charges(images: Float64s, parameters: PotentialParameters, charges: Flo
 
 @reduction
 def pull_row(x: float, away_y: float, charges: Float64s, softening: float) -> tuple[float, float]:
-    """Return the force of a row of cells, whose charges are (A,), on a drone."""
+    """Return the force of a row of cells with charges (A,) on a drone."""
     pull_x, pull_y, cells = 0.0, 0.0, charges.shape[0]
     fixed = away_y * away_y + softening * softening
     for column in range(cells):
@@ -67,7 +67,7 @@ def pull_of_images(x: float, y: float, charges: Float64s) -> tuple[float, float]
 
 @kernel
 def push_of_mates(i: int, positions: Float32s, heard: Bools, softening: float) -> tuple[float, float, int]:
-    """Return the force of the drones that drone i hears, and how many they are, with itself."""
+    """Return the force of the drones that drone i hears, and their number; both include itself."""
     push_x, push_y, count = 0.0, 0.0, 0
     x, y = np.float64(positions[i, 0]), np.float64(positions[i, 1])
     for j in range(positions.shape[0]):
@@ -91,7 +91,7 @@ def push_of_walls(place: float, softening: float) -> float:
 
 @entry_point
 def repel(flight: Flight, parameters: PotentialParameters, accelerations: Float64s) -> None:
-    """Add up the forces on every own drone of n games; accelerations (n, N, 2) are written for those."""
+    """Add up the forces on every own drone of n games; accelerations (n, N, 2) are written for own drones."""
     positions, velocities, own, heard, commands = flight[:5]
     charges = np.empty(commands.shape[2:])
     for e in range(positions.shape[0]):

@@ -1,1 +1,1 @@
-"""Recorded games: their files, the games played again, and studies of many."""
+"""Recorded games: their files, playback, verification, and tables of many games."""

@@ -1,6 +1,6 @@
 """A folder of recorded games: only regular files of the folder itself, none of them too large, and their summaries.
 
-A link may lead to somebody's private file, and opening a pipe waits for its writer.
+Links are refused, since they may lead to private files, and pipes, since opening one blocks.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SUFFIX = ".jsonl"
 MOST_BYTES = 256 * 2**20
 """Largest file that is read."""
 END_BYTES = 8 * 2**10
-"""Bytes of a file's beginning and of its end that are read: its first and its last line have less."""
+"""Bytes read from a file's beginning and end for its summary; its first and last lines are shorter."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.jsonl")
 
 
@@ -49,7 +49,7 @@ def read_regular(path: Path) -> bytes:
 
 
 def read_ends(path: Path, count: int) -> tuple[bytes, bytes]:
-    """Return at most `count` first and `count` last bytes of a recording's file; errors as of `read_regular`."""
+    """Return at most `count` first and last bytes of a file; raise RecordingError if it is no regular file."""
     try:
         with opened(path, links=False) as (file, size):
             first = file.read(count)
@@ -60,9 +60,9 @@ def read_ends(path: Path, count: int) -> tuple[bytes, bytes]:
 
 
 class Summary(Struct):
-    """A recorded game; a file that is no game, or unfinished, leaves fields empty.
+    """The summary of a recorded game; fields that its file does not tell stay empty.
 
-    `seconds` are of game, `sizes` the drones of red and blue at its end.
+    `seconds` is the length in game time; `sizes` are the numbers of red and blue drones at the end.
     """
 
     name: str
@@ -77,7 +77,7 @@ class Summary(Struct):
 
 
 def summary_of(path: Path) -> Summary:
-    """Return the summary of a file, with as much as its first and its last line tell."""
+    """Return the summary of a file, from its first and its last line."""
     summary = Summary(path.name)
     with contextlib.suppress(RecordingError, ProtocolError):
         first, last = read_ends(path, END_BYTES)

@@ -1,8 +1,8 @@
-"""A recorded game played again: by simulating it, since commands and start decide everything.
+"""Playback of a recorded game by simulation, since its start and commands determine everything.
 
-Bits depend on the kind of processor, and games are chaotic: on another kind the same commands may lead
-elsewhere after some seconds. The recorded frames tell. Of a game that was played in a page they are exact, one for each
-control period: there each period is simulated from its own frame, and leads to the next one but for rounding.
+Rounding depends on the kind of processor, and games are chaotic: on another kind, the same commands may lead to
+another game after some seconds. The recorded frames show that. A game that was played in a page has an exact frame for
+each control period: each period is simulated from its own frame, and leads to the next one but for rounding.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from swarm_pz.play.recordings.verification import Verification, verify
 from swarm_pz.rendering.painter import FILM, Painter
 
 _MARK_TICKS = 90
-"""Ticks between the moments that are kept, so that going anywhere is quick; more in a game too long to keep so many."""
+"""Ticks between snapshots, which make seeking quick; long games use a multiple, to fit `_MARKS_BYTES`."""
 _MARKS_BYTES = 2**24
-"""Memory for the moments that are kept."""
+"""Bytes of memory for snapshots."""
 
 
 class Playback:
-    """A recorded game that can be set to any of its ticks; `game` is the one at the present moment."""
+    """A recorded game that can be set to any of its ticks; `game` is its state at the present one."""
 
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
@@ -39,7 +39,7 @@ class Playback:
         self._marks, self._mark_ticks = {0: start}, _MARK_TICKS * -(-(recording.last_tick // _MARK_TICKS + 1) // most)
 
     def seek(self, tick: int) -> None:
-        """Go to a tick, before its solve, or to the last one before it that was recorded."""
+        """Go to a tick, before its solve; beyond the end, to the last tick."""
         tick = max(tick, 0)
         mark = max(known for known in self._marks if known <= tick)
         if tick < self.game.tick or self.game.tick < mark:
@@ -73,7 +73,7 @@ class Playback:
     def write_positions(self, path: Path) -> None:
         """Write every drone at every tick, 30 a second, as CSV: the game is simulated between recorded frames.
 
-        Raises RecordingError if it comes out differently here.
+        Raises RecordingError if the simulation differs from the recording.
         """
         check(path.suffix == ".csv", "positions", str(path), "a file that ends in .csv")
         if (found := self.verify()).first_difference is not None:

@@ -1,4 +1,4 @@
-"""Writes a game down as it is played."""
+"""Recording of a game while it is played."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from swarm_pz.files import explain
 from swarm_pz.play.protocol import Header, LogMessage, encode
 
 _ONE_FLUSH = 256 * 1024
-"""Most bytes of a flush: an event loop waits for it."""
+"""Most bytes of a flush, since an event loop waits for it."""
 _PATIENCE = 120
-"""Flushes in a row that may fail, a minute of game, before the recording breaks off."""
+"""Flushes in a row (a minute of game) that may fail before the recording breaks off."""
 _LAST_TRIES, _LAST_PAUSE_S = 20, 0.5
 """Attempts to write the end of a game to a disk that is full, and the pause between them."""
 log = logging.getLogger("swarm_pz.play")
 
 
 class Recorder:
-    """Writes a game into a new file; a game goes on even if it can no longer be written down.
+    """Writes a game into a new file; the game goes on even if writing fails.
 
-    What a full disk did not take waits until there is room again. When a game has ended, its file is written through to
-    the disk itself. `fault` is a fault of writing that players should hear of once, or empty. It `is_behind` if the
-    last flush left lines to the next one, though the disk took all.
+    Lines that a full disk did not take wait until there is room again. When a game has ended, its file is synced to the
+    disk. `fault` is an error of writing that players should be shown once, or empty. `is_behind` is True if the last
+    flush left lines to the next one without an error.
     """
 
     def __init__(self, path: Path, header: Header) -> None:
@@ -49,7 +49,7 @@ class Recorder:
             self._lines.append(message)
 
     def flush(self) -> None:
-        """Write to the file, which the first call makes; raise OSError if it cannot."""
+        """Write waiting lines; the first call creates the file, and raises OSError if it cannot."""
         if not self._open:
             return
         if self._file is None:
@@ -61,7 +61,7 @@ class Recorder:
             self.close()
 
     def close(self) -> None:
-        """Finish the file; a thread does what takes long."""
+        """Finish the file; a thread writes the rest and syncs it."""
         if self._open:
             if self._file is None:
                 self.flush()
@@ -73,12 +73,12 @@ class Recorder:
             self._end.start()
 
     def join(self) -> None:
-        """Wait until a game that is over is on the disk, or cannot be."""
+        """Wait until a finished game is on the disk, or writing has failed."""
         if self._end is not None:
             self._end.join()
 
     def _write_some(self, file: io.FileIO) -> None:
-        """Write the lines that wait, but not so many that it takes long."""
+        """Write waiting lines, about `_ONE_FLUSH` bytes at most."""
         while self._lines and len(self._bytes) < _ONE_FLUSH:
             self._bytes += encode(self._lines.popleft()).encode() + b"\n"
         try:
@@ -113,8 +113,8 @@ class Recorder:
 
 
 def sync_folder(folder: Path) -> None:
-    """Write the folder's entries, the file's name among them, to the disk."""
-    if hasattr(os, "O_DIRECTORY"):  # else this system opens no folders
+    """Sync a folder's entries, such as the name of a new file, to the disk."""
+    if hasattr(os, "O_DIRECTORY"):  # other systems do not open folders
         opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         try:
             os.fsync(opened)

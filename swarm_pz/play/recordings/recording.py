@@ -1,7 +1,7 @@
-"""A recorded game: the log of its messages, a line of JSON each, after a header that holds its start and its rules.
+"""A recorded game: a header with its start and its rules, and the log of its messages, a line of JSON each.
 
-The messages are those of `swarm_pz.play.protocol`. A file that ends in the middle of a line, because the power went, is
-read up to there; without the message `end` it is unfinished.
+The messages are those of `swarm_pz.play.protocol`. An incomplete last line, as after a power cut, is ignored. A game
+without the message `end` is unfinished.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ L = TypeVar("L", bound=LogMessage)
 
 
 def reason_of_end(outcome: Outcome, sizes: tuple[int, int], away: bool) -> EndedBy:
-    """Return the reason of a game's end, from the team sizes and from a client's absence then."""
+    """Return the reason of a game's end; `away` is True if a client was absent then."""
     if away:
         return "left"
     if outcome == "stopped":
@@ -110,7 +110,7 @@ class Recording:
                 header = message
         if header is None:
             raise RecordingError(f"{path} is not a recorded game: it is empty")
-        # A name that is not valid Unicode is escaped: tables and messages hold it.
+        # A name that is not valid Unicode is escaped, since tables and messages contain it.
         return cls(path.name.encode(errors="backslashreplace").decode(), header, log)
 
     def of(self, kind: type[L]) -> list[L]:
@@ -130,12 +130,12 @@ class Recording:
 
     @property
     def forfeit(self) -> str:
-        """The fault of a control system by which its side lost; empty if there was none."""
+        """The fault of a control system that made its side lose; empty if there was none."""
         return next((line.reason for line in self.of(SeatMessage) if line.event == "forfeit"), "")
 
     @cached_property
     def last_tick(self) -> int:
-        """The last tick that it knows of."""
+        """The last tick of a frame, a capture, a command in force or the end; else 0."""
         known = CapturedMessage | FrameMessage | EndMessage | InForceMessage
         return max((line.tick for line in self.log if isinstance(line, known)), default=0)
 
@@ -144,7 +144,7 @@ class Recording:
         followed = []
         arrived: dict[tuple[int, str, int], Command] = {}
         commands = iter(self.commands)
-        # In order: a client that comes back may count its commands from the start again.
+        # In order, since a client that comes back may count its commands from the start again.
         for line in self.log:
             if isinstance(line, SeatCommand):
                 arrived[line.team, line.sender, line.number] = next(commands)

@@ -1,4 +1,4 @@
-"""A recorded game as rows: what each of its seats did, and whether the game was one that counts."""
+"""A recorded game as rows: what each of its seats did, and whether the game should count."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class SeatRow:
 
 
 def seat_rows(recording: Recording) -> list[SeatRow]:
-    """Return the rows of a game's seats, without those that nobody took."""
+    """Return a row for each seat of a game that somebody took."""
     header, config, game, end = recording.header, recording.config, recording.config.game, recording.end
     seconds = (end.tick if end is not None else recording.last_tick) / TICKS_PER_SECOND
     teams = np.repeat((0, 1), game.team_sizes)
@@ -149,15 +149,15 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
             continue
         if isinstance(line, InForceMessage):
             if line.sender and line.number in (0, forced):
-                continue  # its helper alone asked for something else
+                continue  # only its helper's part is new
             forced = line.number
             first_s = line.tick / TICKS_PER_SECOND if first_s is None else first_s
             to_force += [line.server_ms - made[line.number]] if line.number in made else []
-        elif not line.sender:  # else it is made of the player's, which counts by itself
+        elif not line.sender:  # a shared one is made from the player's, which is counted
             commands += 1
             made.pop(line.number, None)
             if (timing := line.timing) is not None:
-                # The arrival, less the time that had passed since by the sender's clock.
+                # The end of the input on the server's clock: arrival less the sender's delay and half the round trip.
                 made[line.number] = line.server_ms - (timing.sent_ms - timing.input_ms) - timing.round_trip_ms / 2
                 drawing_s += [timing.drawing_ms / 1000.0] if timing.drawing_ms > 0 else []
     seat = [line for line in recording.of(SeatMessage) if line.team == team]
@@ -176,6 +176,6 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
 
 
 def _lasted_s(lines: Sequence[SeatMessage], event: str, last_ms: float) -> float:
-    """Return the seconds from each line of an event to the next line, or to the last moment."""
+    """Return the total seconds from lines of an event to the next line, or to the last moment."""
     ends = [*(line.server_ms for line in lines[1:]), last_ms]
     return sum(end - line.server_ms for line, end in zip(lines, ends, strict=False) if line.event == event) / 1000.0

@@ -51,7 +51,7 @@ def write_tables(rows: Sequence[SeatRow], folder: Path, command: str = "") -> li
 
 
 def columns_of(kind: type[Any]) -> dict[str, dict[str, str]]:
-    """Return the meaning (`about`) and unit of every column of a table; those without are columns of `SeatRow`."""
+    """Return the meaning (`about`) and unit of each column of a table; columns without them have those of `SeatRow`."""
     known = {entry.name: entry.metadata for entry in fields(SeatRow)}
     return {entry.name: dict(entry.metadata or known[entry.name]) for entry in fields(kind)}
 
@@ -68,7 +68,7 @@ def write_table(
 
 
 def _plain(value: Any) -> Any:
-    """Return a value for CSV; a label that a spreadsheet would take for a formula is quoted."""
+    """Return a value for CSV; text that a spreadsheet would take for a formula gets an apostrophe."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):

@@ -1,7 +1,7 @@
-"""Plays a recorded game again by the rules, tick by tick, and compares all that follows from its start and commands.
+"""Verification of a recorded game: it is simulated again from its start and commands, and compared tick by tick.
 
-Bits depend on the kind of processor, and games are chaotic: on another kind the same commands may lead elsewhere after
-some seconds. Names, labels, times of clocks and the answers of policies are not checked.
+Rounding depends on the kind of processor, and games are chaotic: on another kind, the same commands may lead to
+another game after some seconds. Names, labels, clock times and the outputs of policies are not checked.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ _MOST_FAULTS = 10
 _POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
 """Resolution of a frame."""
 _ACCELERATION_STEP = 1e-3
-"""Tolerance of accelerations in a page, in units of the largest one.
+"""Tolerance of accelerations of games in a page, in units of the largest one.
 
-From the same state they differ by less than 1e-4 (tests/play/engine_cases.py); here the controller's memory is our own,
-and in 5,300 solves the largest difference was 1.5e-4.
+From the same state, page and simulator differ by less than 1e-4 (tests/play/engine_cases.py). Here the controller's
+memory is the simulator's own, and in 5,300 solves the largest difference was 1.5e-4.
 """
 _ROUNDING = 2e-7
-"""Further tolerance of positions and velocities of float32."""
+"""Further tolerance of positions and velocities, for the rounding of float32."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Verification:
-    """The comparison of a recorded game with the one that follows from its start and commands.
+    """The comparison of a recorded game with a simulation from its start and commands.
 
-    `frames` were compared. The simulation first differs at tick `first_difference`: the recording was changed, or made
-    on another kind of processor. `faults` contradict the rules on any processor. A game is `finished` if its end is
-    recorded; of one `in_page` each control period was simulated from its own frame.
+    `frames` is the number of compared frames. If the simulation differs, from tick `first_difference` on, the recording
+    was changed, or made on another kind of processor. `faults` contradict the rules on any processor. `finished` games
+    have a recorded end. For a game `in_page`, each control period was simulated from its own frame.
     """
 
     frames: int
@@ -50,16 +50,16 @@ class Verification:
 
     @property
     def verified(self) -> bool:
-        """True if there was something to compare, and all of it comes out as recorded."""
+        """True if frames were compared, and all agree with the recording, without faults."""
         return self.frames > 0 and self.first_difference is None and not self.faults
 
 
 def verify(recording: Recording) -> Verification:
-    """Play a recorded game again."""
+    """Simulate a recorded game again, and compare."""
     again = _Again(recording)
     difference = again.play()
     faults = list(again.faults)
-    if difference is None:  # else the simulation led elsewhere, and to another end
+    if difference is None:  # else the simulated game may end differently
         faults += _end(recording, again.game)
     return Verification(
         frames=again.compared,
@@ -92,7 +92,7 @@ class _Again:
         frames = recording.frames()
         frame, teams = next(frames, None), game.simulator.games.teams[0].copy()
         for tick in range(recording.last_tick + 1):
-            is_torn = end is None and tick == recording.last_tick  # what came after was lost
+            is_torn = end is None and tick == recording.last_tick  # the rest of its messages may be lost
             before, teams = teams, game.simulator.games.teams[0].copy()
             taken = [(int(drone), int(teams[drone])) for drone in np.flatnonzero(teams != before)]
             recorded = self._captured[tick]
@@ -124,7 +124,7 @@ class _Again:
         due = [] if game.over else [event.command for event in game.begin_period()]
         end = self.recording.end
         is_cut = end is None or end.outcome == "stopped" or end.ended_by == "forfeit"
-        if tick == self.recording.last_tick and is_cut:  # the last ones may be lost, or the period did not end
+        if tick == self.recording.last_tick and is_cut:  # the last messages may be lost, or the period did not end
             due = [command for command in due if command in begun]
         for command in (*due, *begun):
             if due.count(command) != begun.count(command):
@@ -134,7 +134,7 @@ class _Again:
                 self.faults.append(fault)
 
     def _shows(self, frame: Frame) -> bool:
-        """Return True if a frame shows the present moment; recorded ones hold neither altitudes nor fields."""
+        """Return True if a recorded frame shows the present moment, with neither altitudes nor fields."""
         simulator = self.game.simulator
         positions = np.abs(frame.positions - simulator.positions[0]).max(initial=0.0)
         velocities = np.abs(np.clip(simulator.speeds[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)
@@ -149,7 +149,7 @@ class _Again:
 
 
 def _end(recording: Recording, game: LiveGame) -> Iterator[str]:
-    """Yield the contradictions of the recorded end to the game, which stands at its last tick."""
+    """Yield the contradictions between the recorded end and the simulated game, which is at its last tick."""
     end = recording.end
     if end is None:
         return

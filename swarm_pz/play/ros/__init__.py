@@ -1,15 +1,15 @@
-"""The table for programs that speak ROS: messages of standard types, a rosbridge server, recordings as MCAP.
+"""Games for ROS programs: messages of standard types, a rosbridge server, recordings as MCAP.
 
 =================  ==========================================================================
 `definitions`      the message types, as ROS 2 writes them, and messages as bytes (CDR)
 `messages`         a moment of a game as messages of these types
-`commands`         what ROS programs publish, as commands
-`connection`       one client of the rosbridge: what it is sent
-`rosbridge`        the rosbridge protocol, which knows nothing of games
-`seat`             a seat at the table that a client plays
+`commands`         messages of ROS programs as commands
+`connection`       one client of the rosbridge, and the queue of its messages
+`rosbridge`        the rosbridge protocol, independent of games
+`seat`             a seat of the game server that a client plays
 `robots`           robots of a lab: their poses and setpoints
-`bridge`           all of these together, beside a table
-`process`          where it runs
+`bridge`           all of these together, beside a game server
+`process`          the process of the bridge
 `mcap`             a recorded game as a file that ROS tools read
 =================  ==========================================================================
 """

@@ -1,7 +1,7 @@
-"""The table for ROS programs: a rosbridge server whose clients sit in seats like any other player.
+"""A rosbridge server, whose clients play in seats of the game server like any other player.
 
-It runs in a process of its own and speaks to the table as every program does, over its socket; so messages of
-a megabyte, or clients that never read, disturb nobody's game.
+It runs in a process of its own and connects to the game server's socket, as every program does. So messages of a
+megabyte, or clients that never read, disturb nobody's game.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from swarm_pz.play.ros.seat import Seat
 from swarm_pz.play.server.room_settings import settings_of
 
 _ALONE_S = 60.0
-"""Seconds after which seats are given up whose clients have all gone."""
+"""Seconds after which seats are given up if all clients have gone."""
 
 
 class Bridge(Rosbridge):
-    """A rosbridge whose clients play in one room of the table at an address (host and port).
+    """A rosbridge whose clients play in one room of the game server at an address (host and port).
 
-    `opponent`, a policy, plays the other side of the first client's; without one the game waits for somebody there.
-    `say` is called with lines for the terminal. With the numbers of a lab and the server's token, its robots fly.
+    `opponent`, a policy, plays against the first client; without one, the game waits for a second player. `say` is
+    called with lines for the terminal. With `lab`, a lab's settings and the server's token, its robots fly the games.
     """
 
     def __init__(
@@ -68,9 +68,9 @@ class Bridge(Rosbridge):
         """Altitudes of the last keyframe: other frames leave them out, and they never change within a game."""
         self._seats: dict[Side, Seat] = {}
         self._owners: dict[Side, Client] = {}
-        """The client that last spoke for each side."""
+        """The client that last took or commanded each side."""
         self._present: set[Client] = set()
-        """Clients that have said something of the game, and are there."""
+        """Connected clients that have published a message."""
         self._ending: asyncio.TimerHandle | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -87,10 +87,10 @@ class Bridge(Rosbridge):
             await asyncio.gather(*self._tasks, return_exceptions=True)
             await self.close()
 
-    # --- what clients say -------------------------------------------------------------------------
+    # --- messages from clients --------------------------------------------------------------------
 
     def heard(self, client: Client, topic: str, message: Message) -> None:
-        """Take a message of one of the topics that mean something here, and ignore others."""
+        """Handle a message; topics that are not known here are ignored."""
         self._present.add(client)
         if self._ending is not None:
             self._ending.cancel()
@@ -105,7 +105,7 @@ class Bridge(Rosbridge):
             for side in own:
                 self._command(client, side, commands.clear)
         elif topic == commands.ATTRACTOR:
-            for side in own or ["red"]:  # which it moves where it comes from
+            for side in own or ["red"]:  # which this topic moves in its original software
                 self._command(client, side, commands.attractor(message))
         for side in SIDES:
             if topic == f"/{side}_connection_service":
@@ -115,12 +115,12 @@ class Bridge(Rosbridge):
                     self._command(client, side, reader(message))
 
     def left(self, client: Client) -> None:
-        """Keep a client's seat for a while: it may come back."""
+        """If the last client has gone, keep the seats for a while: it may come back."""
         self._present.discard(client)
         if not self._present and self._ending is None:
             self._ending = asyncio.get_running_loop().call_later(self._alone_s, self._leave)
 
-    # --- sides and who plays them -----------------------------------------------------------------
+    # --- seats ------------------------------------------------------------------------------------
 
     def _sit(self, client: Client, side: Side) -> None:
         seat, other = self._seat(side), self._seat("blue" if side == "red" else "red")
@@ -156,10 +156,10 @@ class Bridge(Rosbridge):
         self._seats.clear()
         self._owners.clear()
 
-    # --- what seats see and hear ------------------------------------------------------------------
+    # --- messages from seats ----------------------------------------------------------------------
 
     def show(self, seat: Seat, frame: Frame) -> None:
-        """Publish a frame, if it is of the seat whose frames are shown: both see the same game."""
+        """Publish a frame of the first seat; the other seat's frames show the same game."""
         if seat is next((one for one in self._seats.values() if not one.ended), None):
             self.publish_frame(frame)
 

@@ -1,4 +1,4 @@
-"""Messages of ROS programs that command a swarm, turned into commands of its seat."""
+"""Conversion of ROS programs' messages into commands of a seat."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from swarm_pz.play.protocol import CommandMessage, Commands
 from swarm_pz.play.ros.messages import Message
 
 Maker = Callable[[Commands, int], CommandMessage]
-"""From what a seat takes, and the cells a side of its densities, to a command; raises ProtocolError."""
+"""Makes a command from what a seat takes and the cells a side of its densities; raises ProtocolError."""
 
 TABLET = "/tablet_comm"
 CLEAR = "/clear_locs"
@@ -28,7 +28,7 @@ def density(message: Message, is_weak: bool = False) -> Maker:
 
 
 def attractors(message: Message) -> Maker:
-    """Read a PoseArray: a place each, one after the other in time; z is its weight, and 0 the largest that there is."""
+    """Read a PoseArray of attractors, in their order in time; z is the weight, where 0 means the largest one."""
     poses = message.get("poses")
     if not isinstance(poses, list) or not poses:
         raise ProtocolError("poses must be a list of one pose or more")
@@ -37,7 +37,7 @@ def attractors(message: Message) -> Maker:
 
 
 def attractor(message: Message) -> Maker:
-    """Read one place, x and y, and its `migration_weight` or `weight`; without one it is the largest that there is."""
+    """Read one place, x and y, and its `migration_weight` or `weight`; 0, the default, means the largest."""
     return _attractors_of([_row(message, "migration_weight" if "migration_weight" in message else "weight")])
 
 
@@ -50,13 +50,13 @@ def _attractors_of(rows: list[list[float]]) -> Maker:
 
 
 def any_kind(message: Message) -> Maker:
-    """Read a command of whatever kind the seat takes, as the numbers of its array form."""
+    """Read a command of the seat's kind, whatever it is, from the numbers of its array form."""
     values, image = _floats(message), density(message)
     return lambda takes, cells: image(takes, cells) if takes.takes == "density" else _shaped(values, takes)
 
 
 def _maker(given: str, kind: str, make: Maker) -> Maker:
-    """Return a reader that makes a command for seats of its kind, and refuses others."""
+    """Return a maker of commands for seats that take this kind; for others it raises ProtocolError."""
 
     def checked(takes: Commands, cells: int) -> CommandMessage:
         if takes.serves_densities if kind == "density" else takes.takes == kind:
@@ -71,19 +71,19 @@ def _maker(given: str, kind: str, make: Maker) -> Maker:
 
 
 def clear(takes: Commands, cells: int) -> CommandMessage:
-    """Make what is in force at the start: everywhere alike, of densities."""
+    """Make the command that is in force at the start; for seats that take densities, the uniform one."""
     if takes.serves_densities:
         return CommandMessage(0, density=np.ones((cells, cells)).tolist())
     return CommandMessage(0, command=takes.default)
 
 
 def coarse(values: NDArray[np.float64], cells: int, is_weak: bool = False) -> NDArray[np.float64]:
-    """Return an image as a density (cells, cells) with 1 as its largest value: each cell's mean.
+    """Return an image as a density (cells, cells): the mean of each cell, scaled to a maximum of 1.
 
-    If it is weak, its contrast is raised until drones follow it.
+    The contrast of a weak image is raised, so that drones follow it.
 
-    Raises ProtocolError if it is no square of as many values as cells a side, or a multiple of these, or a value is
-    none.
+    Raises ProtocolError unless the image is a square, its side is a multiple of `cells`, and its values are finite and
+    not negative.
     """
     side = math.isqrt(len(values))
     if not side or side * side != len(values) or side % cells:
@@ -99,7 +99,7 @@ def coarse(values: NDArray[np.float64], cells: int, is_weak: bool = False) -> ND
     part = side // cells
     means = (values / largest).reshape(cells, part, cells, part).mean(axis=(1, 3))
     above = means - means.min()
-    if is_weak and above.max() > 1e-6:  # and not by rounding alone
+    if is_weak and above.max() > 1e-6:  # more than rounding
         means = (above / above.max()) ** 4
     return np.asarray(means / means.max())
 
@@ -132,7 +132,7 @@ def _row(place: object, weight: str) -> list[float]:
     numbers = place if isinstance(place, dict) else {}
     found = [numbers.get("x"), numbers.get("y"), numbers.get(weight, 0.0)]
     row = [float(value) for value in found if type(value) in (int, float) and abs(value) < 1e9]
-    if len(row) != 3:  # NaN is in no range
+    if len(row) != 3:  # NaN fails the comparison
         raise ProtocolError(f"x, y and {weight} must be numbers")
     return row
 
@@ -142,7 +142,7 @@ READERS: dict[str, tuple[str, Callable[[Message], Maker]]] = {
     "attractors": ("geometry_msgs/PoseArray", attractors),
     "command": ("std_msgs/Float32MultiArray", any_kind),
 }
-"""Type and reader of what is published on /swarm/red/..., by the topic's last part."""
+"""Type and reader of messages on /swarm/red/... and /swarm/blue/..., by the topic's last part."""
 INPUTS: dict[str, str] = {
     **{f"/{team}_connection_service": "std_msgs/Empty" for team in TEAM_NAMES},
     TABLET: "ergodic_humanswarmcollab_sim/tablet",

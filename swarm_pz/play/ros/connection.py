@@ -1,7 +1,7 @@
-"""One client of a rosbridge: its subscriptions, and the queue of what it is sent.
+"""One client of a rosbridge: its subscriptions, and the queue of its messages.
 
-A client that reads slowly is sent the latest message of each topic, not all of them, however long the queue that it
-asked for; so no message is ever old.
+A client that reads slowly gets only a topic's latest message, whatever queue length it asked for, so that messages are
+never old. Only events, put without a topic, are all kept.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 _MOST_WAITING = 2**22
-"""Bytes of messages that may not be missed; if more wait for one client, its connection ends."""
+"""Most bytes of events that may wait for one client; with more, its connection ends."""
 MESSAGES_PER_SECOND, BYTES_PER_SECOND = 200, 2**22
-"""Read from one client; the rest waits in its connection."""
+"""Most messages and bytes a second that are read from one client; the rest waits in its connection."""
 _BURST_S = 1.0
-"""Seconds of silence that a client may make up for at once."""
+"""Seconds of unused rates that a client may use at once."""
 
 
 @dataclass
@@ -48,14 +48,14 @@ class Client:
         self._wake = asyncio.Event()
 
     def pause_after(self, size: int) -> float:
-        """Return the seconds to wait after a message of so many bytes, so that a client keeps to the two rates."""
+        """Return the seconds to wait after a message of `size` bytes, so that the client keeps to both rates."""
         now = time.monotonic()
         cost = max(1.0 / MESSAGES_PER_SECOND, size / BYTES_PER_SECOND)
         self._read_until_s = max(self._read_until_s, now - _BURST_S) + cost
         return max(self._read_until_s - now, 0.0)
 
     def put(self, frame: str | bytes, topic: str | None = None) -> None:
-        """Send a frame when the client takes it; of a topic's frames that wait only the latest."""
+        """Queue a frame; with a topic, it replaces a frame of this topic that still waits."""
         if self.ending is not None:
             return
         if topic is not None:
@@ -69,7 +69,7 @@ class Client:
         self._wake.set()
 
     async def write(self) -> None:
-        """Send what waits, until the connection ends."""
+        """Send queued frames, until the connection ends."""
         with contextlib.suppress(ConnectionClosed):
             while True:
                 await self._wake.wait()
@@ -83,7 +83,7 @@ class Client:
                     await self._connection.send(frame)
 
     def end(self, reason: str) -> None:
-        """End the connection, and say why; what waits is dropped."""
+        """End the connection with a reason; queued frames are dropped."""
         if self.ending is None:
             self._events.clear()
             self._latest.clear()

@@ -1,4 +1,4 @@
-"""Message types as ROS 2 Humble defines them, and messages as bytes (CDR): those of rosbags, and the tablet app's."""
+"""Message types of ROS 2 Humble, from rosbags, and of the tablet app; and messages as bytes (CDR)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def definition(name: str) -> str:
 
 
 def plain_name(name: str) -> str:
-    """Return a type's name as it stands here, `pkg/Type`: ROS 1 writes that, too, and ROS 2 `pkg/msg/Type`."""
+    """Return a type's name as `pkg/Type`, as here and in ROS 1; ROS 2 writes `pkg/msg/Type`."""
     return re.sub(r"^([^/]*)/msg/([^/]*)$", r"\1/\2", name)
 
 
@@ -34,7 +34,7 @@ def full_name(name: str) -> str:
 
 
 def serialise(name: str, message: dict[str, Any]) -> bytes:
-    """Return a message of a type as ROS 2 sends it."""
+    """Return a message of a type as CDR bytes, as ROS 2 sends it."""
     kind = full_name(name)
     return bytes(_store.serialize_cdr(_typed((Nodetype.NAME, kind), message), kind, little_endian=True))
 

@@ -1,4 +1,4 @@
-"""A recorded game as an MCAP file of standard ROS 2 messages, for the tools that laboratories have."""
+"""A recorded game as an MCAP file of standard ROS 2 messages, for robotics tools."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from swarm_pz.play.server.views import capture_fields
 def messages_of(recording: Recording) -> Iterator[tuple[int, str, messages.Message]]:
     """Yield the ticks, topics and messages of a recorded game, in the order of its ticks.
 
-    Drones are those of the recorded frames; targets and capture fields are simulated again from the commands, which
-    on another kind of processor may lead elsewhere after some seconds.
+    Drones are those of the recorded frames. Targets and capture fields are simulated again from the commands, so on
+    another kind of processor they may differ after some seconds.
     """
     playback, captured, is_first = Playback(recording), recording.of(CapturedMessage), True
     for frame in recording.frames():

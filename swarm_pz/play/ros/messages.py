@@ -1,7 +1,7 @@
 """A moment of a game as ROS messages: nested dicts, from which JSON and CDR are made.
 
-The square is a map of 1 x 1 m in the frame `map`, x to the right and y up. Drones fly at their altitudes, which mean
-nothing. Time is the game's: 0 at its first tick.
+The board is a map of 1 x 1 m in the frame `map`, x to the right and y up. Altitudes of drones are only for display.
+Time is the game's: 0 at its first tick.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ LOG = "/rosout"
 _SPHERE = 2
 """`visualization_msgs/Marker`'s number for a sphere."""
 _INFO, _WARN = 20, 30
-"""`rcl_interfaces/Log`'s numbers for news, and for faults."""
+"""`rcl_interfaces/Log`'s levels for information, and for faults."""
 _SIZE = 0.02
 """Diameter of a drone's sphere, in m."""
 COLOURS = ((0.85, 0.20, 0.16), (0.13, 0.40, 0.85))
@@ -46,7 +46,7 @@ TOPICS: dict[str, str] = {
 
 
 def makers_of(frame: Frame) -> dict[str, Callable[[], Message]]:
-    """Return a maker of each message about a frame, by topic; capture fields only if the frame has them."""
+    """Return functions that make a frame's messages, by topic; capture fields only if the frame has them."""
     makers: dict[str, Callable[[], Message]] = {
         "/clock": partial(clock, frame.tick),
         "/tf": partial(transforms, frame),
@@ -86,7 +86,7 @@ def team_status(drone: int, team: int) -> Message:
 
 
 def log(text: str, seconds: float, is_fault: bool) -> Message:
-    """Return a line of `/rosout`, by the clock on the wall: rcl_interfaces/Log."""
+    """Return a line of `/rosout`, at a wall-clock time: rcl_interfaces/Log."""
     return {
         "stamp": {"sec": int(seconds), "nanosec": int(seconds % 1.0 * 1e9)},
         "level": _WARN if is_fault else _INFO,
@@ -99,7 +99,7 @@ def log(text: str, seconds: float, is_fault: bool) -> Message:
 
 
 def poses(frame: Frame, team: int) -> Message:
-    """Return where a team's drones are, by number, turned to where they fly: geometry_msgs/PoseArray."""
+    """Return poses of a team's drones, by number, facing their direction of flight: geometry_msgs/PoseArray."""
     own = np.flatnonzero(frame.teams == team)
     return {"header": _header(frame.tick), "poses": [_pose(frame, drone) for drone in own.tolist()]}
 
@@ -167,7 +167,7 @@ def ck_plot(field: NDArray[np.uint8]) -> Message:
 
 
 def array(data: list[Any], label: str) -> Message:
-    """Return numbers, all in one dimension, as a message with a layout."""
+    """Return a list of numbers as a message with a one-dimensional layout."""
     dim = {"label": label, "size": len(data), "stride": len(data)}
     return {"layout": {"dim": [dim], "data_offset": 0}, "data": data}
 

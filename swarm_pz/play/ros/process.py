@@ -1,4 +1,4 @@
-"""The rosbridge beside a table: a process of its own, which ends with the table."""
+"""The rosbridge beside a game server: a process of its own, which ends with the server."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from swarm_pz.play.ros.rosbridge import Origins
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a socket at which a rosbridge may be reached; CommandError if it cannot listen there."""
+    """Return a listening socket for a rosbridge; raise CommandError if it cannot listen there."""
     try:
         return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
     except OSError as error:
@@ -33,7 +33,7 @@ def listen(host: str, port: int) -> socket.socket:
 def rosbridge(
     listening: socket.socket, opponent: str | None, table: TableConfig, origins: Origins, lab: Lab | None, address: str
 ) -> Iterator[None]:
-    """Serve ROS programs at a socket while the table at an address (host and port) is up; see `Bridge`."""
+    """Serve ROS programs at a socket in this context; see `Bridge`. `address` is the game server's host and port."""
     arguments = (listening, opponent, table, origins, lab, address)
     process = multiprocessing.get_context("spawn").Process(target=_serve, args=arguments, daemon=True)
     process.start()
@@ -50,6 +50,6 @@ def _serve(
 ) -> None:
     prepare_process()
     if hasattr(os, "nice"):
-        os.nice(5)  # a large message takes a tenth of a second to read: the table's ticks come first
+        os.nice(5)  # reading a large message takes a tenth of a second; the game's ticks come first
     say = functools.partial(print, flush=True)
     asyncio.run(Bridge(address, opponent, table, say, origins, lab=lab).run(listening))

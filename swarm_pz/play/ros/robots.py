@@ -1,4 +1,4 @@
-"""Robots of a lab: where they were seen, and their setpoints, in the lab's frame and in m."""
+"""Robots of a lab: their measured poses, and their setpoints, in metres in the lab's frame."""
 
 from __future__ import annotations
 
@@ -36,30 +36,30 @@ TOPICS = {
     LIGHTS: "std_msgs/UInt8MultiArray",
     STOPPED: "std_msgs/Bool",
 }
-"""Topics that they read."""
+"""Topics that the lab's programs read, with their types."""
 _MOST = 100
-"""Robots of a lab: many more would not be led in time."""
+"""Most robots of a lab: with many more, setpoints would not be ready in time."""
 _PERIOD_S = 1.0 / TICKS_PER_SECOND
 _NOISE = 0.05
-"""Metres by which poses differ without being jumps."""
+"""Metres of noise by which poses may differ without being jumps."""
 _SLOWLY, _CLIMB = 0.5, 0.25
-"""Metres a second at which robots fly to their starts, and to their altitudes."""
+"""Largest speeds at which robots fly to their starts, and to their altitudes, in m/s."""
 _GAIN, _BRAKE = 2.0, 0.8
-"""Share of the way that they take a second there; share of its speed that a setpoint keeps a period while it stops."""
+"""Speed there per remaining distance, in 1/s; share of its speed that a stopping setpoint keeps each period."""
 _ORDERED_S, _AGAIN_S = 0.5, 1.0
-"""Seconds for which orders of a running game hold; seconds between two tries to reach the server."""
+"""Seconds for which orders of a running game are valid; seconds between attempts to reach the server."""
 _BRAKING, _ROUNDS = 1.0, 4
-"""Metres a second squared at which setpoints stop before walls and others, and passes over pairs of them."""
+"""Deceleration of setpoints before walls and each other, in m/s^2; number of passes over all pairs."""
 _ASIDE = 0.5
-"""Share of their braking by which robots that meet on the way to their starts turn to the right, too."""
+"""Sideways share of the braking: robots that meet on the way to their starts also turn right."""
 _HARDEST = 5.0
-"""Metres a second squared of an acceleration that is published, at most."""
+"""Largest acceleration that is published, in m/s^2."""
 
 Floats = NDArray[np.float64]
 
 
 class Robots:
-    """Robots by number. `say` is called with lines on them; times are in seconds of one clock."""
+    """Robots by number. `say` is called with lines for the log; times are in seconds of one clock."""
 
     def __init__(self, config: RobotsConfig, say: Callable[[str], None]) -> None:
         self.config, self.count, self.is_stopped, self._say = config, 0, False, say
@@ -73,7 +73,7 @@ class Robots:
     # --- poses ------------------------------------------------------------------------------------
 
     def hear(self, topic: str, message: Message, now: float) -> None:
-        """Take a message of one of `INPUTS`, or raise ProtocolError."""
+        """Handle a message of one of `INPUTS`; raise ProtocolError if it is invalid."""
         if topic == STOP:
             self.is_stopped = True
             self._say("robots: EMERGENCY STOP; restart swarm-pz to fly again")
@@ -86,7 +86,7 @@ class Robots:
                 self._see(number, place, velocity, stamp, now)
 
     def _see(self, number: int, place: Floats, velocity: Floats | None, stamp: float, now: float) -> None:
-        """Take a pose, unless it is a jump; a lost robot is found where two poses agree."""
+        """Accept a pose, unless it is a jump; a lost robot is found when two poses in a row agree."""
         is_lost = self.states[number] == "lost"
         known, known_s = (self._last, self._last_s) if is_lost else (self.positions, self._seen_s)
         elapsed = now - known_s[number]
@@ -120,7 +120,7 @@ class Robots:
             self.states[number] = state
 
     def sight(self) -> Sight:
-        """Return positions and velocities for the game; None of robots that have failed."""
+        """Return positions and velocities in map widths and seconds, or None for robots that have failed."""
         places, speeds = (self.positions[:, :2] - self._corner), self.velocities[:, :2]
         rows = (np.column_stack([places, speeds]) / self.config.scale)[: self.count].tolist()
         return Sight([tuple(row) if self.states[n] in ("seen", "late") else None for n, row in enumerate(rows)])
@@ -128,18 +128,18 @@ class Robots:
     # --- setpoints --------------------------------------------------------------------------------
 
     def order(self, orders: Orders, now: float) -> None:
-        """Take what a game asks for."""
+        """Set the orders of a game."""
         self._orders, self._ordered_s = orders, now
         self._asked = max(self._asked, len(orders.teams))
 
     def rest(self) -> None:
-        """Forget what the game asked for."""
+        """Forget the orders of the game."""
         self.order(Orders("over", [], [], []), -math.inf)
 
     def step(self, now: float) -> None:
-        """Move the setpoints by a period: as the game's drones move, within the lab's limits.
+        """Advance the setpoints by a period: they follow the game's drones, within the lab's limits.
 
-        Robots within the fence take off for a start. One that was lost flies on only if it is found in the air.
+        Before a game, robots within the fence take off. A lost robot flies on only if it is found in the air.
         """
         self.look(now)
         config, orders, count = self.config, self._orders, self.count
@@ -178,18 +178,18 @@ class Robots:
         self.accelerations[:count] = _shortened((self.speeds[:count] - begun) / _PERIOD_S, _HARDEST)
 
     def _is_near(self, places: Floats) -> NDArray[np.bool_]:
-        """Return true for places (N, 3) above the map, with the fence, and below its top; the ground is near, too."""
+        """Return True for places (N, 3) within the fence around and above the map; the ground is within, too."""
         away = np.abs(places[:, :2] - self._corner - self.config.scale / 2).max(axis=1)
         fence = self.config.fence
         near = (away <= self.config.scale / 2 + fence) & (places[:, 2] <= self.config.altitudes[1] + fence)
         return np.asarray(near, np.bool_)
 
     def _braked(self, places: Floats, seen: Floats, speeds: Floats, is_free: NDArray[np.bool_]) -> Floats:
-        """Return velocities (N, 2) at which setpoints stop in time before walls and each other, robots as well."""
+        """Return velocities (N, 2) at which setpoints stop before walls, and setpoints and robots before others."""
         gaps = np.minimum(_distances(places), _distances(seen)) - self.config.separation
         away = places[:, None] - places[None, :]
         numbers = np.arange(len(places))
-        away[..., 0] += 1e-6 * np.sign(numbers[:, None] - numbers[None, :])  # of those at one place
+        away[..., 0] += 1e-6 * np.sign(numbers[:, None] - numbers[None, :])  # separates those at one place
         away /= np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-9)
         closing = -((speeds[:, None] - speeds[None, :]) * away).sum(axis=-1)
         share = is_free[:, None] / np.maximum(is_free[:, None] + is_free[None, :].astype(float), 1.0)
@@ -200,9 +200,9 @@ class Robots:
         return np.asarray(np.clip(speeds, -_safe(low, _BRAKING), _safe(high, _BRAKING)), np.float64)
 
     def messages(self, seconds: float) -> Iterator[tuple[str, Message]]:
-        """Yield what the lab's programs read, with the topics, at a time of the clock on the wall.
+        """Yield topics and messages for the lab's programs at a wall-clock time.
 
-        Robots that are not flown have no setpoints, and after an emergency stop none has.
+        Robots that are not flown have no setpoints; after an emergency stop, no robot has any.
         """
         yield STOPPED, {"data": self.is_stopped}
         stamp = {"sec": int(seconds), "nanosec": int(seconds % 1.0 * 1e9)}
@@ -223,7 +223,7 @@ class Robots:
 
 
 class Flight:
-    """Flies robots for the server at an address: `publish` is called with topics and messages."""
+    """Flies robots for the server at an address; `publish` is called with topics and messages."""
 
     def __init__(self, robots: Robots, address: str, token: str, publish: Callable[[str, Message], None]) -> None:
         self.robots, self._publish = robots, publish
@@ -270,14 +270,14 @@ def _shortened(ways: Floats, most: float) -> Floats:
 
 
 def _distances(places: Floats) -> Floats:
-    """Return distances (N, N); infinity from itself."""
+    """Return distances (N, N), with infinity on the diagonal."""
     found = np.linalg.norm(places[:, None] - places[None, :], axis=-1)
     np.fill_diagonal(found, np.inf)
     return np.asarray(found)
 
 
 def _safe(gaps: Floats, braking: float) -> Floats:
-    """Return the speeds from which robots stop within gaps; negative ones, which lead away, where these are."""
+    """Return speeds from which robots stop within gaps; negative gaps have negative speeds, which lead away."""
     return np.where(gaps > 0.0, np.sqrt(2.0 * braking * np.maximum(gaps, 0.0)), _GAIN * gaps)
 
 
@@ -305,7 +305,7 @@ def _states(message: Message) -> Iterator[tuple[int, Floats | None, Floats | Non
 
 
 def _vector(parent: Any, key: str) -> Floats | None:
-    """Return x, y and z; None if they are not known: null, as JSON writes NaN."""
+    """Return x, y and z; None if they are unknown (NaN, which is null in JSON)."""
     if not isinstance(parent, dict) or key not in parent:
         raise ProtocolError(f"each robot must have {key} with x, y and z")
     child = parent[key] if isinstance(parent[key], dict) else {}

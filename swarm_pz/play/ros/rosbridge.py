@@ -1,6 +1,6 @@
 """A rosbridge server, protocol version 2: topics and a few services over WebSockets, in JSON.
 
-It knows nothing of games: what clients publish goes to `Rosbridge.heard`, and what is published goes to subscribers.
+It is independent of games: `Rosbridge.heard` gets clients' messages, and `Rosbridge.publish` sends to subscribers.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from swarm_pz.play.ros.messages import log as log_line
 from swarm_pz.play.server.serve import names_of
 
 MAX_MESSAGE_BYTES = 2**20
-"""Room for an image of 200 x 200 cells, every number written out; the tablet app's has a tenth of that at most."""
+"""Room for an image of 200 x 200 cells with all digits; the tablet app needs a tenth of that at most."""
 MAX_CLIENTS = 64
 _MOST_IDS = 256
 """Subscriptions of one client to one topic."""
 _MOST_CHARACTERS = 256
 """Length of a name, type or id."""
 _BUFFER_BYTES = 2**16
-"""The system's buffer for a client that does not read; messages in it grow old."""
+"""The system's send buffer of a client; it is small, since messages in it grow old."""
 _COMPRESSIONS = ("none", "cbor-raw")
-"""Foxglove and Lichtblick read cbor-raw alone: CDR in CBOR."""
+"""Foxglove and Lichtblick read only cbor-raw: CDR in CBOR."""
 _IGNORED = ("unadvertise", "advertise_service", "unadvertise_service", "service_response", "status", "set_level")
-"""Operations of clients that ask for nothing here."""
+"""Operations of clients that have no effect here."""
 
 Origins = Sequence[Origin | re.Pattern[str] | None]
 """Origins of pages that may connect; None stands for programs, which send no origin."""
@@ -49,8 +49,8 @@ log = logging.getLogger("swarm_pz.play")
 def origins_of(host: str, others: Sequence[str] = ()) -> Origins:
     """Return the origins that may connect to a host: programs, pages of this machine at any port, and `others`.
 
-    Browsers let every page open a WebSocket to this machine, so others are refused. An address is such as
-    https://lab.example, or file:// for programs that are pages themselves; CommandError if it is none.
+    Browsers let every page open a WebSocket to this machine, so other origins are refused. An origin is, for example,
+    https://lab.example, or file:// for desktop programs made of pages. Raises CommandError if one is invalid.
     """
     for other in others:
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9+.-]*://[^/\s]*/?", other):
@@ -64,10 +64,10 @@ def origins_of(host: str, others: Sequence[str] = ()) -> Origins:
 
 
 class Rosbridge:
-    """The server; a subclass gives messages their meaning.
+    """The server; a subclass handles the messages.
 
-    `topics` are published and `inputs` are listened to; their types are written as `pkg/Type`. Of the topics in `every`
-    a subscriber is sent every message, not only the latest.
+    `topics` are published, and `inputs` are read; their types are written as `pkg/Type`. Subscribers to a topic in
+    `every` get all its messages, not only the latest.
     """
 
     def __init__(self, topics: Mapping[str, str], inputs: Mapping[str, str], every: frozenset[str]) -> None:
@@ -76,14 +76,14 @@ class Rosbridge:
         self._server: Server | None = None
 
     def heard(self, client: Client, topic: str, message: Message) -> None:
-        """Take what a client publishes, or raise ProtocolError with words that say what was expected."""
+        """Handle a message that a client publishes; if it is invalid, raise ProtocolError with what is expected."""
 
     def left(self, client: Client) -> None:
-        """Learn that a client has gone."""
+        """Note that a client has gone."""
 
     async def open(self, listening: socket.socket, origins: Origins | None = None) -> None:
-        """Begin to serve at a socket: programs, and pages of `origins`, by default those of this machine."""
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)  # and so each that comes in
+        """Begin to serve clients of `origins`, by default programs and pages of this machine, at a socket."""
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)  # accepted sockets inherit it
         self._server = await serve(
             self._meet,
             sock=listening,
@@ -108,7 +108,7 @@ class Rosbridge:
         return any(topic in client.subscriptions for client in self._clients)
 
     def publish(self, topic: str, message: Message, but: Client | None = None, to: Client | None = None) -> None:
-        """Send a message to all that have subscribed to its topic, but one; or to one alone."""
+        """Send a message to its topic's subscribers: to all except `but`, or only to `to`."""
         now = time.monotonic()
         frames: dict[str, str | bytes] = {}
         for client in self._clients if to is None else (to,):
@@ -152,13 +152,13 @@ class Rosbridge:
             self.left(client)
 
     def _obey(self, client: Client, frame: str | bytes) -> None:
-        """Do what a message asks, or say why not in the log of its sender: many clients take no status messages."""
+        """Handle a message; its sender gets errors on `/rosout`, since many clients take no status messages."""
         try:
             self._do(client, _read(frame))
             return
         except ProtocolError as error:
             reason = str(error)
-        except Exception:  # whatever it is, it is refused to this client alone
+        except Exception:  # any other error concerns only this message
             log.exception("a message was not obeyed")
             reason = "the server could not do that"
         self.publish(LOG, log_line(reason, time.time(), True), to=client)
@@ -255,7 +255,7 @@ def _read(frame: str | bytes) -> Message:
 
 
 def _full(name: str) -> str:
-    """Return a name of a topic or service with its slash, which clients leave out at times."""
+    """Return the name of a topic or service with its leading slash, which some clients leave out."""
     return name if name.startswith("/") else f"/{name}"
 
 

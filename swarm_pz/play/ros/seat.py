@@ -1,4 +1,4 @@
-"""A seat at the table that a ROS program plays: a client of the table's own protocol."""
+"""A seat that a ROS program plays: a client of the game server's own protocol."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from swarm_pz.play.protocol import Side
 from swarm_pz.play.ros.commands import Maker
 
 _COMMAND_S = 0.1
-"""Seconds between two commands that are sent to the table; of those that come sooner, the latest waits."""
+"""Least seconds between two commands to the server; of commands that come sooner, only the latest waits."""
 _NUMBER_BYTES = 32
-"""Room for its number in a command's message; the table ends a connection that sends more than it takes."""
+"""Room for the number in a command's message; the server ends a connection after too long a message."""
 _ACKNOWLEDGED = 4
-"""Frames that one acknowledgement is for."""
+"""Frames per acknowledgement."""
 _ENDS = {"red": "red has won", "blue": "blue has won", "draw": "a draw", "stopped": "it was stopped"}
 
 
@@ -41,18 +41,18 @@ class Owner(Protocol):
 
 
 class Seat:
-    """A seat, from its first connection to the server to its end; it passes on what it receives to its owner."""
+    """A seat, from its connection to the server to its end; it passes what it receives on to its owner."""
 
     def __init__(self, address: str, side: Side, owner: Owner) -> None:
         self.side: Side = side
         self.room: asyncio.Future[str] = asyncio.get_running_loop().create_future()
-        """The code of its room, when it is known; cancelled if it never will be."""
+        """The code of its room, once it is known; cancelled if there will be none."""
         self.ended = False
         self._address, self._owner = address, owner
         self._takes: protocol.Commands | None = None
         self._cells = GameConfig().command_cells
         self._unread: Maker | None = None
-        """The latest command that came before it was known what the seat takes."""
+        """The latest command that came before the seat's kind of commands was known."""
         self._waiting: protocol.CommandMessage | None = None
         self._number, self._next_s, self._frames = 0, 0.0, 0
         self._out: list[protocol.ClientMessage] = []
@@ -62,13 +62,13 @@ class Seat:
     # --- what its player says ---------------------------------------------------------------------
 
     def ready(self) -> None:
-        """Report the player ready, for the first game or the next one."""
+        """Set the player ready for the first or the next game."""
         if self._phase in ("waiting", "over") and not self._is_ready:
             self._is_ready = True
             self._say(protocol.Ready())
 
     def command(self, maker: Maker) -> None:
-        """Give a command, or raise ProtocolError if it is none of the seat's; the latest waits while no game runs."""
+        """Queue a command, or raise ProtocolError if the seat does not take it; the latest waits for a game."""
         if self._takes is None:
             self._unread = maker
             return
@@ -90,7 +90,7 @@ class Seat:
     # --- its connection ---------------------------------------------------------------------------
 
     async def play(self, beside: Seat | None, opponent: str | None, settings: protocol.Settings) -> None:
-        """Sit down, in the room of another seat or one of its own, and show what is seen until it is over."""
+        """Take the seat, in the room of `beside` or a new one, and pass on messages until the connection ends."""
         try:
             first: protocol.ClientMessage = protocol.Create(seat=self.side, opponent=opponent, settings=settings)
             if beside is not None:

@@ -10,7 +10,7 @@
 `live_session`       a game in real time; `game_log` records it
 `rendered_command`   commands made of clients' messages
 `incoming_commands`  commands on their way into a game, with `delays`
-`worker`             a thread for what takes long
+`worker`             a thread for slow work
 `policy_workers`     processes in which policies load and act
 `views`              frames, capture fields and targets
 `studies`            the pages of a study, and its `study_games`

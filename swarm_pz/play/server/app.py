@@ -121,7 +121,7 @@ class Server:
         return FileResponse(path, media_type="application/x-ndjson")
 
     async def _invitation(self, request: Request) -> Response:
-        """Return a room's address, at one of the addresses of this page, as a picture."""
+        """Return a QR code of a room's address, at one of this page's addresses."""
         room, at = request.path_params["room"], request.query_params.get("at", "")
         here = {f"{scheme}://{request.headers.get('host', '')}/" for scheme in ("http", "https")}
         address = request.client.host if request.client is not None else ""
@@ -155,7 +155,7 @@ def _json(value: Any) -> Response:
 
 @functools.lru_cache(maxsize=512)
 def _picture_of(address: str) -> bytes:
-    """Return an address as a QR code; it is drawn once, since games wait meanwhile."""
+    """Return an address as a QR code; it is cached, since games wait while it is drawn."""
     picture = io.BytesIO()
     segno.make(address, micro=False).save(picture, kind="svg", scale=4, border=2, light="white")
     return picture.getvalue()

@@ -12,9 +12,9 @@ from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 
 MOST_STATES_A_SECOND = 20
-"""States of a room that are sent at once: each client who enters changes it for all."""
+"""Most states of a room sent in a second: each client who enters changes the state for all."""
 SEND_S = 0.5
-"""Seconds after which, beyond that, the next one is sent."""
+"""Seconds after which, beyond that limit, the next state is sent."""
 
 
 class Audience:

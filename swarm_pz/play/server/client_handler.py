@@ -1,4 +1,4 @@
-"""One client: its messages are obeyed, or refused to it alone."""
+"""Obeys one client's messages; refusals are sent to it alone."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from swarm_pz.play.server.room_settings import RoomPlan, table_config
 HELLO_S = 10.0
 """Seconds within which a connection must say hello."""
 SILENT_S = 300.0
-"""Seconds after which a silent client outside of rooms is closed; pages ask for the clock, hidden ones each minute."""
+"""Seconds after which a silent client outside of rooms is closed; pages send pings, hidden ones each minute."""
 _OF_PLAYERS = (
     protocol.Hello,
     protocol.Ping,
@@ -208,7 +208,7 @@ class ClientHandler:
             self._room.disconnect(self._connection)
 
     def close_if_silent(self, now: float) -> None:
-        """Close a connection without a hello, or that is silent outside of rooms."""
+        """Close a connection that sends no hello, or is silent outside of rooms."""
         silent_s = now - self._connection.last_heard
         if not self._greeted and silent_s > HELLO_S:
             self._connection.close(f"no hello came within {HELLO_S:g} seconds")
@@ -218,7 +218,7 @@ class ClientHandler:
     # --- commands ---------------------------------------------------------------------------------
 
     def _give_command(self, message: protocol.CommandMessage) -> None:
-        """Submit a command; while one is rendered in the worker, the latest of the next ones waits."""
+        """Submit a command; while the worker renders one, only the latest of the next ones waits."""
         room = self._in_room()
         if [message.strokes, message.density, message.command].count(None) != 2:
             reason = "a command must hold either strokes or a density or a command of another kind"

@@ -1,4 +1,4 @@
-"""One client's connection: messages in order, fresh frames, limits of what it sends."""
+"""One client's connection: messages in order, fresh frames, limits on what it sends."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from swarm_pz.play import protocol
 from swarm_pz.play.server.rate_limit import RateLimit
 
 FRAMES_IN_FLIGHT = 12
-"""Unacknowledged frames after which a client is sent none."""
+"""Unacknowledged frames after which no more are sent."""
 _MOST_WAITING = 256
 """Messages that may wait for a client before it is closed."""
 LONG, MOST_LONG_PER_SECOND = 2048, 4
-"""Characters of a long message, and such messages a second: reading, rendering and recording take as long."""
+"""Characters of a long message, and such messages a second, as they take long to read, render and record."""
 _MOST_REFUSED, _PATIENCE_S = 100, 10.0
 """Refusals within some seconds after which a client is closed."""
 
 
 class RefusedError(SwarmError, ValueError):
-    """A client's message is not obeyed; `code` is one of those of the protocol's `Refused`."""
+    """A client's message is not obeyed; `code` is that of the protocol's `Refused`."""
 
     def __init__(self, code: protocol.Reason, reason: str) -> None:
         super().__init__(reason)
@@ -34,7 +34,7 @@ class RefusedError(SwarmError, ValueError):
 class Connection:
     """The accepted socket of a client at an address; sending never waits.
 
-    All messages arrive, in order. Of frames only the newest waits, and it is left out while the client is behind.
+    All messages arrive, in order. Of the frames, only the newest waits while the client is behind.
     """
 
     def __init__(self, socket: WebSocket, address: str = "") -> None:
@@ -78,7 +78,7 @@ class Connection:
                 self._wake.set()
 
     def refuse(self, refusal: protocol.Refused) -> None:
-        """Send a refusal; a client that is refused again and again is closed."""
+        """Send a refusal; close the connection after too many."""
         self.send(refusal)
         if not self._refused.take():
             self.close(f"{_MOST_REFUSED} messages were refused within {_PATIENCE_S:g} seconds")

@@ -19,7 +19,7 @@ class Measured:
 
     def __init__(self, asked_ms: float) -> None:
         self.asked_ms, self._count = asked_ms, 0
-        self._got_ms = array("d")  # without a delay, a long game keeps nothing
+        self._got_ms = array("d")  # a long game without delays stores nothing
 
     def note(self, ms: float) -> None:
         """Count a delay; 0.0 if there was none."""
@@ -40,7 +40,7 @@ class _Waiting(NamedTuple):
 
 
 class DelayLine:
-    """Calls functions some milliseconds later, in the order in which they came; with 0 at once."""
+    """Calls functions after a delay in milliseconds, in order; at once if it is 0."""
 
     def __init__(self, delay_ms: float) -> None:
         self.delay_ms = delay_ms
@@ -48,7 +48,7 @@ class DelayLine:
         self._timer: asyncio.TimerHandle | None = None
 
     def put(self, act: Callable[[], None], measured: Measured | None = None) -> None:
-        """Call a function when its time has come, and measure its delay."""
+        """Call a function after the delay, and measure it."""
         if self.delay_ms > 0.0:
             self._waiting.append(_Waiting(time.monotonic(), act, measured))
             self._wait()
@@ -64,7 +64,7 @@ class DelayLine:
 
     def _release(self) -> None:
         self._timer = None
-        # The first is due, though timers round.
+        # The first is due, even if the timer was early.
         limit = max(time.monotonic() - self.delay_ms / 1000.0, self._waiting[0].came)
         while self._waiting and self._waiting[0].came <= limit:
             came, act, measured = self._waiting.popleft()
@@ -74,7 +74,7 @@ class DelayLine:
         self._wait()
 
     def close(self) -> list[Callable[[], None]]:
-        """Call nothing more, and return the functions that still waited."""
+        """Call nothing more, and return the functions that still wait."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

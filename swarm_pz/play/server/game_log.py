@@ -1,4 +1,4 @@
-"""The log of a game in real time, which its recording holds."""
+"""The log of a game in real time, which becomes its recording."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class GameLog:
         self._away: set[str] = set()
 
     def begin(self) -> None:
-        """Count from now, and make the file.
+        """Start the recording's clock, and make its file.
 
         Raises OSError if the file cannot be made.
         """
@@ -71,7 +71,7 @@ class GameLog:
         self.recorder.write(message)
 
     def command(self, message: SeatCommand) -> None:
-        """Record a command; one that arrives within a solve counts from the next one on."""
+        """Record a command; one that arrives during a solve counts from the next solve on."""
         if self._held is None:
             self.recorder.write(message)
         else:
@@ -92,11 +92,11 @@ class GameLog:
     # --- what happens -----------------------------------------------------------------------------
 
     def frame(self, frame: bytes) -> None:
-        """Record the present moment."""
+        """Record a frame of this tick."""
         self.recorder.write(FrameMessage(tick=self._game.tick, data=frame))
 
     def poses(self, poses: NDArray[np.float32]) -> None:
-        """Record the poses of robots by which the next tick is played."""
+        """Record the poses of robots for the next tick."""
         self.recorder.write(PosesMessage(self._game.tick, poses.astype("<f4").tobytes()))
 
     def captured(self, event: Captured) -> None:
@@ -104,7 +104,7 @@ class GameLog:
         self.recorder.write(CapturedMessage(SIDES[event.team], event.tick, event.drone))
 
     def flush(self) -> str:
-        """Write to the disk what is due; return, once, the reason why the recording breaks off, or nothing."""
+        """Write what is due to the disk; return a new fault of writing, once, or an empty string."""
         if self._game.tick % _FLUSH_TICKS and not self.recorder.is_behind:
             return ""
         self.recorder.flush()

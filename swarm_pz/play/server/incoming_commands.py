@@ -1,4 +1,4 @@
-"""Commands on their way into a game: mixed with a helper's, and delayed, where the factors ask for it."""
+"""Commands on their way into a game: mixed with a helper's, and delayed, if the factors ask for it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from swarm_pz.play.shared import SharedCommand
 
 
 class _Arrived(NamedTuple):
-    """A command, and its arrival on the server's clock; `unless_held` leaves it out if it holds already."""
+    """A command, and its arrival on the server's clock; with `unless_held`, it is dropped if `LiveGame.holds` it."""
 
     command: Command
     received_ms: float
@@ -51,7 +51,7 @@ class IncomingCommands:
         self._delay(command.team, arrived)
 
     def take_answer(self, team: int, number: int, answer: NDArray[np.float64]) -> None:
-        """Take a policy's answer, unless it holds already; a helper's becomes its share of the command."""
+        """Take a policy's answer, unless `LiveGame.holds` it; a helper's answer is mixed with the player's command."""
         command = self._game.reader.answered(team, number, answer)
         shared, now = self._shared[team], self._log.server_ms()
         if shared is None:
@@ -83,13 +83,13 @@ class IncomingCommands:
             )
 
     def end(self) -> None:
-        """Record the commands still delayed at the end of the game; within a solve they are of a later tick."""
+        """Record commands still delayed at the end of the game; within a solve, drop them: they would come later."""
         left = [act for line in self._lines for act in line.close()]
         if not self._game.has_begun_period:
             for hand_in in left:
                 hand_in()
 
     def drop(self) -> None:
-        """Forget the delayed commands: the game has not been played."""
+        """Drop the delayed commands of a game that is called off."""
         for line in self._lines:
             line.close()

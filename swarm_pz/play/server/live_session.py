@@ -40,18 +40,18 @@ from swarm_pz.simulator import Simulator
 _FIELD_TICKS = 3
 """Ticks between two frames with capture fields."""
 HELD_S = 0.1
-"""Seconds between two checks whether somebody sees a held game again."""
+"""Seconds between two checks whether a paused or unseen game can go on."""
 SOLVE_S = 2.0
-"""Seconds that one solve may take; the simulator checks that they keep up on average."""
+"""Seconds that one solve may take; the simulator checks that solves keep up on average."""
 TRIAL_S = 120.0
-"""Seconds for a solve before the game begins, which may compile something."""
+"""Seconds for a solve before the game begins, since it may compile something."""
 _TRIAL_PERIODS = 2
 _SOFTWARE = f"swarm-pz {importlib.metadata.version('swarm-pz')}"
 log = logging.getLogger("swarm_pz.play")
 
 
 class ControlThread:
-    """A thread for the control systems of one game that are written in Python; it may hang alone."""
+    """A thread for one game's control systems in Python; if it hangs, other games go on."""
 
     def __init__(self, game: GameConfig) -> None:
         self._game = game
@@ -62,9 +62,9 @@ class ControlThread:
         self._worker.close()
 
     async def fly(self, simulator: Simulator, limit_s: float | None = None) -> None:
-        """Let the control systems choose accelerations, where a control period begins.
+        """Let the control systems choose accelerations where a control period begins.
 
-        Raises FlightError if one raises, answers nonsense, cannot keep up with the game, or does not answer.
+        Raises FlightError if one raises, returns invalid accelerations, is slower than the game, or does not return.
         """
         limit_s = SOLVE_S if limit_s is None else limit_s
         for team, system in enumerate(self._game.team_systems):
@@ -89,19 +89,19 @@ class ControlThread:
 
 
 class LiveSession:
-    """A game that counts down from when it is made, and then runs by the clock, while somebody sees it.
+    """A game that counts down once made, and then runs in real time while somebody sees it or a study hosts it.
 
-    Commands count from the countdown on, and policies are asked for their first ones in it. Those come into force at
-    the first tick, which is played when the countdown is over and every policy has answered or failed to.
+    Commands count from the countdown on; those of the countdown come into force at the first tick. This tick waits
+    until the countdown is over and every policy, which is asked in the countdown, has answered or failed.
 
-    - `name`: unique; the recording has it.
-    - `began`: called when the clock runs, and the recording with it.
-    - `refused`: called with the reason why the game cannot begin after all; it is to be called off.
-    - `over`: called with the outcome and what ended the game; nothing comes after it.
+    - `name`: unique; a part of the recording's name.
+    - `began`: called when the clock and the recording start.
+    - `refused`: called with the reason why the game cannot begin; it must call the game off.
+    - `over`: called at the end, with the outcome and what ended the game.
     - `sizes`: drones of red and blue, once a second since the start.
     - `starts_ms`: end of the countdown, on the server's clock.
-    - `forfeit`: failure of a control system, by which its side lost; empty if none failed.
-    - `ended`: nothing comes after this.
+    - `forfeit`: failure of a control system that made its side lose; empty if none failed.
+    - `ended`: the game is over or called off.
     - `is_paused`: its player has stopped the clock.
     """
 
@@ -198,7 +198,7 @@ class LiveSession:
     # --- end --------------------------------------------------------------------------------------
 
     def call_off(self) -> None:
-        """Take back a game that has not begun; it has no file."""
+        """Call off a game that has not begun; it leaves no file."""
         self._halt()
         self.commands.drop()
 

@@ -24,14 +24,14 @@ from swarm_pz.play.server.server_context import ServerContext, check_folder
 from swarm_pz.play.server.worker import Worker
 
 MOST_ROOMS, MOST_ROOMS_OF_ADDRESS = 125, 50
-"""Costs of all rooms, and of those of one address, in games of 10 against 10 at normal speed, as `cost_of` says: 100
-rooms with a policy each, and 40 for a class behind one address."""
+"""Largest costs of all rooms, and of the rooms of one address, in the unit of `cost_of`: enough for 100 rooms with a
+policy each, and for 40 of a class behind one address."""
 OPENING_S = 50.0
-"""Seconds in which an address may open `MOST_ROOMS_OF_ADDRESS` rooms: to open one and begin its game is work."""
+"""Seconds in which an address may open `MOST_ROOMS_OF_ADDRESS` rooms: opening one and beginning its game is costly."""
 MOST_GUESSES, GUESSES_S = 20, 100.0
-"""Codes of no room that an address may send in so many seconds."""
+"""Wrong codes that an address may send, and within how many seconds."""
 EMPTY_S = 30.0
-"""Seconds after which a room without clients and seats is closed."""
+"""Seconds after which an abandoned room is closed."""
 _MOST_LISTED = 200
 """Recorded games that are listed."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
@@ -101,7 +101,7 @@ class Lobby:
         Raises RefusedError if there is none, or the address has sent too many wrong codes.
         """
         guesses = self._guesses.of(address)
-        if guesses.is_reached():  # else a right code is known by its answer
+        if guesses.is_reached():  # even if the code is right, so guessing finds none
             raise RefusedError("too_many", "too many codes of no room came from your network; wait for two minutes")
         room = self.rooms.get(code.upper())
         if room is None:
@@ -110,9 +110,9 @@ class Lobby:
         return room
 
     def open_room(self, plan: RoomPlan, address: str = "", policies: int = 0) -> Room:
-        """Return a new room for so many policies.
+        """Return a new room for `policies` policies.
 
-        Raises RefusedError if there are too many, in all or of its address, or games cannot be recorded.
+        Raises RefusedError if the server or the address has too many rooms, or games cannot be recorded.
         """
         if not self._openings.of(address).take():
             raise RefusedError("full", "your network opens rooms too fast; wait for some seconds, or join one")
@@ -127,7 +127,7 @@ class Lobby:
         return room
 
     def _make_way(self, room: Room, policies: int) -> None:
-        """Close as many empty rooms of a room's address as a new one needs with so many policies.
+        """Close empty rooms of a new room's address until there is enough capacity for it and its policies.
 
         Raises RefusedError if that is not enough.
         """
@@ -138,7 +138,7 @@ class Lobby:
         while True:
             own = [other.cost for other in kept if other.address == room.address]
             left, where = MOST_ROOMS - sum(other.cost for other in kept), "on this server"
-            if own:  # a first one may take more than an address has
+            if own:  # an address's first room may exceed its limit
                 left, where = min((left, where), (MOST_ROOMS_OF_ADDRESS - sum(own), "for your network"))
             if cost <= left:
                 break
@@ -196,7 +196,7 @@ class Lobby:
     # --- tokens and recorded games ----------------------------------------------------------------
 
     def seat_of(self, token: str) -> tuple[Room, Seat] | None:
-        """Return the seat that a token opens."""
+        """Return a token's room and seat."""
         for room in self.rooms.values():
             for seat in room.seats:
                 if seat.token and secrets.compare_digest(seat.token, token):
@@ -212,7 +212,7 @@ class Lobby:
         return [summary_of(path) for path in found if path not in running and _may_be_read(path)]
 
     def find_recording(self, name: str) -> Path:
-        """Return the file of a recorded game that is over: others may not see what a player draws.
+        """Return the file of a recorded game that is over: nobody may see drawings of a running one.
 
         Raises RecordingError if there is none of that name.
         """

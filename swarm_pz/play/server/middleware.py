@@ -1,4 +1,4 @@
-"""Requests that are let in: for a name that is served here, from a page that is, and not too many of an address."""
+"""Access control of requests: by host name, origin, length of path, and connections of an address."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from starlette.websockets import WebSocket
 
 STATIC = Path(__file__).parents[1] / "static"
 MOST_CONNECTIONS = 200
-"""Requests and WebSockets of one address at the same time: a class behind one address has enough."""
+"""Requests and WebSockets of one address at the same time: enough for a class behind one address."""
 MOST_PATH_BYTES = 1000
-"""Of a path with its query."""
+"""Longest path with its query."""
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors "
@@ -28,13 +28,13 @@ _HEADERS = {"x-content-type-options": "nosniff", "referrer-policy": "no-referrer
 
 
 class AccessMiddleware:
-    """Refuses requests for other names, from pages elsewhere, with long paths, or beyond an address's connections.
+    """Refuses requests for other host names, from other sites, with long paths, or of addresses with too many.
 
-    A page elsewhere may make its name point here (DNS rebinding), or open a socket to here: its Host or its Origin is
-    then not one of this server. Programs send no Origin.
+    Another site may make its name point here (DNS rebinding), or open a socket to this server: then its Host or its
+    Origin is not this server's. Programs send no Origin.
 
     - `hosts`: names with their port.
-    - `allowed_hosts`: names of a proxy or a tunnel that leads here; pages there may be encrypted.
+    - `allowed_hosts`: names of a proxy or a tunnel that leads here; it may use HTTPS.
     - `embedders`: origins of the pages that may hold this one in a frame.
     """
 
@@ -73,7 +73,7 @@ class AccessMiddleware:
                 del self._open[address]
 
     def _fault(self, scope: Scope, address: str) -> tuple[int, str]:
-        """Return the status and the reason by which a request is refused; 0 lets it in."""
+        """Return the status and the reason of a refusal; status 0 lets the request in."""
         if len(scope["path"]) + len(scope.get("query_string", b"")) > MOST_PATH_BYTES:
             return 414, f"a path may have {MOST_PATH_BYTES} bytes here\n"
         headers = Headers(scope=scope)

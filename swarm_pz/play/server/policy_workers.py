@@ -1,7 +1,7 @@
 """Processes in which policies load and act, so that neither delays a game.
 
-A policy is loaded with its seat, and asked once, so that all is compiled before its game begins. A process that hangs
-is ended; its policies are loaded anew with their next questions.
+A policy is loaded when it gets a seat, and asked once, so that all is compiled before its game begins. A process that
+hangs is ended; its policies are loaded again when next asked.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Answer = NDArray[np.float64]
 LOADING_S = 180.0
 """Seconds that a policy may take to be loaded and asked once."""
 MOST_PROCESSES = max(4, os.cpu_count() or 1)
-"""Of 190 MB each, or 380 MB with PyTorch; with four, a room plays while another room's policies load."""
+"""Each takes 190 MB, or 380 MB with PyTorch; with four, a room plays while another room's policies load."""
 _GRACE_S = 2.0
 """Seconds beyond a limit after which a process that does not answer is ended."""
 _ROW = np.zeros(1, np.int64)
@@ -71,12 +71,12 @@ def _load(seat: PolicySeat, loader: Loader) -> tuple[Player, BatchEnv]:
         batch = BatchEnv(seat.game)
         batch.reset([0])
         policy.reset([0], _ROW)
-        batch.ask(policy, np.array([seat.team]), _ROW)  # what has to be compiled is compiled now
+        batch.ask(policy, np.array([seat.team]), _ROW)  # compiles what is needed, before the game
         return policy, batch
 
 
 def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
-    """Answer questions until the pipe is closed; a seat by itself is forgotten."""
+    """Answer questions until the pipe is closed; a seat without a question is forgotten."""
     prepare_process()
     seats: dict[Hashable, tuple[Player, BatchEnv]] = {}
     while True:
@@ -101,7 +101,7 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
                         if is_new or asked.begins:
                             policy.reset([asked.seed], _ROW)
                         given = batch.ask(policy, np.array([seat.team]), _ROW)
-                        # The game draws it for spectators; a control system that cannot draw it fails here already.
+                        # The game will draw the answer; a control system that cannot draw it fails here already.
                         batch.simulator.command(seat.team, CheckedCommands(given))
                         answer = given[0]
         except FaultError as fault:
@@ -112,7 +112,7 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
 class _Process:
     """One process of `PolicyWorkers`, started when it is first needed and again after it was ended.
 
-    - `known`: policies that were loaded here, whose libraries are there.
+    - `known`: policies that were loaded here; their libraries are imported.
     """
 
     def __init__(self, loader: Loader) -> None:
@@ -151,7 +151,7 @@ class _Process:
         self.known.clear()
 
     def _kill(self) -> None:
-        """End the process from another thread: the one that waits for it wakes."""
+        """End the process from another thread, which wakes the one that waits for it."""
         with self._lock:
             if self._process is not None:
                 self._killed = True
@@ -212,7 +212,7 @@ class PolicyWorkers:
     that no process knows yet.
 
     - `loader`: loads a policy by its name, for a game and a control system; processes import it.
-    - `processes`: at most; none is started before it is needed.
+    - `processes`: at most; each is started when first needed.
     - `limit_s`: seconds that an answer may take.
     """
 
@@ -238,14 +238,14 @@ class PolicyWorkers:
     async def load(self, seat: PolicySeat) -> None:
         """Load a policy for its seat, and ask it once.
 
-        Raises PolicyError if it cannot be loaded, raises, or answers nonsense.
+        Raises PolicyError if it cannot be loaded, raises, or answers invalidly.
         """
         await self._place(seat).ask(_Question(seat=seat))
 
     async def ask(self, seat: PolicySeat, games: Games, seed: Seed, *, begins: bool = False) -> Answer:
-        """Return a policy's answer to a snapshot of its game; where that begins, the seed is of its random stream.
+        """Return a policy's answer to a snapshot of its game; if the game `begins`, `seed` starts its random stream.
 
-        Raises PolicyError if the policy cannot be loaded, raises, or answers nonsense or too late.
+        Raises PolicyError if the policy cannot be loaded, raises, or answers invalidly or too late.
         """
         process = self._place(seat)
         self._playing.add(seat.key)
@@ -259,7 +259,7 @@ class PolicyWorkers:
         self._playing.discard(seat.key)
 
     def forget(self, seat: PolicySeat) -> None:
-        """Let a seat's policy go."""
+        """Unload a seat's policy."""
         self._playing.discard(seat.key)
         if (process := self._places.pop(seat.key, None)) is not None:
             process.forget(seat, was_alone=process not in self._places.values())
@@ -324,7 +324,7 @@ class SeatPolicy:
             await self._question
 
     def rest(self) -> None:
-        """End its game: an answer that comes later is dropped."""
+        """End its game; later answers are dropped."""
         self._plays = False
         self._drop_question()
         self._workers.pause(self.place)
@@ -335,7 +335,7 @@ class SeatPolicy:
         self._question = None
 
     def close(self) -> None:
-        """Let the policy go."""
+        """Unload the policy."""
         self._loading.cancel()
         self._drop_question()
         self._workers.forget(self.place)

@@ -1,4 +1,4 @@
-"""Counts of what clients may do: so many events within some seconds."""
+"""Rate limits for clients: so many events within some seconds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import deque
 
 
 class RateLimit:
-    """At most so many events within so many seconds."""
+    """At most `most` events within `seconds`."""
 
     def __init__(self, most: int, seconds: float) -> None:
         self._seconds = seconds

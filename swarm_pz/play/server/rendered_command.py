@@ -12,14 +12,14 @@ from swarm_pz.simulator.commands import make_target
 
 
 class RenderedCommand(NamedTuple):
-    """A command, and its target as its side sees it."""
+    """A command, and the message that shows its target."""
 
     command: Command
     target: bytes
 
 
 def is_rendered_at_once(source: protocol.CommandMessage, reader: CommandReader, team: int) -> bool:
-    """Return true if a command is rendered so fast that a game may wait for it."""
+    """Return true if rendering a command is so fast that a game may wait for it."""
     return source.density is not None and reader.systems[team].takes == "density"
 
 

@@ -1,4 +1,4 @@
-"""Robots that fly this server's games: the bridge to the lab sends their poses, and is sent orders."""
+"""Robots that fly this server's games: the bridge to the lab sends their poses, and receives orders."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from swarm_pz.play.server.connection import RefusedError
 PATH = "/robots"
 """Where the bridge connects, with the token."""
 _GONE_S = 1.0
-"""Seconds without a message of the bridge after which a game is stopped."""
+"""Seconds without poses from the bridge after which a game is stopped."""
 _NEAR = 0.1
-"""Map widths from their starts within which robots must be for a game to begin."""
+"""Map widths between a robot and its start below which a game may begin."""
 _ROUNDS = 300
 _LOOK_S, _REMIND_S, _PATIENCE_S = 0.1, 10.0, 30.0
-"""Seconds between two looks, and between two notices of those that are not; and for which they may be in each other's
-way."""
+"""Seconds between two checks of robots' places, and between two notices about robots that are not near; and until
+all need only be seen, since they may block each other."""
 
 Pair = list[float]
 
 
 class Sight(msgspec.Struct, tag=True):
-    """Robots' positions and velocities by number, in map widths and seconds; None of those that are lost."""
+    """Robots' positions and velocities by number, in map widths and seconds; None for a lost robot."""
 
     poses: list[tuple[float, float, float, float] | None]
 
@@ -84,7 +84,7 @@ class Robots:
             writer.cancel()
 
     async def _write(self, socket: WebSocket) -> None:
-        self._wake.set()  # an earlier bridge may have been told
+        self._wake.set()  # an earlier bridge may have taken the orders
         while True:
             await self._wake.wait()
             self._wake.clear()
@@ -113,7 +113,7 @@ class Robots:
             self.order(game, "over")
 
     async def gather(self, game: LiveGame, notice: Callable[[str], None]) -> None:
-        """Wait until all robots are near their starts, or for some time until all are seen.
+        """Wait until all robots are near their starts; after some time, until all are seen.
 
         Raises RefusedError after an emergency stop.
         """
@@ -128,7 +128,7 @@ class Robots:
             await asyncio.sleep(_LOOK_S)
 
     def _distances(self, game: LiveGame) -> NDArray[np.float32]:
-        """Return the distances of the robots from a game's drones, in map widths; infinity of those that are lost."""
+        """Return the distances of a game's robots from their starts, in map widths; infinity for lost ones."""
         away = self._poses(game)[:, :2] - self._starts
         return np.asarray(np.nan_to_num(np.hypot(away[:, 0], away[:, 1]), nan=math.inf))
 
@@ -149,7 +149,7 @@ class Robots:
         return poses
 
     def order(self, game: LiveGame, phase: Literal["starting", "playing", "over"] = "playing") -> None:
-        """Tell the bridge what the drones of a game do from now on."""
+        """Send the bridge orders for the drones of a game."""
         games, speed = game.simulator.games, _speed(game) * game.config.speed
         orders = Orders(
             phase,
@@ -166,7 +166,7 @@ class Robots:
 
 
 def apart(places: NDArray[np.float32], least: float) -> NDArray[np.float32]:
-    """Return places (N, 2) on the map, moved until they are a least distance apart, where there is room for that."""
+    """Return places (N, 2) on the map, moved until they are at least `least` apart, if there is room for that."""
     places = places.copy()
     for _ in range(_ROUNDS):
         away = places[:, None] - places[None, :]
@@ -180,5 +180,5 @@ def apart(places: NDArray[np.float32], least: float) -> NDArray[np.float32]:
 
 
 def _speed(game: LiveGame) -> float:
-    """Return the map widths a second of time that a drone of velocity 1 flies."""
+    """Return the speed of a drone of velocity 1, in map widths per real second."""
     return game.config.game.dynamics.speed_factor * game.config.speed

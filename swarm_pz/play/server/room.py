@@ -27,7 +27,7 @@ from swarm_pz.play.server.views import target_message
 AWAY_S = 60.0
 """Seconds that a seat waits between games for a client whose connection was lost."""
 PAUSE_S = 1.0
-"""Seconds between a countdown that was called off and the next one: to begin one is work."""
+"""Seconds between a countdown that was called off and the next one, since beginning one is costly."""
 MOST_WATCHERS = 50
 log = logging.getLogger("swarm_pz.play")
 
@@ -73,7 +73,7 @@ class Room:
 
     @property
     def cost(self) -> float:
-        """Cost of its games and policies for the server, as `cost_of` says."""
+        """Cost of its games and policies for the server, in the unit of `cost_of`."""
         return self._game_cost + POLICY_COST * sum(seat.loaded is not None for seat in self.seats)
 
     @property
@@ -254,7 +254,7 @@ class Room:
         return all(seat.kind == "policy" for seat in self._taking_part)
 
     def ready(self, connection: Connection, ready: bool, label: str | None = None) -> None:
-        """Mark a seat as ready; the game begins when both can play. Anybody here may begin one of two policies."""
+        """Mark a seat as ready; the game begins when both can play. Anybody here may begin a game of two policies."""
         if self.plan.once and self.outcome is not None:
             raise RefusedError("out_of_turn", "one game is played here, and it is over")
         own = None if self._is_of_policies else self.seat_of(connection)
@@ -274,7 +274,7 @@ class Room:
         self._begin_if_ready()
 
     def pause(self, connection: Connection, paused: bool) -> None:
-        """Stop the game of a player against a policy, or let it go on."""
+        """Pause the game of a player against a policy, or continue it."""
         own = self.seat_of(connection)
         if self.plan.once or self.seats[1 - own.team].kind in ("person", "program"):
             raise RefusedError("out_of_turn", "only a game against a policy can be paused")
@@ -305,7 +305,7 @@ class Room:
     def _begin(self) -> None:
         if self._is_rematch and all(seat.kind == "person" for seat in self.seats):
             self._change_sides()
-        if self.plan.seed is None:  # it stays when the countdown is called off
+        if self.plan.seed is None:  # kept if the countdown is called off
             self.plan = replace(self.plan, seed=secrets.randbelow(2**32))
         try:
             session = LiveSession(
@@ -331,7 +331,7 @@ class Room:
             seat.target = target_message(seat.team, 0, session.game.simulator.games.coefficients[0, seat.team])
             session.measure(seat)
             if seat.connection is not None:
-                session.note(seat, "connected")  # before all that is done in the countdown
+                session.note(seat, "connected")  # before all other events of the countdown
         self._changed()
         self.audience.send(session.frame(keyframe=True))
         for seat in self.seats:
@@ -386,7 +386,7 @@ class Room:
             self.session.stop()
 
     def close(self) -> None:
-        """End the game, and let the seats' policies go."""
+        """End the game, and unload the seats' policies."""
         self.stop()
         for seat in self.seats:
             if seat.loaded is not None:

@@ -15,16 +15,16 @@ from swarm_pz.play.game import TableConfig
 _PLAIN_COST = 0.8
 """Cost of any game for the server, in games of 10 against 10 by `ergodic` at normal speed."""
 _ERGODIC_COST, _OTHER_COST = (0.0, 0.01), (1.5, 0.06)
-"""Cost of a team besides, and of each of its drones, by `ergodic` or another control system, as measured."""
+"""Extra cost of a team, and of each of its drones, by `ergodic` or another control system, as measured."""
 POLICY_COST = 0.25
-"""The same, of a policy that plays, helps or responds in a room."""
+"""Extra cost of a policy that plays or helps in a room."""
 _UNTIMED = 1e6
 """Seconds that stand for no time limit."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hosted:
-    """A room whose game a study decides: it begins when its participants are there, and goes on unseen.
+    """A study's game: it begins when its participants are there, and goes on even if nobody sees it.
 
     - `path`: of the recording.
     - `over`: called when the game has ended.
@@ -39,7 +39,7 @@ class RoomPlan:
     """The games of a room.
 
     - `seed`: of the next game's start; None draws one.
-    - `once`: the room has one game, between those who sat down for it.
+    - `once`: the room has a single game.
     - `lesson`: the games are lessons, and their recordings say so.
     """
 
@@ -51,9 +51,9 @@ class RoomPlan:
 
 
 def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig:
-    """Return a table with a room's settings; one side without drones makes a practice arena.
+    """Return a table with a room's settings; without drones on one side, there are no captures.
 
-    Raises ConfigError if there is no such game.
+    Raises ConfigError if the settings are not valid.
     """
     sizes = (settings.red, settings.blue)
     rules = table.game
@@ -77,7 +77,7 @@ def cost_of(config: TableConfig) -> float:
 
 
 def _system(name: str | None, team: int, rules: GameConfig) -> ControlSystem:
-    """Return a team's control system; one of the table keeps its numbers."""
+    """Return a team's control system; one of the table keeps its parameters."""
     own = rules.team_systems
     if name is None:
         return own[team]

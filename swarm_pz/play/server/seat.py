@@ -1,6 +1,6 @@
 """A seat: a side of a room, its player or policy, its client's view, and the token that leads back to it.
 
-`Seat.take` makes the token, and `swarm_pz.play.server.lobby.Lobby.seat_of` finds the seat of one.
+`Seat.take` makes the token, and `swarm_pz.play.server.lobby.Lobby.seat_of` finds the seat of a token.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ class Seat:
 
     - `config`, `code`: of the room.
     - `view`: shows the game to its connection.
-    - `gone`: its player gave it up in the middle of a game.
+    - `gone`: its player gave it up during a game.
     - `target`: of its latest command, as a message.
     - `loaded`: its policy, or its player's helper.
     - `takes_part`: it has drones in this room.
     - `factors`: what an experimenter varies at it.
     - `helper`: the policy that makes a share of its player's commands; empty without one.
-    - `wins`: games that its player has won here against the other one.
+    - `wins`: games that its player has won here against the other player.
     """
 
     team: int
@@ -88,7 +88,7 @@ class Seat:
         self.ready = False
 
     def free(self) -> None:
-        """Make it anybody's, and let its policy go."""
+        """Free the seat, and unload its policy."""
         if self.loaded is not None:
             self.loaded.close()
         self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
@@ -96,7 +96,7 @@ class Seat:
         self.gone, self.loaded, self.wins = False, None, 0
 
     def swap(self, other: Seat) -> None:
-        """Exchange players with another seat; they get its side, and keep their tokens."""
+        """Exchange players with another seat; they keep their tokens."""
         for name in ("label", "token", "ready", "connection", "away_since", "wins"):
             own, its = getattr(self, name), getattr(other, name)
             setattr(self, name, its)
@@ -108,7 +108,7 @@ class Seat:
     # --- its policies -----------------------------------------------------------------------------
 
     def give(self, policy: str, changed: Callable[[], None]) -> None:
-        """Give it to a policy, and load that; `changed` is called when it is loaded, or has failed."""
+        """Give the seat to a policy, and load the policy; `changed` is called when it is loaded, or has failed."""
         self.kind, self.policy, self.ready = "policy", policy, True
         self.loaded = self._load(policy, changed)
 

@@ -1,4 +1,4 @@
-"""The view of a seat's client, where an experimenter varies it: later, less often, or without what is hidden."""
+"""What a seat's client is shown; an experimenter may delay it, lower its frame rate, or hide parts of it."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from swarm_pz.play.server.delays import DelayLine, Measured
 
 
 class SeatView:
-    """The view of a seat's client, at a speed in seconds of game a second; it takes what a connection takes.
+    """The view of a seat's client, at a speed in seconds of game per second; it sends as a `Connection` does.
 
-    - `measured`: delays of moments.
+    - `measured`: delays of frames.
     """
 
     def __init__(self, connection: Connection, team: int, factors: Factors, speed: float) -> None:
@@ -30,22 +30,22 @@ class SeatView:
         self._ticks_a_second = TICKS_PER_SECOND * speed
         shows_less = factors.frame_rate < FULL_RATE or bool({"opponents", "ground"} & {*factors.hide})
         self._is_plain = not shows_less and not factors.display_delay_ms
-        self._fields: NDArray[np.uint8] | None = None  # of moments that were left out
-        self._left_out: tuple[Frame, int] | None = None  # the latest moment
+        self._fields: NDArray[np.uint8] | None = None  # of frames that were left out
+        self._left_out: tuple[Frame, int] | None = None  # the latest frame
         self.measured: Measured | None = None
 
     def send(self, message: protocol.ServerMessage) -> None:
-        """Send a message; a game's end comes after its last moment."""
+        """Send a message; a game's last frame comes before its end."""
         if isinstance(message, protocol.RoomState):
             if message.phase == "over" and self._left_out is not None:
                 self._show(*self._left_out)
-            # As it is now, for when it is shown: its countdown is over as much later.
+            # A copy, since the state may change meanwhile; the countdown ends later by the delay.
             starts = message.starts_ms + self._line.delay_ms if message.starts_ms is not None else None
             message = msgspec.structs.replace(message, starts_ms=starts, sizes=[*message.sizes])
         self._line.put(functools.partial(self._connection.send, message))
 
     def send_bytes(self, data: bytes) -> None:
-        """Send a target, unless it is hidden, or a moment that must arrive."""
+        """Send a target, unless it is hidden, or a frame that must arrive."""
         if data[0] == TARGET:
             if "target" in self._factors.hide:
                 return
@@ -54,7 +54,7 @@ class SeatView:
         self._line.put(functools.partial(self._connection.send_bytes, data))
 
     def show(self, data: bytes, sequence: int) -> None:
-        """Show a moment, if it is due at the frame rate."""
+        """Show a frame, if it is due at the frame rate."""
         if self._is_plain:
             self._pass_on(data, sequence)
             return
@@ -73,7 +73,7 @@ class SeatView:
         self._line.put(functools.partial(self._connection.show, data, sequence), self.measured)
 
     def _seen(self, frame: Frame) -> bytes:
-        """Return a moment as this seat sees it; its time is when it is shown."""
+        """Return a frame as this seat sees it, with the time when it is shown."""
         fields = frame.fields if frame.fields is not None else self._fields
         self._fields = None
         return encode_frame(
@@ -86,5 +86,5 @@ class SeatView:
         )
 
     def close(self) -> None:
-        """Drop all that waits."""
+        """Drop waiting messages and frames."""
         self._line.close()

@@ -34,7 +34,7 @@ _ACCEPTED_AT_ONCE, _RECEIVED_AT_ONCE = 32, 2 * 1024
 _MOST_CONNECTIONS, _MOST_HEADER_BYTES = 1000, 16 * 1024
 _PING_S = 20.0
 _SWITCH_S = 0.0001
-"""Seconds after which a thread gives way to another, less than a tick takes: with 0.0005 the verification of a
+"""The interpreter's thread switch interval in seconds, less than a tick takes: with 0.0005, the verification of a
 recording delayed the event loop by 10 to 50 ms."""
 
 
@@ -50,7 +50,7 @@ def names_of(host: str, port: int) -> list[str]:
             own = socket.gethostname()
             addresses = {str(entry[4][0]) for entry in socket.getaddrinfo(host, port)}
             if any(ipaddress.ip_address(address).is_unspecified for address in addresses):
-                names = set(LOOPBACK) | {own, f"{own}.local"} | _own_addresses()  # nobody is called 0.0.0.0
+                names = set(LOOPBACK) | {own, f"{own}.local"} | _own_addresses()  # 0.0.0.0 is no name
             else:
                 names = {host} | addresses
         except OSError as error:
@@ -60,7 +60,7 @@ def names_of(host: str, port: int) -> list[str]:
 
 
 def check_allowed(names: Sequence[str]) -> None:
-    """Check that names, perhaps with a port, are such as browsers send as Host; a CommandError if not."""
+    """Check that names, perhaps with a port, are valid as a browser's Host; raise CommandError if not."""
     for name in names:
         if not re.fullmatch(r"[A-Za-z0-9._-]+(:[0-9]{1,5})?|\[[0-9A-Fa-f:.]+\](:[0-9]{1,5})?", name):
             raise CommandError(
@@ -70,7 +70,7 @@ def check_allowed(names: Sequence[str]) -> None:
 
 
 def origin_of(embedder: str) -> str:
-    """Return an origin as browsers write it; a CommandError if it is malformed."""
+    """Return an origin as browsers write it; raise CommandError if it is malformed."""
     if not re.fullmatch(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?/?", embedder):
         raise CommandError(
             "--embed takes the origin of a page, such as https://lab.example or http://localhost:3000, "
@@ -82,7 +82,7 @@ def origin_of(embedder: str) -> str:
 
 
 def addresses_of(names: Sequence[str]) -> list[str]:
-    """Return the page's addresses for other devices, numbers before names."""
+    """Return the page's addresses for other devices, IP addresses before names."""
 
     def is_number(name: str) -> bool:
         return name.startswith("[") or name.split(":")[0].replace(".", "").isdigit()
@@ -156,7 +156,7 @@ def serve(
     - `study`: the server is for this study alone.
     - `embedders`: origins of pages that may hold this one in a frame.
     - `robots`: fly the games.
-    - `beside`: for this machine's address of the server, a context in which it serves.
+    - `beside`: maps the server's address on this machine to a context in which it serves.
 
     Raises CommandError if it cannot listen there, or a name or an origin is malformed.
     """
@@ -164,7 +164,7 @@ def serve(
     origins = [origin_of(embedder) for embedder in embedders]
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVED_AT_ONCE)  # and so each that comes in
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVED_AT_ONCE)  # accepted ones inherit it
     try:
         listening.bind((host, port))
         listening.listen(128)
@@ -227,7 +227,7 @@ def serve(
     )
     before = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_S)
-    gc.freeze()  # else collections stop games for long
+    gc.freeze()  # else garbage collection stops games for long
     here = "127.0.0.1" if host == "0.0.0.0" else "::1" if host == "::" else host  # noqa: S104
     try:
         with beside(f"[{here}]:{port}" if ":" in here else f"{here}:{port}"):

@@ -1,4 +1,4 @@
-"""All that games of a server share: its clock, its folder of recordings, its policies."""
+"""What all games of a server share: its clock, its folder of recordings, its policies."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from swarm_pz.play.server.robots import Robots
 COUNTDOWN_S = 3.0
 """Seconds for which the start is shown: time to find the drones and to draw, and for a policy's first command."""
 _CATCH_UP = 2
-"""Ticks that a late game makes up for at once; beyond that its time slips."""
+"""Most ticks that a late game plays at once; it does not catch up with more."""
 
 
 class GameClock:
-    """The clock of a game at a speed, in seconds of game a second; it runs from when it is made."""
+    """The clock of a game at a speed, in seconds of game per second; it starts when it is created."""
 
     def __init__(self, speed: float) -> None:
         self._loop = asyncio.get_running_loop()
@@ -57,11 +57,11 @@ def check_folder(folder: Path) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class ServerContext:
-    """All that games of a server share.
+    """What all games of a server share.
 
     - `table`: the default configuration; a room's settings replace parts of it.
     - `robots`: fly the games, if there are any.
-    - `record_labels`: recordings hold the players' labels, which else only the people in the room see.
+    - `record_labels`: recordings hold the players' labels; without it, only people in the room see labels.
     """
 
     folder: Path

@@ -32,9 +32,9 @@ from swarm_pz.play.studies.texts import html_of
 from swarm_pz.play.studies.withdrawal import delete
 
 LEASE_S = 8.0
-"""Seconds for which a silent window is still the participant's: pages send something every two."""
+"""Seconds for which a silent window counts as present; pages send a message every two."""
 MOST_WRONG_CODES, WRONG_CODES_S = 20, 100.0
-"""Wrong codes of an address in so many seconds: a class behind one mistypes some, and a guesser tries millions."""
+"""Wrong codes of an address, within so many seconds: a class behind one mistypes some; a guesser tries millions."""
 _MOST_BYTES = 2**19
 """Bytes of a page's message: answers to a form of twenty long texts have fewer."""
 _PART_S = 10.0
@@ -52,7 +52,7 @@ log = logging.getLogger("swarm_pz.play")
 class PageMessage(msgspec.Struct):
     """The message of a participant's page.
 
-    `here` takes the session over from another window; `delete` makes a participant who stops withdraw.
+    `here` takes the session over from another window; with `delete`, a participant who stops withdraws.
     """
 
     window: str = ""
@@ -74,7 +74,7 @@ class Visitor:
     - `window`: its unique name in a browser.
     - `loaded`: time at which it was loaded, by the browser's clock: a copied tab has the same name.
     - `seen`: time of its latest message.
-    - `wants`: the game of two for which it is ready.
+    - `wants`: the step whose game it is ready for.
     """
 
     window: str = ""
@@ -102,7 +102,7 @@ class StudyHost:
         self._visitors = [Visitor() for _ in range(self.study.participants)]
         self._guesses = AddressLimits(MOST_WRONG_CODES, WRONG_CODES_S)
         self._turns = [asyncio.Lock() for _ in self._visitors[::2]]
-        """One for each pair that may meet: else one of them could open a game while the other's is settled."""
+        """One for each pair that may meet: without it, one could open a game while the other's is settled."""
 
     def routes(self) -> list[BaseRoute]:
         """Return its pages and their requests."""
@@ -139,9 +139,9 @@ class StudyHost:
         return answer
 
     def _number_of(self, code: str, window: str, address: str) -> int:
-        """Return the number of the participant of a code.
+        """Return the number of the participant with a code.
 
-        After too many wrong codes, an address opens no new session: else it would go on guessing.
+        After too many wrong codes, an address cannot open a new session, so that guessing is useless.
 
         Raises HTTPException if the code is unknown or withdrawn, or comes from such an address.
         """
@@ -171,7 +171,7 @@ class StudyHost:
     async def _obey(self, number: int, message: PageMessage, act: Action) -> dict[str, Any]:
         visitor, now = self._visitors[number], time.monotonic()
         async with self._turns[number // 2]:
-            self._check_is_in(number)  # a message that waited may come from before
+            self._check_is_in(number)  # the participant may have withdrawn meanwhile
             is_busy = self.games.is_played_by(number)
             if not visitor.claim(message.window, message.loaded, now, takes_over=message.here, is_busy=is_busy):
                 return {"code": self.folder.codes[number], "title": self.study.title, "elsewhere": True}
@@ -183,7 +183,7 @@ class StudyHost:
         return {}
 
     async def _finish(self, number: int, message: PageMessage) -> dict[str, Any]:
-        """Keep the answers of a step, unless it is done: the page repeats a request if the reply was lost."""
+        """Store the answers of a step, unless it is done: the page repeats a request if the reply was lost."""
         progress = await self._progress(number)
         step = progress.next
         if step is None or message.step != step.id or step.kind in _GAMES:
@@ -219,7 +219,7 @@ class StudyHost:
         return {}
 
     async def _stop(self, number: int, message: PageMessage) -> dict[str, Any]:
-        """Let a participant stop for good: what they did is kept, or deleted."""
+        """Let a participant stop for good; their data is kept, or deleted."""
         if not (await self._progress(number)).may_stop:
             return {}
         await self.games.leave(number)

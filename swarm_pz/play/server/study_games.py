@@ -18,7 +18,7 @@ from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step
 
 AWAY_S = 15.0
-"""Seconds after which a game is stopped without one of its participants, and played again."""
+"""Seconds of a participant's absence after which a game is stopped, and played again."""
 UNUSED_S = 60.0
 """Seconds that a game waits for its participants before it begins."""
 _LOOK_S = 1.0
@@ -147,7 +147,7 @@ class StudyGames:
                 self.drop(game)
 
     def drop(self, game: StudyGame) -> None:
-        """Break a game off, and close its connections."""
+        """Break off a game, and close its connections."""
         there = game.room.connections
         self._lobby.close_room(game.room)
         if not game.is_over:
@@ -156,7 +156,7 @@ class StudyGames:
             connection.close("this game was broken off")
 
     async def leave(self, number: int) -> None:
-        """Break a participant's game off, and wait until its recording is set aside."""
+        """Break off a participant's game, and wait until its recording is set aside."""
         if (game := self._of.get(number)) is not None:
             self.drop(game)
             await self.close()

@@ -40,7 +40,7 @@ def frame_of(
 
 
 def target_picture(coefficients: NDArray[np.floating[Any]]) -> NDArray[np.uint8]:
-    """Return the target of Fourier coefficients (K, K) as (G, G), 255 value / maximum."""
+    """Return the target of Fourier coefficients (K, K) as a picture (G, G): 255 value / maximum."""
     density = np.maximum(reconstruct(coefficients, GRID_CELLS), 0.0)
     return np.asarray(np.rint(255.0 * density / density.max()), np.uint8)
 

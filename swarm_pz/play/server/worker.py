@@ -1,4 +1,4 @@
-"""A thread for what takes long, so that neither the event loop nor a game waits for it."""
+"""A thread for slow work, so that neither the event loop nor a game waits for it."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ class Worker:
     def do(self, work: Callable[..., T], *given: Any) -> asyncio.Future[T]:
         """Return the future result of a function, which is called after all earlier ones.
 
-        Work whose future is cancelled before it begins is left out. The future raises what the work raises, but
-        RuntimeError for what would end the event loop, such as KeyboardInterrupt.
+        Work is skipped if its future is cancelled before it begins. The future raises the work's error, or RuntimeError
+        in place of one that would end the event loop, such as KeyboardInterrupt.
         """
         loop = asyncio.get_running_loop()
         done: asyncio.Future[T] = loop.create_future()
-        done.add_done_callback(lambda done: done.cancelled() or done.exception())  # nobody need wait for it
+        done.add_done_callback(lambda done: done.cancelled() or done.exception())  # no warning if nobody waits
 
         def run() -> None:
             if done.done():
@@ -58,7 +58,7 @@ class Worker:
         return done
 
     def close(self, *, wait: bool = False) -> None:
-        """Let the thread end after the work that waits."""
+        """Let the thread end after the queued work."""
         self._queue.put(None)
         if wait:
             self._thread.join()

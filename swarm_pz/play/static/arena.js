@@ -3,14 +3,14 @@
 import { addDrone, disc, Ground, look, newCanvas, onLook } from "./ground.js";
 import { Trails } from "./trails.js";
 
-const FULL_RATE = 30; // of frames; with fewer, each is shown as it is until the next
-const OLDEST_MS = 250; // frames that took this much longer than the link does are not shown
-const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
+const FULL_RATE = 30; // frames a second; at lower rates, frames are not extrapolated
+const OLDEST_MS = 250; // frames older than the link's delay by more than this are not shown
+const AHEAD_MS = 100; // longest extrapolation of a frame by its velocities
 const FLASH_MS = 700, FLASH_STEPS = 24, PULSE_MS = 400;
 const SPARKS = 7; // of a capture
-const JUMP_TICKS = 30; // frames farther apart begin another motion
+const JUMP_TICKS = 30; // after a longer gap, trails and flashes begin anew
 const WARNING_S = 0.4; // a drone is marked this long before it reaches ground that nearly captures it
-const MANY = 60; // drones that are painted smaller, and at whole pixels
+const MANY = 60; // more drones are painted smaller and at whole pixels
 
 export class Arena {
   constructor(ground, drones, now, onTheWay = () => 0) {
@@ -18,8 +18,8 @@ export class Arena {
     this.trails = new Trails();
     this.drones = drones;
     this.now = now; // the server's clock
-    this.onTheWay = onTheWay; // how old frames are when they come, in milliseconds: a slow link is no stall
-    this.speed = 1; // seconds of game a second
+    this.onTheWay = onTheWay; // age of frames on arrival, in milliseconds: a slow link is no stall
+    this.speed = 1; // game seconds per second
     this.rate = FULL_RATE; // moments that are shown a second
     this.hasTrails = true;
     this.guarded = [0, 1]; // teams whose drones are marked when they are in danger
@@ -30,7 +30,7 @@ export class Arena {
     this.forget();
   }
 
-  // Begin with another game.
+  // Reset for another game.
   forget() {
     this.frame = this.painted = null;
     this.ground.forget();
@@ -52,7 +52,7 @@ export class Arena {
 
   get own() { return this.ground.own; }
 
-  // Take a frame in; returns the drones that changed sides.
+  // Take a frame; return the drones that changed sides.
   take(frame) {
     const last = this.frame, changed = [];
     if (last && (frame.tick < last.tick || frame.tick > last.tick + JUMP_TICKS)) {
@@ -101,7 +101,7 @@ export class Arena {
 
   paintDrones(frame, ahead) {
     const canvas = this.drones, side = canvas.width, pen = canvas.getContext("2d"), { teams, positions, velocities } = frame;
-    // Where drones are by now: a frame carried on by its velocities.
+    // Where drones are by now, extrapolated by their velocities.
     const places = this.places = positions.map((place, i) => Math.min(Math.max(place + ahead * velocities[i], 0), 1));
     const isMany = teams.length > MANY, size = side * (isMany ? 0.008 : 0.0125), snap = isMany ? Math.round : (value) => value;
     const copy = (sprite, i) => {
@@ -160,7 +160,7 @@ export class Arena {
     });
   }
 
-  // A capture, from its beginning, 0, to its end, 1.
+  // A capture's flash; `grown` goes from 0 to 1.
   flashOf(team, grown, size) {
     return this.sprite(`flash ${team} ${grown}`, 8.5 * size, (pen, middle) => {
       pen.globalAlpha = 1 - grown;

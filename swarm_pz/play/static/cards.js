@@ -1,4 +1,4 @@
-// Opponents as cards: a picture of a game with a face, a sentence, and the stars that one has won.
+// Opponents as cards: a picture of a game with a face, a sentence, and the stars won.
 
 import { button, make } from "./elements.js";
 import { addDrone, drawLine, look, newCanvas } from "./ground.js";
@@ -19,7 +19,7 @@ export function opponentCards(policies, opponents, { stars, next }, play) {
   });
 }
 
-// Paint the command of a policy at a moment of a game as blue, and its drones.
+// Paint a policy's command and its drones at one moment of a game as blue.
 export function paintCard(canvas, card) {
   const pen = canvas.getContext("2d"), side = canvas.width;
   pen.fillStyle = look.ground;
@@ -45,7 +45,7 @@ function faceOf([eyes, slope, bend]) {
   return make("span", { className: "face", "aria-hidden": true, innerHTML: `<svg viewBox="-13 -13 26 26">${drawn}</svg>` });
 }
 
-// Drones of a team, by their places in hundredths of the map.
+// Paint drones of a team at places in hundredths of the map.
 export function paintDrones(canvas, team, drones) {
   const pen = canvas.getContext("2d"), side = canvas.width, size = side * 0.028;
   pen.fillStyle = look.teams[team];
@@ -66,7 +66,7 @@ export function paintPoster(canvas, card) {
 }
 
 const TIGHT = arc(0.1), CIRCLE = arc(0.25), CORNER = [[0.78, 0.8], [0.84, 0.86], [0.9, 0.9]];
-// The rule: a drawing, the number of red drones on it, and the radius of a circle on which blue ones are.
+// Pictures of the rules: a drawing, the number of red drones on it, and the radius of the circle of blue drones.
 export const PICTURES = [{ shows: CORNER, drones: 3, blue: 0 }, { shows: CIRCLE, drones: 9, blue: 0.05 }, { shows: TIGHT, drones: 9, blue: 0.27 }];
 
 export function paintPicture(canvas, { shows, drones, blue }) {
@@ -82,7 +82,7 @@ export function arc(radius, from = 0, to = 2 * Math.PI, [x, y] = [0.5, 0.5]) {
   });
 }
 
-// A drawing, by its points in map widths, and red drones that have followed it.
+// Paint a drawing, its points in map widths, and red drones that have followed it.
 function paintDrawing(canvas, points, drones) {
   const pen = canvas.getContext("2d");
   pen.globalAlpha = 0.28;

@@ -19,7 +19,7 @@ export class Chart {
     this.set([]);
   }
 
-  // Sizes of red and blue, one entry a second; a second to point out; and the seconds from end to end, 0: of the game so far.
+  // Show sizes of red and blue, one entry a second; `marked` is a second to mark, `span` its seconds (0: so far).
   set(sizes, marked = null, span = 0) {
     Object.assign(this, { sizes: sizes.map((entry) => [...entry]), marked, span });
     this.paint();

@@ -10,7 +10,7 @@ const DRAWN = ["density", "attraction"], PLACED = ["attractors", "leaders", "for
 const HANDS = {
   pointerdown: "begin", pointermove: "move", pointerup: "end", pointercancel: "cancel", keydown: "key", blur: "blur",
 };
-const TURN = 1 / 24; // by a key
+const TURN = 1 / 24; // of a full turn, by a key
 
 export class Controls {
   // mayPlay tells if a command counts now, answer shows a text, send sends a command, sent is called with its strokes.
@@ -43,10 +43,10 @@ export class Controls {
     hear(this.link, { target: (target) => this.check(target), in_force: (command) => this.setInForce(command) });
   }
 
-  // Begin with another game.
+  // Reset for another game.
   forget() {
     this.pen.forget();
-    this.number = this.followed = 0; // numbers of the latest own command, and of the latest that a shared command was made of
+    this.number = this.followed = 0; // numbers of the latest own command, and of the latest in force
   }
 
   // --- tools ------------------------------------------------------------------------------------------
@@ -71,7 +71,7 @@ export class Controls {
     this.show();
   }
 
-  // The tools of a kind of commands.
+  // Show the tools of a kind of commands.
   showTools(kind, { shapes }) {
     const isDrawn = kind === "strokes" && this.isEquipped;
     const sized = isDrawn ? "Width" : this.pen.how?.sized, [min, max] = this.pen.sizes ?? [0.05, 0.3];

@@ -7,10 +7,10 @@ import { FAST_S, fewAgainst, inARow, progress, ROUND, starsOf } from "./progress
 import { freeSides, meetsSomebody, Waiting } from "./waiting.js";
 import { called, clock, isStudy, NAMES, SIDES, SIGNS, TICKS } from "./words.js";
 
-const DECISIVE_S = 5; // seconds before a turn that decided it
+const DECISIVE_S = 5; // the recording is shown from this long before the turn
 
 export class Cover {
-  // begin opens a room by a message and begins in it at once.
+  // begin opens a room with a message and is ready at once.
   constructor(link, begin) {
     this.opponents = [];
     this.note = ""; // to add to a result
@@ -27,7 +27,7 @@ export class Cover {
     hear(link, { welcome: ({ opponents }) => { this.opponents = opponents; } });
   }
 
-  // Something is on its way.
+  // Show a text while something is on its way.
   wait(text) {
     byId("cover").hidden = false;
     byId("table").dataset.phase = "opening";
@@ -55,7 +55,7 @@ export class Cover {
     this.teach(isOver && !isDone && own && room.outcome !== SIDES[seat] ? LEVELS[room[this.other].name]?.idea : null);
     const waiting = this.waiting.show(room, seat), text = isOver ? this.result(lastTick) : `${this.unready ?? waiting}${this.pace}`;
     say("practice-text", text);
-    requestAnimationFrame(() => { byId("cover-text").textContent = text; }); // said once it is shown
+    requestAnimationFrame(() => { byId("cover-text").textContent = text; }); // announced only once shown
   }
 
   // Offer the next opponent after a game that was won against another, or tell if somebody wants to play again.
@@ -70,7 +70,7 @@ export class Cover {
     say("streak", [...said, isOffered ? this.note : ""].filter(Boolean).join(" "));
   }
 
-  // The score between two people, and which of them want to play again.
+  // Return the score between two people, and who wants to play again.
   again() {
     const own = this.room[SIDES[this.seat]], other = this.room[this.other], name = other.label || "Your opponent";
     if (this.room.settings[this.other] === 0) return "";
@@ -80,7 +80,7 @@ export class Cover {
     return score + (!other.connected ? `${name} is away.` : other.ready ? `${name} wants to play again.` : "In the next game you change sides.");
   }
 
-  // The stars that one has against this opponent, and how to win more.
+  // The stars won against this opponent, and how to win more.
   get stars() {
     const { name } = this.room[this.other], won = progress([]).stars[name];
     if (!won) return "";
@@ -146,7 +146,7 @@ export class Cover {
     if (this.explained === recording) say("turning", `${turn} ${why}`.trim());
   }
 
-  // The seconds until a game begins.
+  // Show the seconds until a game begins.
   count(room, now) {
     const left = room?.phase === "starting" && room.starts_ms ? Math.ceil((room.starts_ms - now) / 1000) : 0;
     say("countdown", left > 0 ? `${left}\n${this.seat === null ? "" : `You are ${SIDES[this.seat]} ${SIGNS[this.seat]}`}` : "");

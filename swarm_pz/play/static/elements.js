@@ -24,21 +24,21 @@ export function putAt(id, place) { Object.assign(byId(id).style, { left: `${100 
 export async function copy(field, told) {
   try {
     await navigator.clipboard.writeText(field.value);
-  } catch { // only pages that are encrypted, or of this machine, may use it
+  } catch { // the clipboard needs HTTPS or localhost
     field.select();
     if (!document.execCommand("copy")) return;
   }
   told.textContent = "Copied";
 }
 
-// Give something as a file.
+// Download a blob as a file.
 export function download(blob, name) {
   const href = URL.createObjectURL(blob);
   make("a", { href, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(href), 1000);
 }
 
-// Have elements act when something happens to them; a form that is sent leaves the page where it is.
+// Listen to events of elements, by their ids. A submitted form does not reload the page.
 export function on(type, acts) {
   for (const [id, act] of Object.entries(acts)) {
     byId(id).addEventListener(type, (event) => {
@@ -48,12 +48,12 @@ export function on(type, acts) {
   }
 }
 
-// Have messages of the table act, by their types.
+// Listen to messages of a link, by their types.
 export function hear(link, acts) {
   for (const [type, act] of Object.entries(acts)) link.addEventListener(type, ({ detail }) => act(detail));
 }
 
-// Set a text only if it changes: screen readers would read it again.
+// Set a text only if it changes: else screen readers would read it again.
 export function say(id, text) {
   if (byId(id).textContent !== text) byId(id).textContent = text;
 }

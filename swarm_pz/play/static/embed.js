@@ -1,5 +1,5 @@
-// The page in the frame of an experiment, which chooses the game and gets its result. Messages count only from the parent
-// window, and from an origin that the server was started for.
+// The page in the frame of an experiment, which chooses the game and gets its result. Messages count only if they come
+// from the parent window, and from an origin that the server was started for.
 
 import { hear } from "./elements.js";
 import { SERVER } from "./link.js";
@@ -8,7 +8,7 @@ import { SIDES, TICKS } from "./words.js";
 const TRIES = 40, PAUSE_MS = 500; // a recording is complete soon after its game
 
 export class Embed {
-  // origin is the experiment's, from the address; begin opens a room by a message and begins at once.
+  // origin is the experiment's, from the address; begin opens a room with a message and is ready at once.
   constructor(link, origin, begin) {
     this.table = link.table;
     this.origin = origin;
@@ -24,7 +24,7 @@ export class Embed {
   }
 
   greet(embedders) {
-    if (this.allowed) return; // it came back
+    if (this.allowed) return; // the link has reconnected
     this.allowed = parent !== window && embedders.includes(this.origin);
     if (this.allowed) this.tell({ type: "swarm-pz.ready" });
     else this.waiting = "This page is for the frame of an experiment that the table was started for (--embed).";

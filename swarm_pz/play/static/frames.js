@@ -2,11 +2,11 @@
 // Everything is little-endian; grids are [row = y, column = x], row 0 at the bottom.
 
 export const FRAME = "frame", TARGET = "target";
-export const CELLS = 50; // of a field, a side
-export const CAPTURES_FROM = 192; // value of a field: a team captures there
-export const NEARLY_FROM = 128; // half of the largest: it nearly does
+export const CELLS = 50; // per side of a field
+export const CAPTURES_FROM = 192; // a team captures where its field is at least this
+export const NEARLY_FROM = 128; // half of the largest value: it nearly captures
 const WITH_ALTITUDES = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // red's drones, or blue's, are hidden
-export const EXACT = 16; // of a recording in a page: numbers have 32 bits
+export const EXACT = 16; // in recordings of a page: positions and velocities are float32
 export const HEADER = 20;
 const TARGET_HEADER = 8, FASTEST = 4; // FASTEST in map widths a second
 
@@ -28,7 +28,7 @@ function decodeFrame(view, buffer) {
   return { sequence: view.getUint32(4, true), ...momentOf(game, view.getFloat64(12, true), fields, HIDDEN.findIndex((flag) => flags & flag)) };
 }
 
-// The present moment of a game as the page shows it, perhaps without a team's drones: canvases paint nothing at NaN.
+// Return the present frame of a game. Drones of the `hidden` team are NaN, where canvases paint nothing.
 export function momentOf({ tick, positions, velocities, teams }, serverMs, fields, hidden = -1) {
   const shown = (values) => values.map((value, i) => (teams[i >> 1] === hidden ? NaN : value));
   return { type: FRAME, tick, serverMs, positions: shown(positions), velocities: shown(velocities), teams: teams.slice(), fields };

@@ -2,13 +2,12 @@
 
 import { CAPTURES_FROM, CELLS, NEARLY_FROM } from "./frames.js";
 
-// Colours, as the style sheet has them by day and by night: of teams, of their ground, of where one asks to go and to keep
-// away, and the page's own.
+// Colours of the style sheet, light or dark: of teams, of their ground, of strokes that attract or repel, of the page.
 /** @type {any} */
 export const look = {};
 const night = matchMedia("(prefers-color-scheme: dark)");
 const TINT = 34; // strength of the target's tint, of 255
-const FAINT = 0.3; // how strong ground is where a team nearly captures
+const FAINT = 0.3; // opacity of ground where a team nearly captures
 const HALF = 127.5; // of a target's largest value: inside is where most of the swarm is wanted
 
 /** @returns {HTMLCanvasElement} */
@@ -40,7 +39,7 @@ export function hatch(pen, team, scale) {
   });
 }
 
-// A stroke of a drawing, or a dot: all in map widths.
+// Draw a stroke, or a dot; points and width in map widths.
 export function drawLine(pen, points, width, side, style) {
   const [[x0, y0]] = points;
   pen.strokeStyle = style;
@@ -73,7 +72,7 @@ export function addDrone(pen, team, x, y, size) {
   pen.closePath();
 }
 
-// Act when the device goes over to its dark or its light colours.
+// Call act() when the device changes to dark or light colours.
 export function onLook(act) { night.addEventListener("change", act); }
 
 function read() {
@@ -111,7 +110,7 @@ export class Ground {
     if (this.hasTint) this.makeTint();
   }
 
-  // The target changes once a second or less, the ground ten times.
+  // The tint is kept: the target changes once a second or less, the ground ten times.
   makeTint() {
     const { picture } = this.target;
     this.contour = [];
@@ -124,7 +123,7 @@ export class Ground {
     this.tint.getContext("2d").putImageData(this.image, 0, 0);
   }
 
-  // Tell if a team captures at a place, in map widths, or nearly does.
+  // Tell if a team captures, or nearly captures, at a place in map widths.
   nears(team, x, y) {
     if (!this.fields) return false;
     const cell = (value) => Math.min(Math.max(Math.floor(value * CELLS), 0), CELLS - 1);
@@ -192,7 +191,7 @@ export class Ground {
   }
 }
 
-// Sides of a square between which lines go, by the corners that are above the level, or below it.
+// Sides of a square that a line joins, by the bits of the corners above the level, or of those below it.
 const LINES = { 1: ["ws"], 2: ["se"], 3: ["we"], 4: ["en"], 5: ["ws", "en"], 6: ["sn"], 7: ["wn"], 10: ["se", "wn"] };
 
 // Contour lines of a grid of values, by marching squares: call piece(x0, y0, x1, y1), in map widths, for each piece of the

@@ -9,8 +9,8 @@ import { drawLine, Ground, look } from "./ground.js";
 import { TICKS } from "./words.js";
 
 const PERIOD_S = 12; // after which the picture begins anew
-const STILL_S = 6; // the moment that is shown where nothing may move
-const SEED = 12; // of the game in the picture, in which each idea soon pays
+const STILL_S = 6; // the moment that is shown with reduced motion
+const SEED = 12; // of the game in the picture: with it each idea soon succeeds
 
 export class IdeaPicture {
   constructor(canvas) {
@@ -19,7 +19,7 @@ export class IdeaPicture {
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   }
 
-  // Show an idea until another one is shown, or null.
+  // Show an idea until the next call; null ends it.
   async show(idea) {
     clearInterval(this.clock);
     this.idea = idea;

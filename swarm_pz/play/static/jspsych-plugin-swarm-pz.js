@@ -49,7 +49,7 @@ var jsPsychSwarmPz = (function (jspsych) {
           try {
             await trial.save(has.recording, has.lines);
             has.lines = null;
-          } catch (error) { has.error = `not saved: ${error?.message ?? error}`; } // the row keeps it
+          } catch (error) { has.error = `not saved: ${error?.message ?? error}`; } // the row keeps the lines
         }
         this.jsPsych.finishTrial(has);
       };

@@ -5,8 +5,8 @@ import { byId, hear, on, say } from "./elements.js";
 import { ROUND } from "./progress.js";
 
 const IN_CORNER = 0.35; // map widths from the corner
-const EFFECT_TICKS = 30; // after which a drawing can have had an effect
-const DRAWN = { red_system: "ergodic", blue_system: "ergodic" }; // whatever control systems the server has by default
+const EFFECT_TICKS = 30; // that a drawing needs to have an effect
+const DRAWN = { red_system: "ergodic", blue_system: "ergodic" }; // instead of the server's default control systems
 const ALONE = { settings: { red: 10, blue: 0, time_limit: null, ...DRAWN } };
 const against = (opponent) => ({ opponent, settings: { time_limit: 60, majority: true, ...DRAWN } });
 
@@ -41,14 +41,14 @@ const STEPS = [
 ];
 
 export class Lesson {
-  // begin opens a room by a message and begins at once, home leads to the start, next names the first opponent afterwards.
+  // begin opens a room with a message and is ready at once, home leads to the start, next returns the next opponent.
   constructor(link, { begin, home, next }) {
     this.begin = begin;
     this.next = next;
     this.step = -1;
-    this.room = null; // where it goes on
+    this.room = null; // the code of the step's room
     this.held = false;
-    this.drawnTick = null; // when something had been drawn, and could begin to have an effect
+    this.drawnTick = null; // of the first frame after a drawing was sent
     this.isDrawn = false;
     hear(link, {
       seated: ({ room }) => { this.room ??= this.running ? room : null; },
@@ -72,7 +72,7 @@ export class Lesson {
     byId("chart").hidden = false;
   }
 
-  // Stop the board, and explain the next step after a remark on the last one.
+  // Stop the board and explain a step; `before` is a remark on the last one.
   go(step, before = "") {
     this.step = step;
     const { title, text } = STEPS[step] ?? {
@@ -121,7 +121,7 @@ export class Lesson {
     say("lesson-task", `${this.step + 1} of ${STEPS.length}: ${STEPS[this.step].task}${keys}${send}`);
   }
 
-  // Where it is to be done, as a circle in map widths; null nowhere.
+  // Mark a circle [x, y, radius] on the board, in map widths; null hides it.
   mark(circle) {
     byId("goal").toggleAttribute("hidden", !circle);
     if (!circle) return;
@@ -139,7 +139,7 @@ export class Lesson {
 
   sent(strokes) { this.isDrawn ||= this.running && strokes.length > 0; }
 
-  // Go on if the step is done, and was done by a drawing, not by chance.
+  // Go on if the step was done by a drawing, not by chance.
   watch(frame, seat) {
     if (!this.running || this.held || seat === null) return;
     this.mark(STEPS[this.step].goal);
@@ -148,7 +148,7 @@ export class Lesson {
   }
 }
 
-// The part of all drones that is red, and is somewhere.
+// Return the fraction of all drones that are red and at a place where isThere(x, y).
 function share({ teams, positions }, isThere) {
   const found = [...teams.keys()].filter((i) => teams[i] === 0 && isThere(positions[2 * i], positions[2 * i + 1]));
   return found.length / teams.length;

@@ -1,6 +1,6 @@
 // Opponents that unlock one by one: each has a face, a sentence, and the idea that beats it.
 
-// A face: eyes, the slope of the brows, and the bend of the mouth.
+// A face: the number of eyes, the slope of the brows, and the bend of the mouth.
 export const LEVELS = {
   corners: { face: [4, 0, -0.4], says: "Waits in the four corners.", idea: "surround" },
   uniform: { face: [3, 0, 0], says: "Spreads out evenly, everywhere.", idea: "surround" },
@@ -21,9 +21,9 @@ export const LEVELS = {
   scholar: { face: [1, 1, -0.9], says: "The last one. It learned from four teachers.", idea: "four" },
 };
 
-// Ideas: a sentence, and arcs that are drawn one after the other, each so many seconds after the last. An arc has one of the
-// radii in turn, in map widths, a centre, and in degrees its length, where the first one has its middle, and a turn from one to
-// the next; a dot is a short one. The picture shows an idea `against` a script. benchmarks/page_levels.py reads this as JSON.
+// Ideas: a sentence, and an arc to draw every `every_s` seconds, `radii` in turn, in map widths, and a `centre`.
+// Arcs have a `length`, in degrees; the first one's middle is at `begins`, and each next one's is a `turn` further. A
+// dot is a short arc. The picture shows an idea `against` a script. benchmarks/page_levels.py reads this as JSON.
 export const IDEAS = {
   "surround": {
     "says": "Draw one big circle, at once, and leave it.", "against": "centre", "every_s": 120, "radii": [0.33]

@@ -1,4 +1,4 @@
-// The library: drawings, and other commands, that this browser keeps; sent again at a tap or by a digit.
+// The library: drawings, and other commands, that this browser stores. A tap or a digit key sends one again.
 
 import { button, byId, make, on } from "./elements.js";
 import { drawLine, look, onLook } from "./ground.js";
@@ -10,7 +10,7 @@ const BRUSHES = { attract: "asked", repel: "away", erase: "ground" }; // and the
 const SIZE = 72; // pixels a side of a picture
 
 export class Library {
-  // current: what is drawn now, and its kind; send: sends a saved drawing; tell: says what was done.
+  // current: returns the pen; send: sends a saved drawing; tell: says what was done.
   constructor({ current, send, tell }) {
     this.current = current;
     this.send = send;
@@ -20,7 +20,7 @@ export class Library {
     onLook(() => this.show());
   }
 
-  // Those of the kind of commands that one gives now, by their digits.
+  // The saved drawings of the present kind of commands, in the order of their digits.
   get own() { return this.all.filter(({ kind }) => kind === this.current().kind); }
 
   open(isOpen) {
@@ -58,7 +58,7 @@ export class Library {
     this.choose(null);
   }
 
-  // Go over to other drawings; tell whether the browser keeps them.
+  // Replace the saved drawings; return true if the browser stored them.
   take(all) {
     this.all = all;
     this.show();

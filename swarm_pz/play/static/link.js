@@ -1,5 +1,5 @@
 // The connection to a table: hello, clock, acknowledgements, and coming back to one's seat.
-// Messages go out by `send`, and come as events named by their type, frames and targets too.
+// `send` sends a message. Received ones, also frames and targets, become events named by their type.
 
 import { decode, FRAME } from "./frames.js";
 import { keep, recall } from "./store.js";
@@ -21,7 +21,7 @@ export class Link extends EventTarget {
     super();
     this.wantedSeat = wantedSeat;
     this.table = table;
-    this.offsetMs = 0; // server's clock less ours
+    this.offsetMs = 0; // server's clock minus ours
     this.roundTripMs = 0;
     this.tries = 0;
     this.frames = 0;
@@ -32,7 +32,7 @@ export class Link extends EventTarget {
     document.addEventListener("visibilitychange", () => this.send({ type: "visibility", hidden: document.hidden }));
   }
 
-  // This window's seat, and the latest seat of any window, for a window that was closed.
+  // This window's seat, and the latest seat of any window, to return to after a window was closed.
   get seat() { return recall("seat", "session"); }
 
   get lastSeat() { return recall("seat"); }
@@ -47,7 +47,7 @@ export class Link extends EventTarget {
 
   get isOpen() { return this.greeted && this.socket.readyState === WebSocket.OPEN; }
 
-  // Connect anew, with the seat that is wanted now.
+  // Reconnect with the seat that is wanted now.
   reopen() { this.socket.close(); }
 
   open() {
@@ -82,7 +82,7 @@ export class Link extends EventTarget {
   }
 
   receive(data) {
-    const message = typeof data === "string" ? JSON.parse(data) : data instanceof ArrayBuffer ? decode(data) : data; // the last within a page
+    const message = typeof data === "string" ? JSON.parse(data) : data instanceof ArrayBuffer ? decode(data) : data; // else from the worker
     switch (message.type) {
       case FRAME:
         if (message.sequence && ++this.frames % ACKNOWLEDGE_EVERY === 0) this.send({ type: "acknowledge", sequence: message.sequence });

@@ -7,10 +7,10 @@ import { SERVER } from "./link.js";
 import { daily, daysInARow, inARow, isDayWon, progress, ROUND, sideIn } from "./progress.js";
 import { called, clock, playerOf, SIDES, systemOption, TICKS } from "./words.js";
 
-const FIRST = "uniform"; // in the form
+const FIRST = "uniform"; // chosen in the form at first
 
 export class Lobby {
-  // begin: opens a room by a message and begins in it at once; go: changes the address.
+  // begin: opens a room with a message and is ready at once; go: changes the address.
   constructor(link, { begin, go }) {
     this.link = link;
     this.begin = begin;
@@ -69,7 +69,7 @@ export class Lobby {
     paintPoster(byId("poster"), policy.card);
   }
 
-  // The form's players by their colours.
+  // Label the form's players by their colours.
   showSides() {
     const side = byId("side").value, isWatched = side === "watch";
     byId("red-player").hidden = !isWatched;

@@ -1,10 +1,10 @@
-// The page: which view is shown, as its address asks.
+// The page: its address selects the view.
 //   #room=ABCD   to a room: to one's seat there, or the free one, or to look on
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
 //   #replay=FILE@TICK a recorded game                #play=ring@7 a challenge: a game from the start of a seed
 //   #lesson      the first lesson                    #daily       the game of the day, without a server
 //   #embed=ORIGIN  in the frame of an experiment there
-// At /study/CODE/game the page shows a game of a study, and then leads back to it.
+// At /study/CODE/game the page shows a game of a study, and then returns to the study.
 
 import { byId, hear, make, on } from "./elements.js";
 import { Link, SERVER } from "./link.js";
@@ -35,10 +35,10 @@ link.addEventListener("room", (event) => {
 const table = new Table(link, { left: () => go(table.aside ? `room=${table.aside.room.code}` : ""), begin });
 const embed = framed && new framed.Embed(link, wanted().value, begin);
 let welcomed = null;
-let isBeginning = false; // a seat in a room that begins at once is ready at once
+let isBeginning = false; // a room was asked for, and its seat shall be ready at once
 let wantsSeat = ""; // the room of the address, while the visitor has no seat there
-let fixed = null; // the message that opens a room with a start of its own
-let goal = ""; // where to, once a running game may be left
+let fixed = null; // the message that opens a room with a fixed seed
+let goal = ""; // the address to go to once a running game may be left
 let saysFor = 0, forgets; // duration of the notice, and the timer that ends it
 
 // Parse the address; codes of rooms may have small letters.
@@ -49,7 +49,7 @@ function wanted() {
   } catch { return { name: "", value: "" }; }
 }
 
-// A token is sent only for the room in the address.
+// Return the stored seat in the room of the address, or null: only its token is sent.
 function wantedSeat() {
   const { name, value } = wanted();
   return name === "room" ? [link.seat, link.lastSeat].find((seat) => seat?.room === value) ?? null : null;
@@ -167,7 +167,7 @@ function enter(name, code) {
 // Show a room, and sit down if the address leads to a seat.
 function arrive(room) {
   const [side] = wantsSeat === room.code && table.seat === null ? freeSides(room) : [];
-  const stays = !welcomed.guests && table.start.room === room.code; // without a server a seat ends with its page, and a challenge does not
+  const stays = !welcomed.guests && table.start.room === room.code; // without a server, only a challenge's address outlives its page
   if (room.phase !== "replay" && !stays) mark(`${table.seat !== null || side ? "room" : "watch"}=${room.code}`, ["", "replay"].includes(wanted().name));
   open("table");
   wantsSeat = "";
@@ -175,7 +175,7 @@ function arrive(room) {
   if (room.phase !== "playing") byId("leaving").close();
 }
 
-// A running game is not left by a slip of the hand.
+// Ask before a running game is left: it may be a mistake.
 function ask() {
   goal = location.hash.slice(1);
   mark(`room=${table.room.code}`, true);

@@ -3,9 +3,9 @@
 import { byId } from "./elements.js";
 import { Pen, short, within } from "./pen.js";
 
-const GRIP = 0.06; // map widths within which a tap holds an attractor and places no other
+const GRIP = 0.06; // a tap this close, in map widths, takes hold of an attractor instead of placing one
 const OUTLINES = { line: [[-1, 0], [1, 0]], wedge: [[-0.5, 0.87], [1, 0], [-0.5, -0.87]], grid: [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]] };
-// Each kind of command: it is read as marks and written from them; the places of size and turn among its numbers; a hint.
+// Kinds of commands: `read` returns marks, `write` a command; `size` and `turn` are indices among its numbers; a hint.
 /** @type {Record<string, any>} */
 const KINDS = {
   attractors: {
@@ -44,13 +44,13 @@ export class Marks extends Pen {
 
   get mark() { return this.strokes[Math.min(this.held, this.strokes.length - 1)]; }
 
-  // Back to the marks of the start.
+  // Go back to the initial marks.
   clear() {
     const start = this.how.read(this.commands.default);
     if (JSON.stringify(start) !== JSON.stringify(this.strokes)) super.recall(start);
   }
 
-  // Begin with another game: a formation begins as a ring, to be placed.
+  // Reset for another game: a formation begins as a ring, to be placed.
   forget() {
     super.forget();
     const shape = this.commands.shapes.indexOf("ring");
@@ -64,7 +64,7 @@ export class Marks extends Pen {
     return this.strokes.map((mark) => Object.fromEntries(Object.entries(mark).map(([name, value]) => [name, short(value)])));
   }
 
-  // As many as are wanted here, and within the bounds here: they were saved in another game.
+  // Fit saved marks to the number and bounds of this game: they may be from another one.
   recall(marks) {
     const now = this.how.read(this.commands.default), wanted = now.length ? now.map((mark, i) => marks[i] ?? mark) : marks;
     super.recall(wanted.slice(0, this.most));
@@ -99,7 +99,7 @@ export class Marks extends Pen {
     Object.assign(mark, { x: within(mark.x, 0, 1), y: within(mark.y, 0, 1) });
   }
 
-  // Turn the mark by a part of a whole turn.
+  // Turn the mark by a fraction of a full turn.
   turn(part) { if (this.how.turn) this.adjust((mark) => { mark.turn += part * (this.turns[1] - this.turns[0]); }); }
 
   turnTo(turn) { this.adjust((mark) => { mark.turn = turn; }); }
@@ -163,7 +163,7 @@ export class Marks extends Pen {
     byId("marks").classList.toggle("sent", this.sent);
   }
 
-  // Return a mark as a part of a picture, in hundredths of the map.
+  // Return a mark as SVG, in hundredths of the map.
   drawn(mark, name) {
     const { x, y, size, turn, shape } = mark, [least, most] = this.sizes, outline = OUTLINES[this.commands.shapes[shape]];
     const weight = this.how.size ? 2 + 5 * (size - least) / (most - least || 1) : 3.5, reach = this.how.turn ? 100 * size : weight;

@@ -5,7 +5,7 @@ import { clock, NAMES, SIDES } from "./words.js";
 
 const TOGETHER_TICKS = 30; // captures within a second are one piece of news
 const MOST = 12; // pieces in the list
-const MIXED_TICKS = 60; // in which captures are the start’s, not the players’
+const MIXED_TICKS = 60; // captures this early come from the mixed start
 const TOAST_MS = 1400;
 const ANSWER_MS = 2000; // an answer to the player's own action stays this long, whatever is captured
 const TOLD_EVERY_MS = 4000;
@@ -37,7 +37,7 @@ export class News {
     this.answered = -Infinity;
   }
 
-  // Drones that changed sides in a frame.
+  // Count drones that changed sides in a frame.
   captures(changed, { teams, tick }) {
     if (!changed.length) return;
     for (const team of [0, 1]) {

@@ -1,5 +1,5 @@
-// The drawing: strokes by finger, pen, mouse or keys, painted at once in this page alone.
-// The server alone turns strokes into commands.
+// The drawing: strokes by finger, pen, mouse or keys. This page paints them at once; only the server turns them into
+// commands.
 
 import { byId, putAt } from "./elements.js";
 import { drawLine, look, onLook, pattern } from "./ground.js";
@@ -7,16 +7,16 @@ import { drawLine, look, onLook, pattern } from "./ground.js";
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const STEP = 0.02; // of a key, in map widths; five times as much with Shift
 const MOST_POINTS = 3000, MOST_STROKES = 250; // in a message
-const MOST_BEFORE = 50; // drawings to go back to
-const NEAREST = 0.004; // points closer than this, in map widths, say nothing new
-const FADE_MS = 600; // of ink whose command is in force, since the target shows it now
-const DRAWN = 0.8, SENT = 0.4; // how strong ink is
+const MOST_BEFORE = 50; // drawings that undo can go back to
+const NEAREST = 0.004; // points closer than this, in map widths, are dropped
+const FADE_MS = 600; // of ink whose command is in force: the target shows it now
+const DRAWN = 0.8, SENT = 0.4; // opacity of ink
 
 export const within = (value, low, high) => Math.min(Math.max(value, low), high);
 export const short = (value) => Math.round(value * 1e4) / 1e4;
 
 export class Pen {
-  // arena: the element that is drawn in; canvas: where the ink goes; lifted: called when the last finger, or key, is.
+  // arena: the element that is drawn in; canvas: shows the ink; lifted: called when the last finger or key is lifted.
   constructor(arena, canvas, { lifted, changed, mayDraw }) {
     this.arena = arena;
     this.canvas = canvas;
@@ -65,7 +65,7 @@ export class Pen {
     this.down.set(event.pointerId, this.start(this.place(event)));
   }
 
-  /** @returns {any} what is drawn from here on */
+  /** @returns {any} the stroke that later points extend */
   start(point) {
     this.startDrawing(() => (this.sent && !byId("keep").checked ? [] : [...this.strokes]));
     const stroke = { brush: this.brush, width: this.width, points: [point] };
@@ -74,7 +74,7 @@ export class Pen {
     return stroke;
   }
 
-  // With the first finger another drawing begins.
+  // Begin another drawing if this is the first finger; return true if it is.
   startDrawing(from) {
     if (this.down.size > 0) return false;
     if (this.sent || !this.drawingSince) this.drawingSince = performance.now();
@@ -103,7 +103,7 @@ export class Pen {
     if (this.down.size === 0) this.lifted();
   }
 
-  // The system took the pointer away: its stroke is dropped.
+  // Drop the stroke of a pointer that the system took away.
   cancel(event) {
     const stroke = this.down.get(event.pointerId);
     this.down.delete(event.pointerId);
@@ -145,7 +145,7 @@ export class Pen {
     return true;
   }
 
-  // Another part of the page is used.
+  // Lift and hide the brush: another part of the page is used.
   blur() {
     this.endKeyStroke();
     this.cursor.shown = false;
@@ -154,7 +154,7 @@ export class Pen {
 
   // --- the drawing ------------------------------------------------------------------------------------
 
-  // Go over to another drawing, from which undo leads back.
+  // Replace the drawing; undo leads back to the old one.
   change(strokes) {
     this.before = [...this.before, { strokes: this.strokes, sent: this.sent }].slice(-MOST_BEFORE);
     this.strokes = strokes;
@@ -174,21 +174,21 @@ export class Pen {
     return wasSent;
   }
 
-  // Go over to a drawing that was made before.
+  // Replace the drawing with a copy of a saved one.
   recall(strokes) {
     this.down.clear();
     this.change(structuredClone(strokes));
     this.refresh();
   }
 
-  // A drawing of nothing.
+  // Replace the drawing with an empty one.
   clear() {
     this.down.clear();
     if (this.strokes.length) this.change([]);
     this.refresh();
   }
 
-  // Begin with another game.
+  // Reset for another game.
   forget() {
     this.clear();
     this.before = [];
@@ -206,10 +206,10 @@ export class Pen {
     return { drawingMs: this.drawingSince ? performance.now() - this.drawingSince : 0, ...this.say(this.kept) };
   }
 
-  /** @returns {any} what asks for strokes in a message */
+  /** @returns {any} the part of a message with the strokes */
   say(strokes) { return { strokes }; }
 
-  /** @returns {any[]} the drawing, as short as it is sent and kept */
+  /** @returns {any[]} the drawing, shortened to be sent or saved */
   get kept() {
     const strokes = this.strokes.slice(-MOST_STROKES);
     const every = Math.ceil(strokes.reduce((sum, { points }) => sum + points.length, 0) / MOST_POINTS);
@@ -217,7 +217,7 @@ export class Pen {
     return strokes.map(({ brush, width, points }) => ({ brush, width, points: thin(points).map((point) => point.map(short)) }));
   }
 
-  // It was sent: the next stroke begins another drawing.
+  // Note that the drawing was sent: the next stroke begins another.
   setSent() {
     this.sent = true;
     this.fadesSince = null;
@@ -225,7 +225,7 @@ export class Pen {
     this.dirty = true;
   }
 
-  // The swarm follows it: the ink goes.
+  // Fade the ink: the swarm follows the drawing.
   setInForce() {
     if (this.sent) this.fadesSince ??= performance.now();
     this.dirty = true;
@@ -271,7 +271,7 @@ export class Pen {
 
 function inkOf(brush) { return { attract: look.asked, repel: look.away }[brush] ?? look.ink; }
 
-// The hatching shows the brush without colours, too.
+// Return a hatching that shows the brush without colours, too.
 function hatched(pen, brush) {
   const size = 18, isPlus = brush === "attract";
   return pattern(pen, size, (tile) => {

@@ -6,10 +6,10 @@ import { densityOf, targetOf } from "./engine/strokes.js";
 import { momentOf } from "./frames.js";
 import { SIDES, TICKS } from "./words.js";
 
-const FIELD_TICKS = 3; // between two looks at the ground
+const FIELD_TICKS = 3; // between two updates of the ground
 
 export class Practice {
-  // team is the player's; what is seen goes out by the link, as from a server.
+  // team is the player's. Frames and targets come as events of the link, as from a server.
   constructor(link, team) {
     this.link = link;
     this.team = team;
@@ -28,7 +28,7 @@ export class Practice {
     this.link.tell("frame", momentOf(game, this.link.now(), game.tick % FIELD_TICKS === 0 || game.isOver ? fieldsOf(game) : null));
   }
 
-  // Follow a drawing, as the server does; return true: it was taken.
+  // Follow a drawing, as the server does. Always return true: it was sent.
   send({ number, strokes }) {
     const density = densityOf(strokes ?? []), { team } = this;
     this.game.command(team, density);

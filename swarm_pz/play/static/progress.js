@@ -8,10 +8,10 @@ export const FAST_S = 60; // for a star
 const FEW = 10; // drawings for a star
 const MOST = 3;
 
-// Return how many drawings are few against an opponent: ten, or as many as the idea that beats it needs in a minute.
+// Return the most drawings that earn a star: ten, or what the idea against this opponent needs in a minute, if more.
 export function fewAgainst(opponent) { return Math.max(FEW, FAST_S / (IDEAS[LEVELS[opponent]?.idea]?.every_s ?? FAST_S)); }
 
-// Return the stars of opponents that were beaten, the games won in a row, and the next opponent: the last one again, once all are beaten.
+// Return the stars of beaten opponents, the games won in a row, and the next opponent: the last one if all are beaten.
 export function progress(opponents) {
   const { stars = {}, streak = 0 } = recall("progress") ?? {};
   return { stars, streak, next: opponents.find((name) => !stars[name]) ?? opponents.at(-1) };
@@ -36,7 +36,7 @@ export function counts({ settings: { red, blue, speed }, once }, opponent, isLes
 
 export function inARow(streak) { return streak > 1 ? `${streak} won in a row.` : ""; }
 
-const DAY_MS = 86_400_000, SPREAD = 2_654_435_761; // by which days are far apart
+const DAY_MS = 86_400_000, SPREAD = 2_654_435_761; // puts the seeds of days far apart
 
 // The game of a day, by UTC: the same opponent and the same start for everybody.
 export function daily(opponents, day = Math.floor(Date.now() / DAY_MS)) {
@@ -44,7 +44,7 @@ export function daily(opponents, day = Math.floor(Date.now() / DAY_MS)) {
   return { day, seed, opponent: opponents[seed % opponents.length] };
 }
 
-// Return the number of days in a row, until a day or the day before it, whose games were won.
+// Return how many days in a row were won, up to a day or the day before it.
 export function dayStreak(day) {
   const kept = recall("daily");
   return kept?.day === day || kept?.day === day - 1 ? kept.streak : 0;
@@ -54,12 +54,12 @@ export function daysInARow(day) { return dayStreak(day) > 1 ? `, ${dayStreak(day
 
 export function isDayWon(day) { return recall("daily")?.day === day; }
 
-// Keep that a day's game was won.
+// Store that a day's game was won.
 export function winDay(day) { if (!isDayWon(day)) keep("daily", { day, streak: dayStreak(day) + 1 }); }
 
 const MOST_OWN = 200; // recorded games
 
-// Keep the side that one had in a recorded game.
+// Store the player's side in a recorded game.
 export function keepSide(recording, side) {
   keep("sides", Object.fromEntries([...Object.entries(recall("sides") ?? {}), [recording, side]].slice(-MOST_OWN)));
 }

@@ -6,14 +6,13 @@ import { Playback } from "./engine/playback.js";
 import { whyOf } from "./why.js";
 import { clock, NAMES, SIDES, TICKS } from "./words.js";
 
-const BEFORE_TICKS = 30; // a capture is seen from a moment before it on
-const STEPS = { arrowleft: -1, arrowright: 1 }, FRAME_TICKS = 3; // of an arrow, and with Shift
+const BEFORE_TICKS = 30; // a capture is shown from this long before it
+const STEPS = { arrowleft: -1, arrowright: 1 }, FRAME_TICKS = 3; // seconds of an arrow key; ticks with Shift
 const MOST_BYTES = 16 * 2 ** 20; // of a file
-const LIT_TICKS = [75, 30]; // before and after the loss that turned the game, in which its place is lit
-const MOST_OWED = 8; // ticks that are made up for at once
+const LIT_TICKS = [75, 30]; // before and after the decisive loss, in which its place is lit
 
 export class Replay {
-  // opponents returns the names of those whom one may meet.
+  // opponents returns the names of the opponents.
   constructor(link, chart, opponents = () => []) {
     this.link = link;
     this.opponents = opponents;
@@ -35,7 +34,7 @@ export class Replay {
     });
   }
 
-  // Fetch a recorded game and show it from a tick on, unless something else is wanted by then. An Error says why it cannot be shown.
+  // Fetch a recorded game and show it from a tick on, if isWanted() by then. An Error says why it cannot be shown.
   async open(name, from, isWanted) {
     const text = await this.read(name);
     if (!isWanted()) return;
@@ -76,7 +75,7 @@ export class Replay {
     this.chart.show(null);
   }
 
-  // Return the action of a key, or null. On a button the space is the button's.
+  // Return the action of a key, or null; on a button, Space belongs to the button.
   actOf(key, isFine, onButton) {
     if (key === " " && !onButton) return () => this.hold(!this.held);
     if (key === "arrowup" || key === "arrowdown") return () => byId(key === "arrowup" ? "capture-before" : "capture-after").click();
@@ -95,10 +94,10 @@ export class Replay {
     this.show();
   }
 
-  // Go on by the time that has passed since the last step.
+  // Go on by the chosen pace, in whole ticks; the rest is left for the next step.
   step() {
     const { playback } = this, ticks = Math.floor(this.owed += this.held ? 0 : Number(byId("pace").value));
-    this.owed = Math.min(this.owed - ticks, MOST_OWED);
+    this.owed -= ticks;
     if (!ticks || playback.tick >= playback.lastTick) return;
     playback.goTo(playback.tick + ticks);
     this.show();
@@ -120,7 +119,7 @@ export class Replay {
     this.tell();
   }
 
-  // List the gains of each second as places to go to; the turn is marked in the chart, too.
+  // List the gains of each second as buttons that go there; the turn is marked in the chart, too.
   list(sizes) {
     const turn = turningPoint(sizes);
     this.chart.set(sizes, turn, this.playback.lastTick / TICKS);

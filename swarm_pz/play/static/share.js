@@ -1,4 +1,4 @@
-// A finished game to pass on: a picture, a text, a link to the same start, and one to the whole game.
+// Share a finished game: a picture, a text, a link to the same start, and one to the whole game.
 
 import { untilTheEnd } from "./chart.js";
 import { byId, copy, download, on } from "./elements.js";
@@ -44,7 +44,7 @@ export async function share(table, room, seat, opponents) {
   byId("sharing").showModal();
 }
 
-// The result in words, and the seed of its start, of a recording that may be missing.
+// Return the result in words, and the seed; `text` is the recording, or null.
 function factsOf(room, seat, text) {
   const row = text ? rowOf(room.recording, text, SIDES[seat]) : { seconds: room.sizes.length - 1, commands: 0, seed: null };
   const sizes = untilTheEnd(room), [red, blue] = sizes.at(-1), score = seat ? `${blue}–${red}` : `${red}–${blue}`, { commands, seed } = row;

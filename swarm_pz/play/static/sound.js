@@ -3,7 +3,7 @@
 import { keep, recall } from "./store.js";
 
 const SHORTEST_MS = 120; // between two sounds
-const ROW_MS = 2500, RISE = 2, HIGHEST = 12; // captures that follow each other so soon sound higher by some semitones
+const ROW_MS = 2500, RISE = 2, HIGHEST = 12; // each capture within ROW_MS of the last one sounds RISE semitones higher
 // Notes in Hz, one after the other, and a vibration in ms.
 const KINDS = {
   took: { notes: [660, 880], shake: [35] },

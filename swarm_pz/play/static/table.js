@@ -17,10 +17,10 @@ const HIDDEN = { opponents: "your opponents", ground: "ground that captures", tr
 const UNVARIED = { hide: [], frame_rate: 30, share: 0 };
 const MOST_PIXELS = 900;
 const SILENCE_MS = 2000; // without a frame, after which the page says so
-const TOLD_EVERY_MS = 100; // numbers, chart and captures: where many drones change sides, they would cost as much as the board
+const TOLD_EVERY_MS = 100; // numbers, chart and captures: with many captures, these would cost as much as the board
 
 export class Table {
-  // left: called to go back to the start; begin: opens a room by a message and begins in it at once.
+  // left: called to go back to the start; begin: opens a room with a message and is ready at once.
   constructor(link, { left, begin }) {
     this.link = link;
     this.left = left;
@@ -29,12 +29,12 @@ export class Table {
     this.seat = null;
     this.place = this.leftPlace = null; // present and last room or recording
     this.heardMs = this.toldMs = 0; // when the latest frame came, and when numbers were shown
-    this.isAway = false; // the clock was stopped
+    this.isAway = false; // this page stopped the clock
     /** @type {any} */
     this.lesson = NO_LESSON;
     this.replay = null; // fetched with the first recorded game
     this.practice = null; // while a room waits
-    this.start = { room: "", message: null }; // a room with a start of its own, and the message that opens it
+    this.start = { room: "", message: null }; // a room with a fixed seed, and the message that opened it
     this.aside = null; // a room whose game is over, and the seat there, while a recorded game is watched
     this.arena = new Arena(byId("ground"), byId("drones"), () => link.now(), () => link.roundTripMs / 2);
     this.chart = new Chart(byId("chart"));
@@ -68,7 +68,7 @@ export class Table {
       "go-home": () => this.left(),
     });
     addEventListener("visibilitychange", () => this.pause());
-    addEventListener("keydown", (event) => this.key(event)); // of the window: after a click beside the board nothing has the focus
+    addEventListener("keydown", (event) => this.key(event)); // on the window: after a click beside the board nothing has the focus
     hear(this.link, {
       room: (room) => this.setRoom(room),
       seated: (seated) => this.sitDown(seated),
@@ -100,7 +100,7 @@ export class Table {
 
   get mayPlay() { return this.seat !== null && (isRunning(this.room) || this.practice !== null) && this.link.isOpen && !this.lesson.held; }
 
-  // The side that one has, or had in a recorded game; -1 without one.
+  // The player's side, now or in a recorded game; -1 without one.
   get own() { return this.room?.phase === "replay" ? SIDES.indexOf(sideIn(this.room.recording)) : this.seat ?? -1; }
 
   get opponent() { return this.room[SIDES[1 - this.seat]]; }
@@ -128,7 +128,7 @@ export class Table {
     await this.replay.open(recording, from, () => this.place === recording);
   }
 
-  // Keep a game of the day that was won, and return a note about it.
+  // Store a win in the game of the day; return a note about the game.
   noteDay(room) {
     const { day, seed } = daily(this.cover.opponents);
     if (this.start.room !== room.code || this.start.message.seed !== seed) return "";
@@ -137,7 +137,7 @@ export class Table {
     return `You won the game of the day${daysInARow(day)}.`;
   }
 
-  // Be ready, or begin anew from the same start.
+  // Be ready, or begin again from the same seed.
   again() {
     const { room, message } = this.start;
     if (this.room.phase === "over" && this.room.code === room) this.begin(message);
@@ -215,7 +215,7 @@ export class Table {
     if (began || entered || opened || (ended && !this.lesson.running)) requestAnimationFrame(() => this.focus()); // once it is shown
   }
 
-  // Offer practice in a room that waits for somebody; while it goes on, the board is free.
+  // Offer practice in a room that waits for somebody; while it runs, the cover is hidden.
   showPractice() {
     const isOn = this.practice !== null;
     byId("practise").hidden = byId("waiting").hidden || this.seat === null || this.controls.pen.kind !== "strokes";
@@ -238,7 +238,7 @@ export class Table {
     (first.checkVisibility() ? first : byId("arena")).focus({ preventScroll: true });
   }
 
-  // Begin with another game.
+  // Reset for another game.
   forget() {
     this.arena.forget();
     this.controls.forget();
@@ -250,7 +250,7 @@ export class Table {
   end() {
     const { outcome } = this.room, isWon = SIDES.includes(outcome) && (this.seat === null || outcome === SIDES[this.seat]);
     this.news.hush();
-    this.controls.pen.forget(); // a drawing that came too late is not of the last moment, nor of a recorded game
+    this.controls.pen.forget(); // a drawing that came too late must not stay on the last moment, or on a recorded game
     putAt("waves", this.arena.lastCapture(SIDES.indexOf(outcome)));
     byId("waves").className = outcome;
     this.sound.play(isWon ? "won" : "over");
@@ -293,14 +293,14 @@ export class Table {
     this.vary(null);
   }
 
-  // Leave the room for a recorded game; if its game is over, one can come back.
+  // Leave the room for a recorded game; if the room's game is over, the player can come back.
   putAside() {
     if (this.room?.phase !== "over") return this.leave();
     this.aside = { room: this.room, seat: this.seat };
     this.seat = null;
   }
 
-  // Tell if a room only waits aside; when its next game begins, that is shown.
+  // Tell if a room stays aside; if its next game begins, it is shown again.
   holds(room) {
     if (this.aside?.room.code !== room.code) return false;
     this.aside.room = room;
@@ -381,8 +381,8 @@ export class Table {
   }
 }
 
-// A room by its code, a recorded game by its name.
+// Return a room's code, or a recorded game's name.
 export function placeOf(room) { return room.phase === "replay" ? room.recording : room.code; }
 
-// A game counts down or is played; drawing is allowed in both.
+// Tell if a game counts down or is played: drawing is allowed in both.
 function isRunning(room) { return room?.phase === "playing" || room?.phase === "starting"; }

@@ -1,11 +1,11 @@
-// Where drones came from: the last seconds, fading, and always fainter than the drones themselves.
+// Trails of the last seconds. They fade, and are always fainter than the drones.
 
 import { look, newCanvas } from "./ground.js";
 
 const EVERY = 6; // ticks of a piece
-const MOST_PIECES = 25; // of five seconds: older ones are too faint to be seen
-const DARKEST = 0.34, STAYS = 0.87; // how strong a piece is at first, and the part of it that the next one leaves
-const MANY = 60; // drones of which each has a fainter trail
+const MOST_PIECES = 25; // five seconds: older ones are too faint to see
+const DARKEST = 0.34, STAYS = 0.87; // opacity of a new piece, and the factor by which each later piece fades it
+const MANY = 60; // with more drones, trails are fainter
 
 export class Trails {
   constructor() {
@@ -25,7 +25,7 @@ export class Trails {
     this.last = frame;
   }
 
-  // Paint up to where the drones are shown. Each piece is painted once, over older ones, which it makes fainter.
+  // Paint trails up to where the drones are shown. Each piece is painted once, and fades the older ones.
   paint(pen, frame, places, side) {
     const { canvas } = this, kept = canvas.getContext("2d");
     if (this.isNew || canvas.width !== side) canvas.width = canvas.height = side; // empties it, too

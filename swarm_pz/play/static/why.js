@@ -5,11 +5,11 @@ import { cellOf, limitsOf, placeOf, TRAIL } from "./engine/ground.js";
 import { CELLS } from "./frames.js";
 import { NAMES, SIDES, TICKS } from "./words.js";
 
-const MOST_OF_IT = 0.75; // of the ground's value: that of the drones that are named
-const CIRCLED = 20; // ticks of the last five seconds that a drone that circles is close by, at least
+const MOST_OF_IT = 0.75; // of the ground's value: the counted drones made at least this
+const CIRCLED = 20; // of the last 150 ticks: a circling drone is close by for at least so many
 const SUDDEN = 6, LONG = 30; // ticks
 
-// Return the loss that turned a recorded game: its tick, place and a sentence; null without one. The playback moves.
+// Return the loss that turned a recorded game: its tick, place and a sentence; null without one. Moves the playback.
 export function whyOf(playback) {
   const { room, hasFields } = playback, sizes = untilTheEnd(room), turn = turningPoint(sizes), winner = SIDES.indexOf(room.outcome);
   const loss = turn === null || winner < 0 || !hasFields ? null : lossAt(playback, sizes, turn, winner);
@@ -51,7 +51,7 @@ function told({ ground: { trails }, teams }, cell, winner) {
   return `on ground that ${count} of ${SIDES[winner]}’s ${size} drones had made${how}.`;
 }
 
-// Say for how long a cell had captured for the winner, if that was long or not long at all.
+// Say when the loser last held a cell; else for how long the winner had, if that is long or very short.
 function timing(held, winner) {
   const { length } = held[winner], since = length - 1 - held[winner].lastIndexOf(false), own = held[1 - winner].lastIndexOf(true);
   const seconds = (ticks) => (ticks / TICKS).toFixed(1);

@@ -3,7 +3,7 @@
 export const SIDES = ["red", "blue"];
 export const NAMES = ["Red", "Blue"];
 export const SIGNS = ["●", "◆"];
-export const TICKS = 30; // a second
+export const TICKS = 30; // per second
 
 // Experiments hide opponents' names and all ways out of the game.
 export function isStudy() { return document.body.classList.contains("study"); }

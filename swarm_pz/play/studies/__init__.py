@@ -1,15 +1,15 @@
-"""Studies with people: a file says what happens, and a table does it, person by person.
+"""Studies with people: a file defines all steps, and the server leads each participant through them.
 
 =============  ==============================================================
 `design`       what a study is: conditions, orders, blocks, forms
 `forms`        questionnaires as data, and their scores
-`progress`     what a person has done already, line by line, and what is next
-`withdrawal`   what a participant did, deleted
+`progress`     a participant's finished steps, a line each, and the next step
+`withdrawal`   deletion of a participant's data
 `reading`      a study's folder as rows, which `rows` describes
 `analysis`     main effects, interactions and pairs of conditions
-`planning`     the plan before the data, and the power of its tests
+`planning`     the plan made before the data, and the power of its tests
 `pages`        the page of a participant, and of the monitor
-`export`       all that is published: tables, data sets of two `standards`, and a `report`
+`export`       a data set to publish: tables, plan, materials and a `report`
 =============  ==============================================================
 """
 

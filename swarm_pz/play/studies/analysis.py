@@ -1,9 +1,9 @@
 """Comparison of a study's conditions: main effects, interactions and pairs.
 
-Games of one person are not independent, so a person's games are averaged first. Within people, the test flips the signs
-of each person's contrast, which are as likely + as - where conditions do not differ (Fisher, The Design of Experiments,
-1935); between people, it exchanges people among groups. It is exact for few participants, and its interval holds all
-differences that it does not refuse.
+Games of one person are not independent, so a person's games are averaged first. Within people, the test flips the sign
+of each person's contrast, since both signs are equally likely if conditions do not differ (Fisher, The Design of
+Experiments, 1935). Between people, it permutes people among groups. The test is exact for few participants. Its
+interval has all differences that the test does not reject.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from swarm_pz.play.studies.rows import GameRow
 
 Array = NDArray[np.float64]
 Values = Mapping[str, Mapping[str, float]]
-"""A measure's value of each participant, by condition."""
+"""A measure's values, by condition and participant."""
 _EXACT_FLIPS, _EXACT_ORDERS = 14, 8
-"""Participants up to which all signs, or all exchanges, are tried; else so many draws are."""
+"""Most participants for which all signs, or all permutations, are tried; else `_DRAWS` random ones are."""
 _DRAWS = 20_000
 
 
 @dataclass(frozen=True, kw_only=True)
 class ConditionRow:
-    """A condition's games: how many, the share won with its interval, and how long they last (Kaplan-Meier)."""
+    """A condition's games: their number, the share won with its interval, and their length (Kaplan-Meier)."""
 
     condition: str
     participants: int
@@ -101,9 +101,9 @@ def conditions(games: Sequence[GameRow]) -> list[ConditionRow]:
 def win_interval(people: Sequence[Sequence[bool]]) -> tuple[float, float]:
     """Return the 95 % interval of the share of games won; `people` are the wins and losses of each participant.
 
-    Wilson's, of as many independent games as would be worth these: fewer by as much as the shares of participants
-    differ more than chance lets them (Korn and Graubard, Survey Methodology 24, 1998). With one participant, and where
-    all games were won or all lost, nothing shows how alike a person's games are: then a person is worth one game.
+    It is Wilson's interval for an effective number of games: their number over the factor by which the variance among
+    participants exceeds chance, if it does (Korn and Graubard, Survey Methodology 24, 1998). With one participant, or
+    if all games were won or all lost, this factor is unknown: then each participant counts as one game.
     """
     wins, games = np.array([sum(own) for own in people], np.float64), np.array([len(own) for own in people], np.float64)
     share, total, count = wins.sum() / games.sum(), games.sum(), len(people)
@@ -120,7 +120,7 @@ def win_interval(people: Sequence[Sequence[bool]]) -> tuple[float, float]:
 
 
 def values_of(games: Sequence[GameRow]) -> dict[str, dict[str, dict[str, float]]]:
-    """Return the mean of each participant under each condition, by measure: the share won, and how long games last."""
+    """Return participants' means (share won, length of games) by measure, condition and participant."""
     longest = max((game.seconds for game in games), default=0.0)
     played: dict[str, dict[str, list[GameRow]]] = {}
     for game in games:
@@ -135,9 +135,9 @@ def values_of(games: Sequence[GameRow]) -> dict[str, dict[str, dict[str, float]]
 
 
 def compare_pairs(measure: str, values: Values) -> list[Effect]:
-    """Return each pair of conditions compared, with Holm's correction (Scand. J. Statist. 6, 1979).
+    """Return a comparison of each pair of conditions, with Holm's correction (Scand. J. Statist. 6, 1979).
 
-    A pair is compared within those who met both, or between people if nobody did.
+    A pair is compared within participants who met both, or between participants if nobody did.
     """
     found = []
     for first, second in itertools.combinations(values, 2):
@@ -209,9 +209,9 @@ def factor_effects(
 
 
 def _contrasts(factors: Sequence[tuple[int, bool]]) -> Array:
-    """Return contrasts (cells, degrees) of crossed factors, each a number of levels and True if its effect is meant.
+    """Return an effect's contrasts (cells, degrees); each factor is a number of levels, and True if it is part of it.
 
-    Levels of the others are averaged; two levels are subtracted, more have orthonormal contrasts (Helmert).
+    Levels of other factors are averaged. Two levels are subtracted; more have orthonormal contrasts (Helmert).
     """
     helmert = require_extra("scipy.linalg", "cli").helmert
     found = np.ones((1, 1))
@@ -224,9 +224,9 @@ def _contrasts(factors: Sequence[tuple[int, bool]]) -> Array:
 def _test(effects: Array, shifted: Array) -> tuple[float | None, float | None, float | None, float]:
     """Return difference, interval and p of an effect.
 
-    `effects` (K, r, m) are its values in K permutations, of which the first is as measured; `shifted` (K, r) are those
-    of an effect of 1. p counts sums of squares as large. The interval holds a shift d unless at most 5 % of effects,
-    less d times that of 1, are as far from 0 (Hartigan, J. Am. Stat. Assoc. 64, 1969).
+    `effects` (K, r, m) are its values in K permutations, the first being the measured one; `shifted` (K, r) are those
+    of an effect of 1. p is the share of sums of squares that are as large. The interval leaves out a shift d if at most
+    5 % of `effects - d * shifted` are as far from 0 as the first (Hartigan, J. Am. Stat. Assoc. 64, 1969).
     """
     size = (effects**2).sum(axis=(1, 2))
     p = float((size >= size[0] * (1.0 - 2e-9)).mean())
@@ -243,7 +243,7 @@ def _test(effects: Array, shifted: Array) -> tuple[float | None, float | None, f
 
 @functools.lru_cache(maxsize=4)
 def _signs(count: int) -> Array:
-    """Return signs (K, count) that flip people's contrasts: all ways, or many drawn ones; the first flips none."""
+    """Return signs (K, count) of people's contrasts: all combinations, or random ones; the first flips none."""
     if count <= _EXACT_FLIPS:
         return np.array(list(itertools.product((1.0, -1.0), repeat=count)))
     signs = np.random.default_rng(0).choice((1.0, -1.0), size=(_DRAWS, count))
@@ -253,7 +253,7 @@ def _signs(count: int) -> Array:
 
 @functools.lru_cache(maxsize=4)
 def _orders(count: int) -> NDArray[np.int64]:
-    """Return orders (K, count) that exchange people: all, or many drawn ones; the first exchanges nobody."""
+    """Return orders (K, count) of people: all permutations, or random ones; the first moves nobody."""
     if count <= _EXACT_ORDERS:
         return np.array(list(itertools.permutations(range(count))))
     orders = np.random.default_rng(0).permuted(np.tile(np.arange(count), (_DRAWS, 1)), axis=1)

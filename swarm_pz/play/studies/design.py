@@ -45,10 +45,10 @@ _CODE_LENGTH = 10
 class Condition(Factors):
     """A condition: the rules of a block of games, and what the seat can do and see.
 
-    Its seat's factors are fields of its own; see `Factors`. Tables call it by its `title`. `opponent` is a policy, or
-    "person" for two participants against each other; `side` and `system` are those of the participant's seat; `rules`
-    are fields of `GameConfig` that differ from the study's; `text` is the Markdown file that is read before the block;
-    `levels` has the level of each factor that its fields do not show, such as an instruction.
+    It inherits the seat's factors from `Factors`. Tables name it by its `title`. `opponent` is a policy, or "person" if
+    two participants play each other. `side` and `system` are those of the participant's seat. `rules` are fields of
+    `GameConfig` that differ from the study's. `text` is a Markdown file that is shown before the block. `levels` has
+    the level of each factor that no field shows, such as an instruction.
     """
 
     title: str
@@ -74,7 +74,7 @@ class Condition(Factors):
         return self.opponent == PERSON
 
     def game(self, rules: dict[str, Any]) -> GameConfig:
-        """Return the rules of its games; those of the study come first. Its system flies all participants."""
+        """Return its games' rules: the study's, overridden by its own. Its `system` flies all participants' drones."""
         other = self.system if self.is_of_two else "ergodic"
         systems = (self.system, other) if self.side == TEAM_NAMES[0] else (other, self.system)
         return GameConfig.from_dict({"controllers": systems, **rules, **self.rules})
@@ -82,7 +82,7 @@ class Condition(Factors):
 
 @dataclass(frozen=True, kw_only=True)
 class Practice(Config):
-    """Games before a block that do not count: played until `wins` are won (0: none), and at most `most`."""
+    """Games before a block that do not count: until `wins` are won (0: no practice), and at most `most`."""
 
     _section: ClassVar[str] = "practice"
 
@@ -109,7 +109,7 @@ class Asked(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class Plan(Config):
-    """A plan made before the data: hypotheses, the tests that decide, as "MEASURE: EFFECT", and when to stop."""
+    """A plan made before the data: hypotheses, confirmatory tests as "MEASURE: EFFECT", and when to stop."""
 
     _section: ClassVar[str] = "plan"
 
@@ -127,10 +127,10 @@ class Plan(Config):
 class Study(Config):
     """A whole study; docs/studies.md describes its fields.
 
-    `order` is "balanced", or rows of conditions' titles, one for each participant in turn; after the last row the first
-    one comes again. `consent`, `welcome`, `debriefing` and the conditions' texts are Markdown files in `folder`.
-    `completion` is a code that is shown at the end, or an https address to which the last page leads; `words` a file of
-    the pages' phrases in another language.
+    `order` is "balanced", or rows of conditions' titles: participants (or pairs) take the rows in turn, and start again
+    after the last one. `consent`, `welcome`, `debriefing` and the conditions' texts are Markdown files in `folder`.
+    `completion` is a code that is shown at the end, or an https address to which the last page leads. `words` is a file
+    of the pages' phrases in another language.
     """
 
     title: str
@@ -185,7 +185,7 @@ class Study(Config):
         check(fits or self.codes == (), "codes", self.codes, count)
 
     def name_of(self, number: int) -> str:
-        """Return the name of a participant, counted from 0, in files and tables: P01, P02, ...; it opens nothing."""
+        """Return the name of a participant (number, from 0) in files and tables, such as P01; it opens no session."""
         return f"P{number + 1:0{max(2, len(str(self.participants)))}d}"
 
     @property
@@ -196,7 +196,7 @@ class Study(Config):
 
     @functools.cached_property
     def phrases(self) -> dict[str, Any]:
-        """The language of the pages, and their English phrases in it: the file `words`."""
+        """The content of the file `words`: a language, and translations of the pages' English phrases."""
         if not self.words:
             return {}
         self.text(self.words)
@@ -215,7 +215,7 @@ class Study(Config):
 
     @functools.cached_property
     def factors(self) -> dict[str, dict[str, str]]:
-        """All that the conditions vary: the level of each condition, by factor and title."""
+        """All that varies among conditions: the level of each condition, by factor and title."""
         rules = {name for condition in self.conditions for name in _flat(condition.rules)}
         found: dict[str, dict[str, str]] = {}
         for condition in self.conditions:
@@ -230,8 +230,8 @@ class Study(Config):
     def crossed(self) -> dict[str, dict[str, str]]:
         """The factors of a factorial design, in which each combination of levels is one condition; else empty.
 
-        They are those of `levels`, if there are any. A factor that follows from another one, as a helper from its
-        share, is left out.
+        If conditions have `levels`, only these are factors. A factor that another one determines, as a share does its
+        helper, is left out.
         """
         named = self.conditions[0].levels
         factors = {name: of for name, of in self.factors.items() if name in named or not named}
@@ -254,7 +254,7 @@ class Study(Config):
 
     @functools.cached_property
     def between(self) -> tuple[str, ...]:
-        """The factors of which no participant meets two levels."""
+        """The factors between people: each participant meets only one of their levels."""
         orders = [[one.title for one in self.order_of(number)] for number in range(self.participants)]
         return tuple(
             name for name, of in self.factors.items() if all(len({of[one] for one in own}) == 1 for own in orders)
@@ -290,7 +290,7 @@ class Study(Config):
 
     @classmethod
     def read(cls, path: Path) -> Study:
-        """Read a study's file; raise ConfigError if it is none: what is wrong, by name."""
+        """Read a study's file; if it is invalid, raise ConfigError, which names what is wrong."""
         try:
             plain = read_toml(path)
         except ConfigError as error:
@@ -302,7 +302,7 @@ class Study(Config):
             return cls.from_dict(plain | read)
 
     def text(self, name: str) -> str:
-        """Return a text that the study names; raise ConfigError if there is no such file beside the study's."""
+        """Return a text of the study; raise ConfigError if it is not in its folder, not readable, or too long."""
         expected = "a file in the study's folder, by its name there"
         place = PurePath(name if isinstance(name, str) else "/")
         check(not place.is_absolute() and ".." not in place.parts and "\0" not in name, "text", name, expected)
@@ -316,7 +316,7 @@ class Study(Config):
         return text
 
     def order_of(self, participant: int) -> tuple[Condition, ...]:
-        """Return the conditions of a participant, counted from 0, in turn."""
+        """Return the conditions of a participant (number, from 0), in order."""
         place = participant // 2 if self.is_of_pairs else participant
         if self.order == "balanced":
             rows = balanced_order(len(self.conditions))
@@ -331,7 +331,7 @@ class Study(Config):
 
 
 def _flat(plain: dict[str, Any]) -> dict[str, Any]:
-    """Return nested fields in one, as `capture_threshold`."""
+    """Return nested fields as a flat dict, with names such as `capture_threshold`."""
     found: dict[str, Any] = {}
     for name, value in plain.items():
         found |= (
@@ -359,7 +359,7 @@ def _named(what: str) -> Iterator[None]:
 def check_code(code: str) -> str:
     """Return a participant's code.
 
-    Raises ConfigError if it is not made of letters, digits, _ and -, or the monitor's address: codes name pages.
+    Raises ConfigError if it is not of letters, digits, _ and -, or is 'monitor': codes are parts of addresses.
     """
     fits = isinstance(code, str) and _CODE.fullmatch(code) is not None and code.lower() != "monitor"
     check(fits, "code", code, "1 to 32 letters, digits, _ or -, the first no sign, and not 'monitor'")
@@ -367,7 +367,7 @@ def check_code(code: str) -> str:
 
 
 def draw_codes(count: int) -> tuple[str, ...]:
-    """Return so many different codes, by chance: nobody can guess one, whatever they know of the study."""
+    """Return `count` different codes, random and independent of the study's seed: nobody can guess one."""
     drawn: set[str] = set()
     while len(drawn) < count:
         drawn.add("".join(secrets.choice(_SIGNS) for _ in range(_CODE_LENGTH)))
@@ -376,10 +376,10 @@ def draw_codes(count: int) -> tuple[str, ...]:
 
 @functools.lru_cache(maxsize=8)
 def balanced_order(count: int) -> tuple[tuple[int, ...], ...]:
-    """Return rows in which each condition stands at each place, and follows each other one, equally often.
+    """Return rows in which each condition takes each place, and follows each other one, equally often.
 
-    As many rows as conditions if these are even, else twice as many (E. J. Williams, Experimental designs balanced
-    for the estimation of residual effects of treatments, 1949).
+    There are `count` rows, or twice as many if `count` is odd and above 1 (E. J. Williams, Experimental designs
+    balanced for the estimation of residual effects of treatments, 1949).
     """
     zigzag = [(step + 1) // 2 if step % 2 else -(step // 2) for step in range(count)]
     rows = tuple(tuple((place + shift) % count for place in zigzag) for shift in range(count))

@@ -1,12 +1,13 @@
-"""A study as what is published of it: a Psych-DS data set (schema 1.5) of tables, with a report.
+"""Export of a study for publication: a Psych-DS data set (schema 1.5) of tables, with a report.
 
 ============================  ==========================================================================
 `report.md`                   wins, lengths and scores by condition, compared
-`plan.md`                     what was planned before the data
+`plan.md`                     the plan made before the data
 `results.csv`                 effects and pairs of conditions, with more digits
 `data/`                       games, commands, captures, forms and participants, as CSV
 `materials/`                  the study's file and its texts
 `dataset_description.json`    a schema.org Dataset, which describes every column
+`README.md`                   what the data set holds
 ============================  ==========================================================================
 """
 
@@ -33,7 +34,7 @@ from swarm_pz.play.studies.report import markdown, write_report
 from swarm_pz.play.studies.rows import NOTES, TABLES
 
 _MARKS = {"dataset_description.json", "report.md"}
-"""Files by which an export is known."""
+"""Files by which an existing export is recognised."""
 _CONTENT = (
     "`report.md` compares the conditions and says how; `results.csv` has its effects and pairs; "
     "`dataset_description.json` explains the columns of the tables in `data`."
@@ -48,11 +49,11 @@ def export(
     command: str = "",
     progress: Callable[[float, float], None] | None = None,
 ) -> StudyData:
-    """Write all that is published of a study into a new or empty folder, or nothing, and return its rows.
+    """Export a study into a new or empty folder, completely or not at all, and return its rows.
 
-    The study may still be running. `overwrite` replaces the export that `out` holds; OutputError if it holds anything
-    else, or cannot be written. `command` is what was called, for the report. See `read_study` for `progress` and other
-    errors.
+    The study may still be running. `overwrite` replaces an export in `out`. Raises OutputError if `out` holds anything
+    else, lies in `folder`, or cannot be written. `command` is the command line, for the report. See `read_study` for
+    `progress` and other errors.
     """
     require_extra("jinja2", "lab")
     if out.resolve().is_relative_to(folder.resolve()):
@@ -112,7 +113,7 @@ def _copy_materials(data: StudyData, folder: Path, goal: Path) -> None:
 
 
 def _variables(data: StudyData) -> list[dict[str, Any]]:
-    """Return all columns, each once: what it is in each of its tables, and its unit."""
+    """Return a description of each column: its meaning in each table that has it, and its unit."""
     found: dict[str, dict[str, Any]] = {}
     for name, kind in TABLES.items():
         for column, meaning in columns_of(kind).items():
@@ -140,7 +141,7 @@ def _check_out(out: Path, overwrite: bool) -> None:
 
 @contextmanager
 def _draft_of(out: Path) -> Iterator[Path]:
-    """Give a folder beside another, which takes its place when the block ends and is gone if it fails."""
+    """Yield a draft beside a folder, which replaces it at the end of the block, or is deleted if it fails."""
     draft = out.with_name(f".{out.name}.draft")
     try:
         shutil.rmtree(draft, ignore_errors=True)

@@ -1,14 +1,14 @@
-"""The folder of a study that runs: what it is, what its participants have done, and their games.
+"""The folder of a running study: its files, its participants' progress, and their games.
 
 ====================================  ================================================================
 `study/`                              its file and texts, as they were when it began
 `codes.txt`                           a line for each participant: name and code
 `participants/NAME.jsonl`             what a participant has done; see `progress`
-`games/NAME.STEP.jsonl`               the recording of each game; that of two has the first one's name
-`interrupted/NAME.STEP.N.jsonl`       recordings of games that were broken off, and played again
+`games/NAME.STEP.jsonl`               the recording of each game; of a game of two, with the first one's name
+`interrupted/NAME.STEP.N.jsonl`       recordings of interrupted games, which are played again
 ====================================  ================================================================
 
-A name, such as P01, stands in all that others may see; a code opens its participant's session, and stands nowhere else.
+All that others may see has names, such as P01; codes, which open participants' sessions, are kept out of it.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ _GAME = re.compile(r"block\d+\.game\d+")
 
 
 class StudyFolder:
-    """A study that runs, or ran, in a folder that holds one already; see `begin`.
+    """A study that runs, or ran, in an existing folder; `begin` makes a new one.
 
-    With `only_read`, nothing is written: a server may be at work in it. `codes` are the participants', by number;
-    `withdrawn` are the numbers of those of whom nothing is kept any more. Raises ConfigError if there is no study, or
+    With `only_read` nothing is written, since a server may be using the folder. `codes` are the participants' codes, by
+    number; `withdrawn` has the numbers of participants who have withdrawn. Raises ConfigError if there is no study, or
     its codes cannot be read; ResultsError if another program writes there.
     """
 
@@ -65,7 +65,7 @@ class StudyFolder:
 
     @classmethod
     def begin(cls, file: Path, path: Path) -> StudyFolder:
-        """Begin a study in a folder, or go on with it.
+        """Begin a study in a folder, or continue it.
 
         Raises ConfigError if the file is no study, or the folder holds another one; OutputError if the folder cannot
         be written to.
@@ -88,13 +88,13 @@ class StudyFolder:
         return cls(path, only_read=False)
 
     def close(self) -> None:
-        """Let another server have the folder."""
+        """Release the folder for another server."""
         self._lock.close()
 
     # --- participants -----------------------------------------------------------------------------
 
     def number_of(self, code: str) -> int:
-        """Return the number of the participant of a code, upper or lower case.
+        """Return the number of the participant with a code, in upper or lower case.
 
         Raises ConfigError if nobody has it.
         """
@@ -104,15 +104,15 @@ class StudyFolder:
         return number
 
     def file_of(self, number: int) -> Path:
-        """Return the file of what a participant has done."""
+        """Return the file of a participant's progress."""
         return self.path / "participants" / f"{self.study.name_of(number)}.jsonl"
 
     def progress(self, number: int) -> Progress:
-        """Return a participant's progress, which is made when they first come.
+        """Return a participant's progress; their file is created when they first come.
 
-        Raises RecordingError if their file is corrupt.
+        Raises RecordingError if the file is corrupt, or cannot be used.
         """
-        with self._reading:  # threads share what there is
+        with self._reading:  # threads share `_progress`
             if number not in self._progress:
                 path = self.file_of(number)
                 try:
@@ -137,7 +137,7 @@ class StudyFolder:
         return isinstance(first, dict) and "withdrawn" in first
 
     def is_alone(self, number: int) -> bool:
-        """Return True if a participant's partner has withdrawn or stopped."""
+        """Return True if a participant's partner has withdrawn, stopped, or failed a form that ends the study."""
         if not self.study.is_of_pairs or number ^ 1 in self.withdrawn:
             return self.study.is_of_pairs
         try:
@@ -216,9 +216,9 @@ class StudyFolder:
         }
 
     def settle(self, number: int) -> None:
-        """Take up where the program ended in the middle of a game.
+        """Recover after the program ended in the middle of a game.
 
-        Of one that was over, only its line was missing; one that was not is kept aside, and played again.
+        A finished game gets its missing line; an unfinished recording is set aside, and its game is played again.
 
         Raises RecordingError if the participant's file is corrupt.
         """
@@ -238,7 +238,7 @@ class StudyFolder:
         return (self.path / "interrupted" / f"{self.recording(number, step).stem}.1.jsonl").exists()
 
     def _set_aside(self, path: Path) -> None:
-        """Keep the recording of an interrupted game where it is none of the study's."""
+        """Move the recording of an interrupted game from `games` to `interrupted`."""
         aside, count = self.path / "interrupted", 1
         while (goal := aside / f"{path.stem}.{count}.jsonl").exists():
             count += 1
@@ -248,7 +248,7 @@ class StudyFolder:
 
 
 def _keep_codes(study: Study, path: Path) -> None:
-    """Write the study's codes down, for nobody else on this machine to read; they are drawn if it names none."""
+    """Write the study's codes, or random ones if it has none, into a file that no other user can read."""
     codes = study.codes or draw_codes(study.participants)
     lines = [f"{study.name_of(number)} {code}\n" for number, code in enumerate(codes)]
     try:
@@ -272,7 +272,7 @@ def _read_codes(path: Path, study: Study) -> tuple[str, ...]:
 
 
 def write_down(path: Path, data: bytes, mode: int = 0o666) -> None:
-    """Write a file, onto the disk."""
+    """Write a file, and sync it to the disk."""
     with open(path, "wb", opener=lambda name, flags: os.open(name, flags, mode)) as file:
         file.write(data)
         file.flush()
@@ -284,7 +284,7 @@ def _freeze(files: list[tuple[Path, str]], frozen: Path) -> None:
     draft = frozen.with_name(f".{frozen.name}.draft")
     try:
         shutil.rmtree(draft, ignore_errors=True)
-        draft.mkdir()  # a link there, which leads elsewhere, is not written through
+        draft.mkdir()  # fails if a link is there: it may lead elsewhere
         for source, name in files:
             copy = draft / name
             copy.parent.mkdir(parents=True, exist_ok=True)

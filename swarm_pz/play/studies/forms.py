@@ -1,9 +1,9 @@
-"""Questionnaires as data, and the scores of those that are known.
+"""Questionnaires as data, and the scores of the standard ones.
 
 | form | source |
 |---|---|
-| `nasa-tlx` | Hart and Staveland, 1988: six scales from 0 to 100, and fifteen pairs that weigh them |
-| `nasa-tlx-raw` | the same without the pairs: their mean (Byers, Bittner and Hill 1989) |
+| `nasa-tlx` | Hart and Staveland, 1988: six scales from 0 to 100, and fifteen pairs that give their weights |
+| `nasa-tlx-raw` | the same scales without the pairs: their mean (Byers, Bittner and Hill 1989) |
 | `sus` | Brooke, SUS: a quick and dirty usability scale, 1996: ten statements, five points each |
 """
 
@@ -27,7 +27,7 @@ _MOST_WORDS = 200
 
 
 def check_words(value: object, name: str, *, may_be_empty: bool = False) -> None:
-    """Check that a value is a line of text, as tables, terminals and pages can show it."""
+    """Check that a value is one line of text that tables, terminals and pages can show."""
     is_line = isinstance(value, str) and len(value) <= _MOST_WORDS and value.isprintable()
     fits = is_line and (may_be_empty or bool(str(value).strip()))
     least = "0 to " if may_be_empty else "1 to "
@@ -36,11 +36,11 @@ def check_words(value: object, name: str, *, may_be_empty: bool = False) -> None
 
 @dataclass(frozen=True, kw_only=True)
 class Item(Config):
-    """A question; tables call it by its `id`.
+    """A question, which tables name by its `id`.
 
-    A scale is a whole number between `least` and `most`, on a line with `low` and `high` at its ends; a choice one of
-    `choices`; a number any in that range; a text words; a pair which of two (`choices`) counts more. `correct` is the
-    right answer, if there is one.
+    The answer to a scale is `least` plus a multiple of `step`, at most `most`; `low` and `high` label its ends. A
+    number is any from `least` to `most`; a choice is one of `choices`; a text is free; a pair is the one of two
+    `choices` that counts more. `correct` is the right answer, if there is one.
     """
 
     id: str
@@ -79,9 +79,9 @@ class Item(Config):
             self.read(self.correct)
 
     def read(self, answer: Any) -> Any:
-        """Return an answer as it is kept; None for one that was left out.
+        """Return an answer as it is stored, or None if it was left out.
 
-        Raises ConfigError if it is none to this question.
+        Raises ConfigError if it is no valid answer to this question.
         """
         if answer is None or answer == "":
             check(self.optional, self.id, answer, "an answer: this question may not be left out")
@@ -93,7 +93,7 @@ class Item(Config):
             expected = f"a text of at most {MOST_TEXT} characters"
             check(isinstance(answer, str) and len(answer) <= MOST_TEXT, self.id, answer, expected)
             answer = "".join(sign for sign in answer if sign in "\n\t" or unicodedata.category(sign) != "Cc")
-            # Half a sign, as a page may cut it off, is one that cannot be written.
+            # A page may cut a character in half; the half (a lone surrogate) cannot be written, and is replaced.
             return answer.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
         is_number = isinstance(answer, int | float) and not isinstance(answer, bool)
         within = is_number and self.least <= answer <= self.most
@@ -105,10 +105,10 @@ class Item(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class Form(Config):
-    """A page of questions; `score` says how its answers are added up, empty for not at all.
+    """A page of questions; `score` names the method that scores its answers, if any.
 
-    Questions with a right answer are asked up to `tries` times, until all are right. If they never are, the participant
-    is left out of comparisons (`fails` is "exclude"), and the study ends for them ("end"). `shuffle` gives each
+    While answers are not right (see `Item`), the form is asked again, up to `tries` times in all. Participants who fail
+    the last try are left out of comparisons; if `fails` is "end", the study also ends for them. `shuffle` gives each
     participant the questions in a random order.
     """
 
@@ -133,7 +133,7 @@ class Form(Config):
         self._check_score()
 
     def _check_score(self) -> None:
-        """Check that whatever may be answered can be added up: it is too late to find that it cannot, then."""
+        """Check that the score can be computed from any answers; after the answers it would be too late."""
         pairs = [item for item in self.items if item.kind == "pair"]
         counted = [item for item in self.items if item.kind in ("scale", "number") and not item.optional]
         titles = [title for title, *_ in TLX_SCALES.values()]
@@ -149,9 +149,9 @@ class Form(Config):
         check(not self.score or fits, f"form {self.name}: items", [item.id for item in self.items], expected)
 
     def read(self, answers: Mapping[str, Any]) -> dict[str, Any]:
-        """Return answers by the questions' ids, checked, all of them.
+        """Return the checked answers to all questions, by their ids.
 
-        Raises ConfigError if one is missing, is no answer to its question, or is to none.
+        Raises ConfigError if an answer is missing, invalid, or to no question of the form.
         """
         if not isinstance(answers, Mapping):
             raise ConfigError(f"form {self.name}: answers come by question, got {answers!r}")
@@ -161,7 +161,7 @@ class Form(Config):
         return {item.id: item.read(answers.get(item.id)) for item in self.items}
 
     def passes(self, answers: Mapping[str, Any]) -> bool:
-        """Return True if all questions with a right answer have it."""
+        """Return True if all questions that have a right answer are answered right."""
         return all(item.correct in (None, answers.get(item.id)) for item in self.items)
 
     def order(self, seed: str) -> list[Item]:
@@ -212,18 +212,18 @@ _SUS = (
 
 
 def sus_score(points: list[int]) -> float:
-    """Return the System Usability Scale of ten answers from 1 to 5, from 0 to 100.
+    """Return the System Usability Scale, from 0 to 100, of ten answers from 1 to 5.
 
-    Odd statements count their points less 1, even ones 5 less their points; the sum times 2.5.
+    It is 2.5 times the sum of answer - 1 over odd statements and 5 - answer over even ones.
     """
     counted = [answer - 1 if place % 2 == 0 else 5 - answer for place, answer in enumerate(points)]
     return 2.5 * sum(counted)
 
 
 def tlx_scores(ratings: Mapping[str, float], chosen: list[str] | None) -> dict[str, float]:
-    """Return the task load index: the mean of six ratings, and that weighed by fifteen choices if there are any.
+    """Return the task load index: the mean of six ratings, and the mean weighted by choices if there are any.
 
-    A scale weighs as often as its title was chosen; the weights sum to 15.
+    A scale's weight is how often its title was chosen; for the standard fifteen pairs, the weights sum to 15.
     """
     raw = sum(ratings.values()) / len(ratings)
     if chosen is None:

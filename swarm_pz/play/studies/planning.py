@@ -50,8 +50,8 @@ def _order(study: Study) -> str:
 class PowerRow:
     """Shares of simulated studies that find an effect.
 
-    `power` is that of studies in which it is there, with its interval, `false_alarms` that of those in which it is not.
-    `pairs` is the share in which any pair of conditions differs in its place, after Holm's correction.
+    `power` is the share if the effect exists, with its interval; `false_alarms` is the share if it does not. `pairs` is
+    the share of studies with the effect in which any pair of conditions differs, after Holm's correction.
     """
 
     effect: str
@@ -73,11 +73,11 @@ def power(
     runs: int,
     progress: Callable[[float, float], None] | None = None,
 ) -> list[PowerRow]:
-    """Return the power of the tests of a factorial design, a row for each effect, which is alone in its simulations.
+    """Return the power of a factorial design's tests: a row for each effect, simulated without other effects.
 
-    Participants win a `share` of games, with a standard deviation of `spread` among them. The `difference` is that of
-    the first and the last level, or of an interaction the difference of differences. Raises ConfigError if the study
-    has no factorial design.
+    Participants win a `share` of games on average, with a standard deviation of `spread` among them. `difference` is
+    the last level's share less the first level's; of an interaction, the difference of such differences. Raises
+    ConfigError if the study has no factorial design.
     """
     if not study.crossed:
         raise ConfigError("the study has no factorial design: expected conditions that are all combinations of levels")
@@ -105,7 +105,7 @@ def _finds(study: Study, values: Values, effect: str) -> bool:
 def _simulated(
     study: Study, count: int, chance: np.random.Generator, share: float, spread: float, effect: str, difference: float
 ) -> dict[str, dict[str, float]]:
-    """Return the shares won of simulated participants, by condition."""
+    """Return the share of games that each simulated participant wins, by condition."""
     gain = {condition.title: difference for condition in study.conditions}
     for name in effect.split(" x "):
         levels = list(dict.fromkeys(study.crossed[name].values()))

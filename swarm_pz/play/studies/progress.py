@@ -1,7 +1,7 @@
-"""Progress of a participant: a file of lines, each written before the next step is shown.
+"""Progress of a participant: a file with a line for each finished step, written before the next step is shown.
 
-All that is to be done follows from the study and the participant's number; a line says that one step is done. So a
-reload, a crash or a power cut goes on at the step that has no line, and no step is asked twice.
+The study and the participant's number determine the steps. So after a reload, a crash or a power cut the participant
+continues with the first step that has no line, and no step is asked twice.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ _decoder = msgspec.json.Decoder(dict[str, Any])
 
 @dataclass(frozen=True)
 class Step:
-    """One thing that a participant does.
+    """One step of a participant.
 
-    `id` is its name among the participant's steps; `condition` that of its block; `text` the name of a text; `game` the
-    number of a game in its block, from 0; `attempt` that of a form whose answers were wrong before, from 1.
+    `id` is its name among the participant's steps; `condition` is that of its block; `text` is the name of a text;
+    `game` is the number of a game in its block, from 0; `attempt` counts the attempts at a form, from 1.
     """
 
     id: str
@@ -71,7 +71,7 @@ class Step:
 
     @property
     def is_game(self) -> bool:
-        """True if it is a game, of practice or one that counts."""
+        """True if it is a game, practice included."""
         return self.kind in ("practice", "game")
 
     @property
@@ -84,10 +84,10 @@ class Step:
 def steps_of(
     study: Study, participant: int, done: Mapping[str, Mapping[str, Any]], *, is_alone: bool = False
 ) -> list[Step]:
-    """Return all steps of a participant (number, from 0), in turn.
+    """Return all steps of a participant (number, from 0), in order.
 
-    `done` are the finished steps: the results of practice decide how much of it there is. If they are alone, since
-    their partner has left, blocks of two have no further steps.
+    `done` are the finished steps: their results decide how much practice there is, and which forms are asked again. If
+    the participant `is_alone`, since their partner has left, blocks of two have no further steps.
     """
 
     def asked(when: str, name: str, condition: Condition | None = None, text: str = "") -> list[Step]:
@@ -123,7 +123,7 @@ def steps_of(
 
 
 def ended_early(done: Mapping[str, Mapping[str, Any]]) -> bool:
-    """Return True if a participant has stopped, or could not answer a form that they had to."""
+    """Return True if a participant has stopped, or failed a form that ends the study for them."""
     return "stop" in done or any(line.get("ends") for line in done.values())
 
 
@@ -140,12 +140,12 @@ def _practice_of(study: Study, block: str, done: Mapping[str, Mapping[str, Any]]
 
 
 def first_line(study: Study, participant: int) -> dict[str, Any]:
-    """Return the first line of a participant's file: whose it is."""
+    """Return the first line of a participant's file, which identifies participant and study."""
     return {"type": "participant", "number": participant, "study": study.title, "seed": study.seed}
 
 
 def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
-    """Return the whole lines of a participant's file, and their bytes, or raise RecordingError if one is corrupt."""
+    """Return a participant's complete lines, and their size in bytes; raise RecordingError if one is corrupt."""
     whole, end, _ = read_regular(path).rpartition(b"\n")
     lines = [_read_line(line, path, number) for number, line in enumerate(whole.split(b"\n"), 1) if line]
     return lines, len(whole) + len(end)
@@ -162,10 +162,10 @@ def _read_line(line: bytes, path: Path, number: int) -> dict[str, Any]:
 
 
 class Progress:
-    """A participant's file, which is made if it is not there.
+    """A participant's file, which is created if it is missing.
 
-    With `only_read`, another program may be writing it, and it is left as it is; `is_alone` returns what `steps_of`
-    asks. Raises RecordingError if the file is of another study or participant, or corrupt.
+    With `only_read` the file is left as it is, since another program may be writing it. `is_alone` returns the argument
+    of `steps_of`. Raises RecordingError if the file is of another study or participant, or corrupt.
     """
 
     def __init__(
@@ -187,7 +187,7 @@ class Progress:
         self.done = {str(line["step"]): line for line in lines[1:]}
         if only_read:
             return
-        if path.exists() and path.stat().st_size > whole:  # what half a line said was never confirmed to anybody
+        if path.exists() and path.stat().st_size > whole:  # nobody was told that half a line is recorded
             os.truncate(path, whole)
         if not lines:
             self._write(first)
@@ -207,7 +207,7 @@ class Progress:
 
     @property
     def steps(self) -> list[Step]:
-        """All steps, those of practice as far as they have come."""
+        """All steps; of practice games, the finished ones and one more if it is due."""
         return steps_of(self.study, self.participant, self.done, is_alone=self._is_alone())
 
     @property
@@ -218,19 +218,19 @@ class Progress:
 
     @property
     def may_stop(self) -> bool:
-        """True if something of the participant is kept, who has agreed to it, and something is left to be done."""
+        """True if a step is finished, consent is given, and more than the debriefing is left."""
         return bool(self.done) and self.next is not None and self.next.id not in ("consent", "debriefing")
 
     @property
     def has_ended_early(self) -> bool:
-        """True if the participant has stopped, or could not answer a form that they had to."""
+        """True if the participant has stopped, or failed a form that ends the study for them."""
         return ended_early(self.done)
 
     def finish(self, step: Step, **record: Any) -> None:
-        """Keep that a step is done, and what came of it: on the disk when this returns.
+        """Record that a step is finished, with its results; they are on the disk when this returns.
 
-        Raises ConfigError if it is not the next one, or the answers of its form are none; nothing is kept; OutputError
-        if it cannot be written down.
+        Raises ConfigError if it is not the next step, or the answers to its form are invalid; OutputError if it cannot
+        be written. Nothing is recorded then.
         """
         due = self.next
         if due is None or due.id != step.id:
@@ -243,7 +243,7 @@ class Progress:
         self._keep(step.id, record)
 
     def stop(self) -> None:
-        """Keep that the participant has stopped: only the debriefing is left."""
+        """Record that the participant has stopped: only the debriefing is left."""
         if "stop" not in self.done and self.next is not None:
             self._keep("stop", {})
 

@@ -1,4 +1,4 @@
-"""A study's folder as rows of its tables; nothing in it is changed, so a study may be running meanwhile."""
+"""A study's folder read into rows of tables; reading changes nothing, so the study may be running."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from swarm_pz.play.studies.progress import Step, ended_early, items_of, read_lin
 from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
 
 _OF_LINE = ("system", "opponent", "side", "seed", "outcome", "seconds", "recording")
-"""Columns of a game from its participant's line."""
+"""Columns of a game that come from the participant's file."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ class StudyData:
 
     @property
     def factor_columns(self) -> dict[str, Callable[[Row], str]]:
-        """Columns with a row's level of each factor; empty if the row is of several levels."""
+        """Functions from a row to its level of a factor, by column; the level is empty if a row has several."""
         orders = {
             one.participant: [condition.title for condition in self.study.order_of(one.number)]
             for one in self.participants
@@ -73,10 +73,10 @@ class StudyData:
 
 
 def read_study(folder: Path, progress: Callable[[float, float], None] | None = None) -> StudyData:
-    """Return all that a study's folder holds; what is corrupt is left out, and named in `faults`.
+    """Read a study's folder; corrupt parts are left out, and named in `faults`.
 
-    `progress` is called with the numbers of participants that were read, and of all. ConfigError if no study ran there,
-    RecordingError if nobody has taken part.
+    `progress` is called with the number of participants read so far, and of all. Raises ConfigError if no study ran
+    there, RecordingError if nobody has taken part.
     """
     opened = StudyFolder(folder)
     data = StudyData(study=opened.study)
@@ -109,7 +109,7 @@ def _lines_of(path: Path, study: Study) -> tuple[int, list[dict[str, Any]]]:
 
 
 class _Person:
-    """One participant, on the way into the tables."""
+    """Reads one participant into the tables."""
 
     def __init__(self, data: StudyData, folder: StudyFolder, number: int, lines: Sequence[dict[str, Any]]) -> None:
         self.data, self.folder, self.number, self.who = data, folder, number, data.study.name_of(number)
@@ -145,7 +145,7 @@ class _Person:
         return step.form is not None and step.attempt == step.form.tries and not self.done[step.id].get("passed", True)
 
     def _after(self, step: str) -> float | None:
-        """Return the time at which a step was done, after the first one: a time of day would tell who was here."""
+        """Return the seconds from the first finished step to this one: a time of day could identify the person."""
         at = self.done[step].get("at")
         return None if at is None else float(round(at - self.began))
 
@@ -155,7 +155,7 @@ class _Person:
     # --- games ------------------------------------------------------------------------------------
 
     def _key(self, step: Step) -> dict[str, Any]:
-        """Return the columns by which a step is found."""
+        """Return the columns that identify a step."""
         title = step.condition.title if step.condition is not None else ""
         return {"participant": self.who, "step": step.id, "condition": title}
 
@@ -164,7 +164,7 @@ class _Person:
         line = {name: getattr(condition, name) for name in ("system", "opponent", "side")}
         line |= {"seed": None, "outcome": "", "seconds": 0.0, "recording": ""} | self.done[step.id]
         columns: dict[str, Any] = {name: line[name] for name in _OF_LINE} | {"after_s": self._after(step.id)}
-        columns["seconds"] = round(line["seconds"], 6)  # as it is published, so that its readers compute the same
+        columns["seconds"] = round(line["seconds"], 6)  # as published, so that others compute the same
         own = TEAM_NAMES.index(line["side"])
         recording = self._recording(step, line["recording"])
         if recording is not None:
@@ -198,7 +198,7 @@ class _Person:
             if not path.is_relative_to(self.folder.path.resolve()):
                 raise RecordingError(f"its recording {path} is not in the study's folder")
             if self.is_alone and step.played.is_of_two and not path.exists():
-                return None  # it was deleted with what their partner did
+                return None  # it was deleted when their partner withdrew
             recording = Recording.read(path)
             recording.in_force()  # which raises if its commands are corrupt
             return recording
@@ -288,6 +288,6 @@ def _of_recording(seat: SeatRow | None) -> dict[str, Any]:
 
 
 def _centre(sums: np.ndarray[Any, Any]) -> float | None:
-    """Return the middle of a density's sums along one axis, from 0 to 1; nothing has none."""
+    """Return the centre of a density from its sums along one axis, from 0 to 1; None if all are 0."""
     total = float(sums.sum())
     return float(sums @ ((np.arange(len(sums)) + 0.5) / len(sums))) / total if total > 0 else None

@@ -16,13 +16,13 @@ from swarm_pz.play.studies.reading import StudyData
 from swarm_pz.play.studies.rows import GameRow
 
 _FAULTS = ("server", "forfeit")
-"""Causes of an end that are no player's."""
+"""Values of `ended_by` that are no player's fault."""
 _MEASURES = {"win_rate": ("share won", 100.0, " %"), "restricted_mean_s": ("mean length", 1.0, " s")}
 """Name, factor and unit of each measure."""
 
 
 def markdown(text: str) -> str:
-    """Return a line of somebody's text as Markdown shows it: no sign of it makes a link, a table's edge or HTML."""
+    """Return user text as one line of Markdown, escaped so that it makes no link, table cell or HTML."""
     return re.sub(r"([\\`*_{}\[\]<>#|!~&])", r"\\\1", " ".join(text.split()))
 
 
@@ -32,14 +32,14 @@ def signed(value: float | None, scale: float) -> str:
 
 
 def chance(p: float) -> str:
-    """Return a p as the report shows it."""
+    """Return a p-value as the report shows it."""
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
 @functools.cache
 def _template() -> Any:
     jinja2 = require_extra("jinja2", "lab")
-    # Of Markdown: not HTML, but the filter `markdown` escapes what somebody wrote.
+    # Without autoescape: the template makes Markdown, and its filter `markdown` escapes user text.
     found = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         undefined=jinja2.StrictUndefined,
@@ -52,9 +52,9 @@ def _template() -> Any:
 
 
 def counted_games(data: StudyData) -> list[GameRow]:
-    """Return the games that count, by the study's order of conditions.
+    """Return the games that count, sorted by the study's order of conditions.
 
-    No practice, none that a fault ended, and none of who failed a form.
+    Practice, games that a fault ended, and games of participants who failed a form do not count.
     """
     places = [condition.title for condition in data.study.conditions]
     games = [
@@ -69,7 +69,7 @@ def counted_games(data: StudyData) -> list[GameRow]:
 
 
 def values_of_scores(data: StudyData) -> dict[str, dict[str, dict[str, float]]]:
-    """Return each participant's scores under each condition, by score: those of forms that were asked after blocks."""
+    """Return the scores of forms that were asked after blocks, by score, condition and participant."""
     found: dict[str, dict[str, dict[str, float]]] = {}
     for condition in data.study.conditions:
         for row in data.forms:
@@ -80,7 +80,7 @@ def values_of_scores(data: StudyData) -> dict[str, dict[str, dict[str, float]]]:
 
 
 def write_report(data: StudyData, folder: Path, command: str = "") -> list[Effect]:
-    """Write `report.md` into a folder, and return all that was compared."""
+    """Write `report.md` into a folder, and return its effects and pairs of conditions."""
     games, scores = counted_games(data), values_of_scores(data)
     rows, measures = conditions(games), values_of(games) | scores
     effects: list[Effect] = []

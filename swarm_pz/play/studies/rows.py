@@ -1,7 +1,7 @@
 """Published tables of a study: rows and columns, described for programs and for people.
 
-A key of `games` is participant and step; commands, captures and forms lead there by the same two. Columns with a
-default are those of a game that its recording tells: what they are is said in `SeatRow`.
+The key of `games` is participant and step; commands and captures refer to it by these two columns. Columns with a
+default come from the game's recording; `SeatRow` describes those that have no description here.
 """
 
 from __future__ import annotations

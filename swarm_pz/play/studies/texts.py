@@ -1,4 +1,4 @@
-"""Texts of a study, from Markdown to what a page may show: no HTML of its own, no pictures, no scripts."""
+"""Texts of a study as HTML, made from Markdown without raw HTML, pictures or scripts."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _markdown = MarkdownIt("commonmark", {"html": False}).enable("table").disable("i
 
 
 def html_of(text: str) -> str:
-    """Return a text as HTML; its headings go below the page's own, without a gap between their levels."""
+    """Return a text as HTML, whose headings begin at h2, below the page's own, and skip no level."""
     tokens = _markdown.parse(text)
     level = 1
     for token in tokens:

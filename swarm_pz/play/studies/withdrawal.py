@@ -1,8 +1,8 @@
-"""A participant withdraws: what they did is deleted.
+"""Withdrawal of a participant: their data are deleted.
 
-All that they did stands in their own file and in recordings. Their file goes first, in one step: in its place stands
-that they have withdrawn. So if the program is stopped on the way, nothing of them is published, and the next call does
-the rest. A recording of two shows both, and is deleted; how the game ended stands in the other one's file, and stays.
+The data are in their own file and in recordings. First a note of the withdrawal replaces their file, in one step. So if
+the program is stopped midway, no step of theirs is published, and the next call deletes the rest. A recording of a game
+of two shows both participants, and is deleted; the result of the game stays in the partner's file.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from swarm_pz.play.studies.progress import first_line
 
 
 def withdraw(path: Path, code: str) -> tuple[str, int]:
-    """Delete all that a participant of a study did, and return their name and the number of deleted recordings.
+    """Delete a participant's data, and return their name and the number of deleted recordings.
 
-    ConfigError if no study ran there, nobody has the code, or nothing of theirs is left; OutputError if a server
-    runs the study, or a file cannot be deleted.
+    Raises ConfigError if no study ran there, nobody has the code, or their data are deleted already; OutputError if a
+    server runs the study, or a file cannot be deleted.
     """
     StudyFolder(path)
     try:
@@ -42,7 +42,7 @@ def withdraw(path: Path, code: str) -> tuple[str, int]:
 
 
 def delete(opened: StudyFolder, number: int) -> int:
-    """Delete all that a participant did, who is in no game, and return the number of deleted recordings.
+    """Delete the data of a participant, who must not be in a game, and return the number of deleted recordings.
 
     Raises OutputError if a file cannot be deleted.
     """
@@ -68,10 +68,10 @@ def delete(opened: StudyFolder, number: int) -> int:
 
 
 def _recordings(opened: StudyFolder, number: int) -> list[Path]:
-    """Return the recordings that show a participant, whole games and broken ones."""
+    """Return the recordings that show a participant, of finished and interrupted games."""
     study = opened.study
     patterns = [f"{study.name_of(number)}.*.jsonl"]
-    if study.is_of_pairs and number % 2:  # those of two have the first one's name
+    if study.is_of_pairs and number % 2:  # recordings of two have the first one's name
         blocks = [block for block, one in enumerate(study.order_of(number), 1) if one.is_of_two]
         patterns += [f"{study.name_of(number - 1)}.block{block}.game*.jsonl" for block in blocks]
     folders = [opened.path / name for name in ("games", "interrupted")]
@@ -79,7 +79,7 @@ def _recordings(opened: StudyFolder, number: int) -> list[Path]:
 
 
 def _settle_partner(opened: StudyFolder, number: int) -> None:
-    """Write down how a game of two ended, if only its recording tells so: it is the partner's, too."""
+    """Save the result of a game of two for the partner, if only its recording has it."""
     partner = number ^ 1
     if opened.study.is_of_pairs and partner not in opened.withdrawn and opened.has_come(partner):
         with contextlib.suppress(RecordingError):  # a corrupt file is kept as it is

@@ -1,4 +1,4 @@
-"""Claims about games and about teams alone: each statistic on an answer known by hand."""
+"""Claims about games and about teams alone: each statistic on data with a result known by hand."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SETTING, RELEASED = Setting("paper", SEED), Setting("released", SEED)
 
 
 def games_of(outcome, sizes):
-    """All games alike, of 30 s and with one capture."""
+    """Return a `play_games` whose games are all alike, of 30 s and with one capture."""
     return lambda policy, opponent, numbers, **_: [
         Game(
             pair=number,
@@ -55,7 +55,7 @@ def games_of(outcome, sizes):
 
 
 def in_a_corner(*_):
-    """Flights of teams that stay in a corner."""
+    """Return flights of teams that stay in a corner."""
     return SimpleNamespace(
         metric=np.ones((2, coverage.SECONDS)),
         places=np.full((2, 10, 3, 2), 0.01),
@@ -74,7 +74,7 @@ def other_order(*_):
 
 
 SHARES = itertools.cycle((0.0, 1.0, 0.0))
-"""Time near both spots by one drawing, by one attractor, by attractors in turn."""
+"""Time near both spots: with one drawing, with one attractor, with attractors in turn."""
 
 
 DENIED = {
@@ -99,7 +99,7 @@ DENIED = {
     "wavefront": {"counts": lambda *_: (np.ones((10, 3)), np.zeros((10, 2)))},
     "comebacks": {"play_games": games_of("loss", [1, 0]), "installed": lambda *_: ["ring"]},
 }
-"""Measurements of each claim in which nothing of what it says happens."""
+"""For each claim, made-up measurements in which it is false."""
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -150,7 +150,7 @@ def test_the_tactic_of_two_commands_stays_in_the_centre_until_one_drone_is_left(
 LATE, EARLY = [10, 12, 9, 11, 8, 9, 8, 9, 11, 15, 20], [10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20]
 """Sizes of a team whose lead is gone within seconds, and of one that leads from the start."""
 CALM = [4 * (second // 20) for second in range(101)] + [20 + (second // 10) for second in range(60)]
-"""Captures so far, which come in bursts and then steadily."""
+"""Captures so far: first in bursts, then steadily."""
 
 
 def test_the_course_of_a_game():
@@ -204,7 +204,7 @@ def test_a_team_is_lost_whole_so_many_seconds_after_its_first_loss():
 
 
 class Echo:
-    """Answers with what it sees."""
+    """A policy that returns what it sees."""
 
     name = "echo"
     observation = ObservationConfig()
@@ -218,7 +218,7 @@ class Echo:
 
 def test_a_person_sends_every_third_answer_and_holds_it_until_the_next():
     player = Person(Echo())
-    for _ in range(2):  # the next games begin anew
+    for _ in range(2):  # a reset starts the count again
         player.reset([0, 1], np.arange(2))
         sent = [player.act(np.full(2, step), np.arange(2))[1, 0, 0] for step in range(7)]
         assert sent == [0, 0, 0, 3, 3, 3, 6]

@@ -1,4 +1,4 @@
-"""Figures are registered, made by the command, and stand on their page."""
+"""Figures are registered, made by the command, and shown on their page."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_the_same_seed_writes_the_same_files(tmp_path, capsys, monkeypatch):
 
 
 def record_of(name, parts, preset="paper", size=1.0):
-    """A figure's record as its file would hold it, but for games that were not played."""
+    """Return a figure's record as in its file, of games that were not played."""
     finding = Finding(parts=parts, method="Wilson", configs={"rules": GameConfig()}, seeds=[0], series={})
     return to_dict(claims.FIGURES[name], finding, Setting(preset, 0, size))
 

@@ -1,4 +1,4 @@
-"""Messages with a radius, and drones that fail."""
+"""Communication within a radius, and drones that fail."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REFERENCE = ControllerReference(r=20.0)
 
 
 def clear_radius(generator, positions) -> float:
-    """Draw a radius that no two drones are apart by, to 1e-6."""
+    """Draw a radius that differs by more than 1e-6 from the distance between any two drones."""
     distances = np.linalg.norm(positions[:, None].astype(float) - positions[None], axis=-1)
     while np.abs(distances - (radius := float(generator.uniform(0.02, 0.8)))).min() <= 1e-6:
         pass

@@ -1,4 +1,4 @@
-"""The ergodic controller's kernel alone, and beside its slow reference."""
+"""The ergodic controller's kernel alone, and compared with its slow reference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Warm starts: what of a drone's plan is kept, and until when. `tests/test_golden.py` compares what is in it."""
+"""Warm starts: which drones have plans, and how long they keep them. `tests/test_golden.py` compares the plans."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_plans_survive_captures_and_new_targets_until_the_next_solve():
     assert captured > 0
 
 
-@pytest.mark.parametrize("drones", [3, 40])  # more than the kernels' tables have room for at once
+@pytest.mark.parametrize("drones", [3, 40])  # 40 drones do not fit into the kernels' tables at once
 def test_drones_that_hear_everybody_plan_what_a_team_plans(drones):
     team = begun(drones_per_team=drones, capture=PEACE)
     local = Simulator(team.config.replace(controller=RELEASED.controller.replace(communication_radius=2.0)))

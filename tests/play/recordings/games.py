@@ -47,9 +47,9 @@ def record(
     path, ticks=300, seed=1, outcome=None, player="ring", config=CONFIG, own=0, both=False, delays=None, every=60,
     strokes=None, robots=False,
 ):  # fmt: skip
-    """Write a game in which a person commands corners, or draws, and the policy does nothing, or commands, too.
+    """Write a game in which a person commands single cells or draws; the policy commands only with `both`.
 
-    Robots fly at random, and some are lost now and then.
+    Robots fly at random, and each pose is lost with probability 0.1.
     """
     game, generator = LiveGame(config, seed, robots=robots), np.random.default_rng(seed)
     poses = np.pad(game.simulator.positions[0], ((0, 0), (0, 2)))

@@ -1,4 +1,4 @@
-"""A folder of recordings: its own regular files, and what their first and last lines tell."""
+"""A folder of recordings: only regular files in it are read; their first and last lines give a summary."""
 
 import os
 
@@ -38,7 +38,7 @@ def test_only_regular_files_of_a_bounded_size_are_read_and_nothing_is_waited_for
     with pytest.raises(RecordingError, match="too large"):
         read_regular(secret)
     regular = secret.stat()
-    monkeypatch.setattr(type(tmp_path), "lstat", lambda self: regular)  # a pipe takes the file's place
+    monkeypatch.setattr(type(tmp_path), "lstat", lambda self: regular)  # as if a pipe replaced the file after the check
     with pytest.raises(RecordingError, match="a regular file"):
         read_regular(pipe)
 

@@ -18,12 +18,12 @@ from swarm_pz.simulator import Simulator
 from tests.play.recordings.games import CONFIG, record
 
 CALM = CONFIG.replace(game=CONFIG.game.replace(capture=CaptureConfig(enabled=False)))
-"""Nobody is captured, so that every change is the one that was made."""
+"""Without captures, so that the test's change is the only difference."""
 
 
 @pytest.fixture
 def recorded(tmp_path):
-    """Give what records a game, and reads it."""
+    """Give a function that records a game and reads it."""
 
     def read(ticks, config=CALM):
         (tmp_path / "a.jsonl").unlink(missing_ok=True)
@@ -96,7 +96,7 @@ def test_a_frame_that_shows_anything_else_is_the_first_difference(change, record
 
 
 def exact(frame):
-    """Return a frame as a page writes it down."""
+    """Return a frame's message as a page records it, in float32."""
     header = struct.pack("<BBHIId", 1, EXACT, len(frame.teams), 0, frame.tick, 0.0)
     numbers = np.concatenate([frame.positions, frame.velocities]).astype("<f4").tobytes()
     return FrameMessage(frame.tick, header + numbers + np.packbits(frame.teams, bitorder="little").tobytes())
@@ -134,7 +134,7 @@ def test_captures_are_those_of_their_team_and_none_that_did_not_happen(recorded)
         assert Playback(recording).verify().first_difference == first.tick
     calm = recorded(60)
     place = next(i for i, line in enumerate(calm.log) if isinstance(line, FrameMessage) and line.tick == 33)
-    calm.log.insert(place, CapturedMessage("red", 31, 1))  # red's own
+    calm.log.insert(place, CapturedMessage("red", 31, 1))  # drone 1 is red already
     assert Playback(calm).verify().first_difference == 31
 
 

@@ -16,7 +16,7 @@ END = EndMessage("stopped", 0, (4, 4), 1.0, "server")
 
 
 class Disk:
-    """A file on a disk that takes so many bytes more; None takes everything."""
+    """A file on a disk with `room` bytes left; None is no limit."""
 
     def __init__(self, file):
         self.file, self.room = file, 0

@@ -1,4 +1,4 @@
-"""Recorded games: read, and refused where they cannot be one."""
+"""Recorded games are read, and malformed ones refused."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def of(*log):
 def test_a_recording_that_breaks_off_is_read_up_to_there(tmp_path):
     record(tmp_path / "a.jsonl", ticks=90)
     whole = (tmp_path / "a.jsonl").read_bytes()
-    followed = whole.rindex(b'"in_force"')  # a command, at the last tick that is known then
+    followed = whole.rindex(b'"in_force"')  # cut here, the last line is a command at the last known tick
     for length in (len(whole) // 3, followed, whole.index(b"\n", followed) + 1, len(whole) - 1):
         (tmp_path / "a.jsonl").write_bytes(whole[:length])
         broken = Recording.read(tmp_path / "a.jsonl")

@@ -60,7 +60,7 @@ def seat(team, event, ms):
 
 
 def timing(before_ms, round_trip_ms, drawing_ms):
-    """Tell that a command was made so long before it was sent."""
+    """Return the times of a command that was made `before_ms` before it was sent."""
     return Timing(input_ms=100.0, sent_ms=100.0 + before_ms, round_trip_ms=round_trip_ms, drawing_ms=drawing_ms)
 
 
@@ -116,7 +116,7 @@ def test_a_row_holds_what_its_seat_did():
         "commands_per_minute": 12.0,
         "first_command_s": 2.0,
         "drawing_s_per_command": pytest.approx(0.6),
-        "input_to_in_force_ms": pytest.approx(105.0),  # of 90, 105 and 300
+        "input_to_in_force_ms": pytest.approx(105.0),  # median of 90, 105 and 300
         "disconnections": 1,
         "away_s": pytest.approx(0.75),
         "hidden_s": pytest.approx(1.75),

@@ -1,4 +1,4 @@
-"""Forged and damaged recordings: none verifies, and each is named."""
+"""Forged and damaged recordings: none verifies, and the fault is named."""
 
 import base64
 import copy
@@ -41,7 +41,7 @@ def fault_of(path):
 
 
 def place_of(lines, kind, nth=0, **fields):
-    """Return where the nth line of a kind stands."""
+    """Return the index of the nth line of a kind."""
     fits = [i for i, line in enumerate(lines) if line["type"] == kind and fields.items() <= line.items()]
     return fits[nth]
 
@@ -67,7 +67,7 @@ def test_lines_that_are_cut_doubled_or_torn_are_named(damage, named, played, tmp
 
 
 def given(kind, nth=0, *, of=None, **values):
-    """Return a forger who gives fields of a line other values."""
+    """Return a forgery that changes fields of a line."""
 
     def forge(lines):
         lines[place_of(lines, kind, nth, **(of or {}))].update(values)
@@ -82,7 +82,7 @@ def most_frames_dropped(lines):
 
 
 def with_line(line, kind, nth=0, **of):
-    """Return a forger who puts a line in before another."""
+    """Return a forgery that inserts a line before another."""
 
     def forge(lines):
         lines.insert(place_of(lines, kind, nth, **of), line)

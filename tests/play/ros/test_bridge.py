@@ -30,7 +30,7 @@ PATIENCE_S = 300.0
 
 
 class Program:
-    """A ROS program that is connected."""
+    """A connected ROS program."""
 
     def __init__(self, there):
         self._there, self.heard = there, []
@@ -75,13 +75,13 @@ class Program:
 
 
 class Meeting:
-    """A bridge, and those that have come."""
+    """A bridge and the programs connected to it."""
 
     def __init__(self, port, lines, stack):
         self._port, self._stack, self.lines = port, stack, lines
 
     async def join(self, **how):
-        """Return another program, which receives refusals."""
+        """Connect another program, which receives refusals, and return it."""
         there = await self._stack.enter_async_context(connect(f"ws://127.0.0.1:{self._port}", max_size=None, **how))
         program = Program(there)
         await program.subscribe("/rosout")
@@ -92,7 +92,7 @@ class Meeting:
         return await self.said(rf"{side}: plays in room (\w+)")
 
     async def said(self, pattern):
-        """Wait for a line, and return the pattern's group."""
+        """Wait for a matching line, and return the pattern's group, or the line."""
         while True:
             for line in self.lines:
                 if found := re.search(pattern, line):
@@ -119,7 +119,7 @@ def meet(table, conversation, opponent="uniform", game=ERGODIC, **how):
 
 
 def met(**how):
-    """Return a decorator that makes a test of a conversation, a coroutine function of a meeting and its server."""
+    """Return a decorator that turns a conversation, a coroutine function of a meeting and a table, into a test."""
 
     def test_of(conversation):
         def test(table):
@@ -132,7 +132,7 @@ def met(**how):
 
 
 async def recorded(table, room, kind, count=1, teams=(0,)):
-    """Wait until the recording of a room's game has so many lines of a kind of teams, and return them."""
+    """Wait until a room's recording has `count` lines of a kind by `teams`, and return them."""
     while True:
         with contextlib.suppress(RecordingError, ValueError, OSError):
             lines = [line for line in Recording.read(table.recording(room)).of(kind) if line.team in teams]
@@ -148,7 +148,7 @@ def spot(seed):
 
 
 def is_of(line, image):
-    """True if a recorded command asks for an image (50, 50)."""
+    """Return true if a recorded command is that of an image (50, 50)."""
     wanted = image.reshape(10, 5, 10, 5).mean(axis=(1, 3), dtype=np.float64)
     wanted -= wanted.min()
     return np.allclose(np.array(line.density), (wanted / wanted.max()) ** 4, rtol=0, atol=1e-7)
@@ -205,7 +205,7 @@ async def test_a_side_is_played_by_the_client_that_last_spoke_for_it(meeting, ta
     assert "got 'green'" in await stranger.refused("/tablet_comm", team="green", **image)
     assert "got ['red']" in await stranger.refused("/tablet_comm", team=["red"], **image)
     assert "2499 values" in await stranger.refused("/tablet_comm", team="red", data=[1.0] * 2499)
-    tablet._there.transport.pause_reading()  # its loss is not noticed
+    tablet._there.transport.pause_reading()  # the bridge does not notice that it is gone
     again = await meeting.join()
     await again.deploy("red", spot(1))  # it does not press its button again
     await recorded(table, room, InForceMessage)
@@ -262,7 +262,7 @@ def test_a_seat_of_another_kind_takes_its_own_commands_and_clear_ones(system, to
     async def conversation(meeting):
         program = await meeting.join()
         await program.connect_player("red")
-        if system == "direct":  # before it is known what the seat takes, or after
+        if system == "direct":  # whether or not the bridge knows yet what the seat takes
             assert "direct takes accelerations" in await program.refused("/swarm/red/density", data=[1.0] * 100)
         room = await meeting.said(rf"red: plays in room (\w+), flown by {system}")
         await program.publish(topic, **message)
@@ -292,7 +292,7 @@ def test_what_is_refused_stands_in_the_log_of_who_said_it_and_a_table_that_is_no
         for program, side in ((one, "red"), (other, "blue")):
             await program.publish(f"/swarm/{side}/density", data=[1.0] * 100)
             assert f"nobody has taken {side}" in (await program.hear("/rosout"))["msg"]
-        assert await reader.refused("/tablet_comm")  # so what it has said before is heard, too
+        assert await reader.refused("/tablet_comm")  # so its subscription has been handled, too
         await one.connect_player("red")
         line = await reader.hear("/rosout", lambda message: "red: has no seat at the table" in message["msg"])
         assert line["level"] == 30

@@ -19,7 +19,7 @@ IMAGE = np.random.default_rng(1).random((50, 50))
 
 
 def takes(name):
-    """Return the reader of commands of a seat that a control system flies."""
+    """Return the description of a control system's commands."""
     return commands_of(system_of(name), GameConfig())
 
 

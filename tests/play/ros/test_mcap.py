@@ -1,4 +1,4 @@
-"""A recorded game as MCAP, read by the format's own reader and by the definitions in the file alone."""
+"""A recorded game as MCAP, read with the official reader and only the message definitions in the file."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def read(tmp_path_factory):
 
 
 def check_same(decoded, original):
-    """Check that a message that was read is the one that was made, numbers as a float32 holds them."""
+    """Check that a decoded message equals the original, with numbers to float32 precision."""
     if isinstance(original, dict):
         for name, value in original.items():
             check_same(getattr(decoded, name), value)

@@ -50,7 +50,7 @@ def test_numbers_mean_what_ros_takes_them_for():
 
 
 class Everybody(Bridge):
-    """A bridge of which everything is wanted."""
+    """A bridge that publishes every topic, to a list."""
 
     def __init__(self):
         super().__init__("", None, TableConfig(), print)

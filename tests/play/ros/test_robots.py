@@ -33,7 +33,7 @@ LAB = RobotsConfig(scale=2.0, corner=(-1.0, -1.0), altitudes=(0.5, 1.0))
 
 
 def poses_of(places):
-    """Return a PoseArray of places, null for None."""
+    """Return a PoseArray of places; None becomes null coordinates."""
     keys = [dict.fromkeys("xyz") if place is None else dict(zip("xyz", place, strict=True)) for place in places]
     return {"poses": [{"position": key} for key in keys]}
 
@@ -48,7 +48,7 @@ class Lab:
         self.see(2)
 
     def see(self, times=1, hidden=(), follows=False):
-        """Let periods pass in which all but the hidden robots are seen; some follow their setpoints."""
+        """Let periods pass in which all but the hidden robots are seen; with `follows`, all fly to their setpoints."""
         for _ in range(times):
             self.now += PERIOD
             for number in range(len(self.places)) if follows else ():
@@ -288,9 +288,9 @@ def test_poses_of_another_form_are_refused(message):
 
 
 async def fly(port, drones, moments):
-    """Fly robots that are where their setpoints are; `moments` is called with the game's time, and says who is hidden.
+    """Fly robots that reach their setpoints at once; `moments` maps the game's seconds to the hidden robots.
 
-    It returns None to make an emergency stop.
+    It returns None for an emergency stop.
     """
     places = {n: [0.2 * n - 0.5, 0.3, 0.5] for n in range(drones)}
     async with connect(f"ws://127.0.0.1:{port}", max_size=None) as there:

@@ -1,4 +1,4 @@
-"""The rosbridge protocol: what clients say, what they are sent, and what is refused."""
+"""The rosbridge protocol: what clients send, what they receive, and what is refused."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ async def opened(*origins):
 
 
 def spoken(conversation):
-    """Make a test of a conversation, a coroutine function of a hub and fixtures."""
+    """Turn a conversation, a coroutine function of a hub and fixtures, into a test."""
 
     async def run(given):
         async with asyncio.timeout(300), opened() as hub:
@@ -83,7 +83,7 @@ async def hear_all(socket):
 
 
 async def ask(socket, service="/rosapi/nodes", **arguments):
-    """Call a service, and return its answer; all that was said before has been heard then."""
+    """Call a service, and return its response; all earlier messages have been handled by then."""
     await say(socket, op="call_service", service=service, args=arguments, id="q")
     while True:
         answer = await hear(socket)
@@ -169,7 +169,7 @@ async def test_a_slow_reader_is_sent_the_latest_and_of_events_all(hub):
 async def test_a_throttled_subscriber_is_sent_a_message_when_so_many_milliseconds_have_passed(hub, monkeypatch):
     now = [0.0]
     monkeypatch.setattr(rosbridge, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    for throttles, expected in (([100], [0, 2, 4]), ([100, 0, 100], [0, 1, 2, 3, 4, 5])):  # the least counts
+    for throttles, expected in (([100], [0, 2, 4]), ([100, 0, 100], [0, 1, 2, 3, 4, 5])):  # the smallest one counts
         async with hub.join() as socket:
             for name, milliseconds in enumerate(throttles):
                 await say(socket, op="subscribe", topic="/status", throttle_rate=milliseconds, id=str(name))

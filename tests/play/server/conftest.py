@@ -1,4 +1,4 @@
-"""Tests that are coroutines run on an event loop of their own, and some by a clock of their own."""
+"""Fixtures: the event loop of coroutine tests, a lobby, and a clock that tests move."""
 
 import importlib
 from types import SimpleNamespace
@@ -16,7 +16,7 @@ def anyio_backend():
 
 @pytest.fixture
 async def hall(tmp_path):
-    """Give a lobby in which nobody thinks."""
+    """Give a lobby without policy processes."""
     made = Hall(tmp_path)
     yield made
     made.close()
@@ -24,7 +24,7 @@ async def hall(tmp_path):
 
 @pytest.fixture
 def clock(request, monkeypatch):
-    """Give the limits, and the module that a file tests, a clock that a test moves."""
+    """Give a clock that the test moves, to `rate_limit` and to the module under test."""
     made = SimpleNamespace(now=1000.0)
     name = "swarm_pz.play.server." + request.module.__name__.rpartition(".test_")[2]
     for tested in {rate_limit, importlib.import_module(name)} if name.rpartition(".")[2] != "attacks" else {rate_limit}:

@@ -1,4 +1,4 @@
-"""The server over real sockets: that all of it is put together; what each part does is tested with the part."""
+"""The server over real sockets: whether its parts work together; each part has its own tests."""
 
 import math
 import re
@@ -45,7 +45,7 @@ def test_two_people_play_to_the_end_and_the_recording_verifies(table):
     assert red.hear(protocol.InForceMessage).number == 1
     red.say(" " * 70_000)
     again = table.visit(seat.token)
-    red.hear_close()  # a message that is too long is not read
+    red.hear_close()  # a message that is too long closes the connection
     assert again.hear(protocol.Seated).token == seat.token
     for one in (again, blue, watcher):
         over = one.hear(protocol.RoomState, lambda state: state.phase == "over")
@@ -72,7 +72,7 @@ def test_the_program_of_the_documentation_plays_a_game(table, capsys):
     watcher = table.visit()
     watcher.say(protocol.Join(room))
     watcher.hear(protocol.RoomState)
-    host.say(protocol.Leave())  # a game without end in sight takes its time: the program joins this one
+    host.say(protocol.Leave())  # the program joins this short game instead of its own long one
     here = program.replace("127.0.0.1:8000", table.address).replace('opponent="champion"', f'room="{room}"')
     exec(here, {})  # noqa: S102
     assert capsys.readouterr().out.strip() in ("red", "blue", "draw")

@@ -1,4 +1,4 @@
-"""Attacks: whatever a client sends is counted, what exceeds a count is refused to it alone, and others play on."""
+"""Attacks: whatever a client sends is limited, only that client is refused, and others play on."""
 
 import asyncio
 import threading
@@ -32,7 +32,7 @@ ATTACKER, OTHER = "192.0.2.66", "192.0.2.1"
 
 
 class Attacker:
-    """A client with a connection as the server has it."""
+    """A client with a real connection object."""
 
     def __init__(self, hall):
         self.connection = RealConnection(Socket(), ATTACKER)
@@ -56,7 +56,7 @@ def peaceful(hall):
 
 
 async def plays_on(guest):
-    """Return true if a game goes on without a gap."""
+    """Return true if a game goes on without a missing frame."""
     count = len(guest.frames)
     await until(lambda: len(guest.frames) > count + 10)
     sequences = [sequence for _, sequence in guest.frames]
@@ -114,7 +114,7 @@ async def test_numbers_that_take_long_to_read_are_refused_and_words_like_them_ar
 
 
 async def answer_of(app, path="/status", address=ATTACKER, receive=None):
-    """Return the status of an answer to a request, and its text."""
+    """Return the status and text of the response to a request."""
     scope = {"type": "http", "method": "GET", "path": path, "raw_path": path.encode(), "client": (address, 5)}
     scope |= {"headers": [(b"host", b"here")], "query_string": b""}
     sent = []

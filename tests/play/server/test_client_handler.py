@@ -47,20 +47,20 @@ class Guest(Client):
         self.messages.append(refusal)
 
     def say(self, message):
-        """Say something; return the code by which it is refused, or None."""
+        """Send a message; return the code of its refusal, or None."""
         before = len(self.heard(protocol.Refused))
         self.handler.hear(protocol.encode(message))
         refused = self.heard(protocol.Refused)[before:]
         return refused[-1].code if refused else None
 
     async def refused(self, count=1):
-        """Wait until so much was refused, and return the last refusal."""
+        """Wait for `count` refusals, and return the last."""
         await until(lambda: len(self.heard(protocol.Refused)) >= count)
         return self.heard(protocol.Refused)[-1]
 
 
 class Hall(Lobby):
-    """A lobby in which nobody thinks."""
+    """A lobby without policy processes."""
 
     def __init__(self, folder, policies=("ring", "uniform")):
         workers = Workers()
@@ -140,7 +140,7 @@ async def test_what_is_out_of_turn_or_unknown_is_refused(hall):
         (protocol.Join("ZZZZ"), "unknown"),
         (protocol.Create(opponent="nobody"), "unknown"),
         (protocol.Create(seat="watch", player="nobody"), "unknown"),
-        (protocol.Create(opponent="mine.py:ring"), "unknown"),  # files run code
+        (protocol.Create(opponent="mine.py:ring"), "unknown"),  # a file would run code
         (protocol.Create(player="ring"), "not_valid"),
     ):
         assert guest.say(message) == code and not hall.rooms, message

@@ -1,4 +1,4 @@
-"""One client's connection, over a socket that keeps what it is sent: order, fresh frames, and patience."""
+"""One client's connection, over a stand-in socket: message order, newest frames, and limits."""
 
 import asyncio
 
@@ -10,7 +10,7 @@ from swarm_pz.play.server.connection import Connection
 
 
 class Socket:
-    """Keeps what it is sent; with a fault, raises it instead."""
+    """Keeps what it is sent; with a fault, sending text raises it."""
 
     def __init__(self, fault=None):
         self.sent, self.closed, self.reason, self.fault = [], None, "", fault
@@ -75,7 +75,7 @@ async def test_twelve_frames_are_on_their_way_and_an_answer_makes_room_for_the_n
     assert not connection.acknowledge(99) and not connection.acknowledge(0)
     await settle()
     assert socket.sent[13:] == [], "nor for an answer to a frame that is not on its way"
-    assert connection.acknowledge(4)  # and so the four of them
+    assert connection.acknowledge(4)  # and so frames 1 to 4
     assert not connection.acknowledge(4)
     await settle()
     assert socket.sent[13:] == [b"15"]

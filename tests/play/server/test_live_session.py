@@ -1,4 +1,4 @@
-"""A game in real time: when policies are asked, what is written, how it ends, and what its faults do."""
+"""A game in real time: when policies are asked, what is recorded, how it ends, and how faults are handled."""
 
 import asyncio
 
@@ -122,7 +122,7 @@ async def test_a_game_runs_to_its_last_tick_and_its_end_is_the_end(majority, out
 
 
 def meddle(room, tick, change):
-    """Change the teams of a game, as its drones would, in a tick."""
+    """Change a game's teams at a tick, as captures would."""
     game = room.session.game
     advance = game.advance
 

@@ -33,7 +33,7 @@ def lobby(tmp_path):
 
 @pytest.fixture
 def few(lobby, monkeypatch):
-    """Let an address have few rooms."""
+    """Limit each address to few rooms."""
     monkeypatch.setattr(module, "MOST_ROOMS_OF_ADDRESS", FEW)
     lobby._openings = AddressLimits(FEW, OPENING_S)
 

@@ -8,7 +8,7 @@ LAB = ("https://lab.example", "http://localhost:3000")
 
 
 async def ask(kind="http", allowed=(), embedders=LAB, **headers):
-    """Return the messages by which a request, or a socket, is answered."""
+    """Return the messages that answer a request or a socket."""
     answers = []
 
     async def inner(scope, receive, send):

@@ -1,4 +1,4 @@
-"""Policies think in another process, and their faults stay there."""
+"""Policies run in other processes, and their faults stay there."""
 
 import asyncio
 import os
@@ -34,7 +34,7 @@ def snapshot():
 
 @pytest.fixture
 async def workers(request):
-    """Give workers that load as the test is marked; one process, if nothing is said."""
+    """Give workers with the loader and options of the test's parameter; by default, one process."""
     load, how = getattr(request, "param", (loader, {}))
     made = PolicyWorkers(load, **({"processes": 1, "limit_s": 60.0} | how))
     yield made
@@ -42,14 +42,14 @@ async def workers(request):
 
 
 class Numbered(Faulty):
-    """Says by its command in which process it thinks."""
+    """Its command identifies the process that it runs in."""
 
     def act(self, observations, rows):
         return np.full((len(rows), 10, 10), os.getpid() % 9973 / 9973)
 
 
 def waiting_loader(name, config, system):
-    """Load a policy as soon as there is a file, whose name is that of the policy; others at once."""
+    """Load a policy whose name is a path once that file exists, and others at once."""
     while name.startswith("/") and not Path(name).exists():
         time.sleep(0.01)
     return Numbered(name)
@@ -69,7 +69,7 @@ async def test_policies_answer_as_they_would_in_a_match_with_states_and_streams_
 
     ring, other_ring = [await ask("ring", team) for team in (0, 1)]
     assert ring.shape == (10, 10) and not np.allclose(ring, other_ring), "each is shown its own side"
-    await workers.load(seat("noise"))  # it is asked once, which leaves no trace
+    await workers.load(seat("noise"))  # loading asks it once, which must leave no trace
     first, second, again = [await ask("noise", begins=begins) for begins in (True, False, True)]
     others_first = await ask("noise", team=1)
     workers.forget(seat("noise"))
@@ -81,7 +81,7 @@ async def test_policies_answer_as_they_would_in_a_match_with_states_and_streams_
     policy.reset([SEED], row)
     for answer in (first, second):
         np.testing.assert_array_equal(answer, batch.ask(policy, np.zeros(1, int), row)[0])
-    for answer in (again, others_first, anew):  # the same seed; noise sees no sides
+    for answer in (again, others_first, anew):  # the same seed; noise ignores its side
         np.testing.assert_array_equal(answer, first)
 
 

@@ -57,7 +57,7 @@ class Client:
 
 
 class Workers:
-    """Answers at once or by `answer`, in place of processes; keeps its questions."""
+    """Stands in for policy processes: answers at once or with `answer`, and keeps all questions."""
 
     def __init__(self, answer=None, loading=None):
         self.loaded, self.asked, self.seeds, self.paused, self.forgotten = [], [], {}, [], []
@@ -84,7 +84,7 @@ class Workers:
 
 @contextlib.contextmanager
 def opened(tmp_path, workers=None, table=None, countdown_s=0.0, **settings):
-    """Give a room without processes and without captures; its game ends with it."""
+    """Give a room without policy processes and, by default, without captures; close it at the end."""
     workers, table = workers or Workers(), table or CALM
     shared = ServerContext(folder=tmp_path, workers=workers, table=table, countdown_s=countdown_s)
     how = {key: settings.pop(key) for key in ("seed", "lesson") if key in settings}
@@ -96,7 +96,7 @@ def opened(tmp_path, workers=None, table=None, countdown_s=0.0, **settings):
 
 
 def seated(room, *sides):
-    """Return a client in each seat."""
+    """Seat a client on each side, and return them."""
     clients = [Client() for _ in sides]
     for side, client in zip(sides, clients, strict=True):
         room.sit(client, side, f"label of {side}")
@@ -104,7 +104,7 @@ def seated(room, *sides):
 
 
 def starting(room):
-    """Let a game of two people count down, and return them."""
+    """Start the countdown of a game of two people, and return them."""
     red, blue = seated(room, "red", "blue")
     room.ready(red, True)
     room.ready(blue, True)
@@ -125,7 +125,7 @@ async def playing(room):
 
 
 async def ticks(room, count):
-    """Wait until so many ticks of a room's game are played."""
+    """Wait until a room's game has reached tick `count`."""
     await until(lambda: room.phase == "playing" and room.session.game.tick >= count)
 
 
@@ -161,7 +161,7 @@ def code_of(act, *what):
 
 
 def read(room):
-    """Return the recording of a room's game as far as it was played."""
+    """Return the recording of a room's game so far."""
     room.session.recorder.flush()
     return Recording.read(room.session.recorder.path)
 
@@ -381,7 +381,7 @@ async def test_two_people_who_play_again_change_sides_and_their_wins_are_counted
         state = bob.messages[-1]
         assert (state.phase, state.wins) == ("starting", (0, 1))
         assert (state.red.label, state.blue.label) == ("label of blue", "Ann")
-        room.ready(ann, False)  # their result is shown again, from where they had played
+        room.ready(ann, False)  # they change back, and their result is shown again
         state = bob.messages[-1]
         assert (state.phase, state.outcome, state.wins, state.red.label) == ("over", "red", (1, 0), "Ann")
         room.ready(ann, True)
@@ -405,14 +405,14 @@ async def test_a_game_against_a_policy_alone_is_paused(tmp_path):
         assert code_of(room.pause, watcher, True) == "out_of_turn"
         await ticks(room, 1)
         room.pause(red, True)
-        await asyncio.sleep(0.1)  # the tick that is due
+        await asyncio.sleep(0.1)  # for a tick that was due
         tick = room.session.game.tick
         await asyncio.sleep(0.3)
         assert room.session.game.tick == tick and watcher.messages[-1].paused
         room.pause(red, False)
         await ticks(room, tick + 1)
         room.pause(red, True)
-        room.disconnect(red)  # nobody else could end it
+        room.disconnect(red)  # ends the pause: nobody else could
         await ticks(room, tick + 10)
 
 
@@ -442,7 +442,7 @@ async def test_who_does_not_play_after_all_calls_the_countdown_off(how, tmp_path
 
 
 async def test_countdowns_that_are_called_off_begin_once_a_second(tmp_path, monkeypatch):
-    """Each countdown is work: five clients that began and called off as fast as they could stopped all games."""
+    """Countdowns cost time: five clients that began and cancelled them quickly once stopped all games."""
     now = [1000.0]
     monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now[0]))
     with opened(tmp_path, blue=0, countdown_s=600.0) as room:
@@ -489,7 +489,7 @@ async def test_a_game_that_nobody_can_write_down_does_not_begin(tmp_path):
 
 
 async def test_a_game_is_held_while_nobody_sees_it_and_goes_on_where_it_was(tmp_path, monkeypatch):
-    """Rooms that their owners had left took the processor from all others for a minute."""
+    """Rooms that their owners had left once took the processor from all others for a minute."""
     monkeypatch.setattr(live_session, "HELD_S", 0.01)
     with opened(tmp_path, time_limit=1.0, speed=2.0) as room:
         red = against(room, "ring")
@@ -547,7 +547,7 @@ async def test_what_players_do_is_written_as_it_was_done(tmp_path):
 
 
 async def test_a_rooms_state_is_told_to_so_many_at_once_and_then_to_all_together_once_in_a_while(tmp_path, monkeypatch):
-    """Clients that came again and again made the server write thousands of messages to everybody in the room."""
+    """Clients that reconnected again and again once made the server send everybody thousands of messages."""
     monkeypatch.setattr(audience, "SEND_S", 0.05)
     with opened(tmp_path) as room:
         room.audience._limit = RateLimit(4, 1e9)

@@ -37,7 +37,7 @@ def greeted(app, host):
     async def receive():
         if (message := next(said, None)) is not None:
             return message
-        while len(heard) < 2:  # that it is let in, and the answer
+        while len(heard) < 2:  # the acceptance and the welcome
             await asyncio.sleep(0)
         return {"type": "websocket.disconnect", "code": 1000}
 
@@ -92,7 +92,7 @@ def test_a_place_where_nobody_can_listen_is_an_error(started, tmp_path):
         taken.listen()
         with pytest.raises(CommandError, match=r"127.0.0.1.*--port"):
             serve(load, {}, port=taken.getsockname()[1], folder=tmp_path, say=said.append, greeting="hello")
-    assert not started and not said  # nothing is said before that is sure
+    assert not started and not said  # nothing is printed before it listens
 
 
 def test_a_server_is_known_by_its_names_and_no_others(monkeypatch):

@@ -1,4 +1,4 @@
-"""Late clocks."""
+"""A late game clock."""
 
 from types import SimpleNamespace
 

@@ -89,7 +89,7 @@ def begun(tmp_path, plan=PLAN):
 
 
 async def posted(host, act, code="P01", data=None, **said):
-    """Return the status of a study's answer to a participant's page, and what it says."""
+    """Post an action of a participant's page, and return the status and the response."""
     data = json.dumps({"window": "w", **said}).encode() if data is None else data
 
     async def receive():
@@ -108,7 +108,7 @@ async def asked(host, act, code="P01", **said):
 
 
 def walk(walked, until):
-    """Do what is asked of a participant until a step of some kind comes, and return that."""
+    """Do a participant's steps until the next is of kind `until`, and return it."""
     while walked.next.kind != until:
         walked.finish(walked.next, **({"answers": {"hand": "left"}} if walked.next.form is not None else {}))
     return walked.next
@@ -116,7 +116,7 @@ def walk(walked, until):
 
 async def test_a_participant_is_led_from_consent_to_a_game(tmp_path):
     with begun(tmp_path) as (host, folder):
-        state = await asked(host, "state", code="p01")  # in either case
+        state = await asked(host, "state", code="p01")  # in lower or upper case
         assert (state["title"], state["step"]["kind"]) == ("A pilot", "consent")
         assert "<h2>Will you?</h2>" in state["step"]["html"]
         out_of_turn = await asked(host, "done", step="start.form.hand", answers={})
@@ -138,7 +138,7 @@ async def test_a_window_is_the_participants_until_it_falls_silent_or_another_is_
     visitor, free = Visitor(), {"takes_over": False, "is_busy": False}
     assert visitor.claim("a", 1.0, 0.0, **free)
     assert not visitor.claim("b", 2.0, 7.0, **free)
-    assert visitor.claim("a", 3.0, 7.5, **free)  # it was loaded again
+    assert visitor.claim("a", 3.0, 7.5, **free)  # the window was reloaded
     assert not visitor.claim("a", 1.0, 8.0, **free)  # a tab that was copied from it
     assert not visitor.claim("b", 4.0, 15.0, **free)
     assert not visitor.claim("b", 4.0, 30.0, takes_over=False, is_busy=True)  # it is in a game
@@ -182,7 +182,7 @@ async def test_a_break_begins_when_what_came_before_was_done_and_cannot_be_cut_s
 
 
 async def test_what_one_of_two_asks_waits_for_the_other(tmp_path, monkeypatch):
-    """Else the game that one of them opens may be taken for what the last power failure left of it."""
+    """Otherwise, the game that one of them opens could be taken for an interrupted one."""
     at_work = []
 
     def settle(number):
@@ -211,7 +211,7 @@ async def test_pages_are_in_the_studys_language(tmp_path):
 
 
 EARLY = ("Welcome", "A code is made of letters, digits, _ and -.", "This does not go on")
-"""Phrases before the language is known."""
+"""Phrases that are shown before the language is known."""
 
 
 def test_every_phrase_of_the_page_is_in_the_example_of_a_language():
@@ -257,7 +257,7 @@ async def test_whatever_goes_wrong_a_page_hears_words(tmp_path, monkeypatch, cap
 
 
 def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, clock):
-    """Without a limit of wrong codes whoever tries many finds a session, and takes it over."""
+    """Without a limit on wrong codes, anybody could guess a right one and take over its session."""
     with begun(tmp_path) as (host, _):
         host._visitors[1].window = "known"
 
@@ -280,7 +280,7 @@ def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, clock):
 
 
 async def test_who_has_withdrawn_is_told_so_and_the_partner_is_asked_no_game_of_two(tmp_path):
-    """Else a code that is still in a mail begins the study anew, and the partner waits for ever."""
+    """Otherwise, a code in an old mail would start the study anew, and the partner would wait for ever."""
     with begun(tmp_path):
         pass
     withdraw(tmp_path / "data", "P01")
@@ -417,7 +417,7 @@ async def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """Give a study that several tests share, with participants of their own; last here: it logs all faults."""
+    """Give a study that several tests share, each with other participants; its log must hold no traceback."""
     folder = tmp_path_factory.mktemp("study")
     table = StudyTable(planned(folder / "plan"), folder / "data")
     yield table
@@ -425,14 +425,14 @@ def study(tmp_path_factory):
 
 
 def shape(value):
-    """Return an answer without what changes from game to game."""
+    """Return a response without the values that change from game to game."""
     if isinstance(value, dict):
         return {name: shape(one) for name, one in value.items() if name not in ("token", "room", "html")}
     return [shape(one) for one in value] if isinstance(value, list) else value
 
 
 def test_who_knows_the_page_alone_takes_part_and_each_of_two_has_their_line(study):
-    """The page's transcript is what is said, and its program does all of a study, beside another one."""
+    """The documentation's transcript is right, and its program completes a study, twice at the same time."""
     said = (STUDY / "transcript.txt").read_text().replace("KQ7F2MPD4X", "P01")
     transcript = re.findall(r"^> POST (\S+) (.*)\n< (\d+) (.*)", said, re.M)
     assert len(transcript) == 4

@@ -1,4 +1,4 @@
-"""A worker does work in turn, and nothing ends the event loop."""
+"""A worker does its work in order, and no error ends the event loop."""
 
 import asyncio
 import threading

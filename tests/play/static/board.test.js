@@ -1,4 +1,4 @@
-// The board: what is painted of a game; the chart of sizes; a recorded game.
+// The board: the painted game, the chart of sizes, and recorded games.
 
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
@@ -30,7 +30,7 @@ beforeEach(() => {
   arena.isLive = arena.isCalm = true;
 });
 
-// What was painted on a canvas in a colour: the parts of its paths.
+// Return the parts of the paths that were painted on a canvas in a colour.
 const painted = (of, did, colour) => of.getContext("2d").done.filter((one) => one.did === did && one.style === colour).flatMap(({ path }) => path);
 
 // --- the arena --------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-// The engine in the page, held to games of the simulator, as tests/play/engine_cases.py writes them.
+// Compare the page's engine with games of the simulator, which tests/play/engine_cases.py writes.
 
 import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
@@ -19,7 +19,7 @@ const TYPES = { F32: Float32Array, F64: Float64Array, U8: Uint8Array, I32: Int32
 const SQUARE = GRID * GRID;
 const BOUNDS = { acceleration: 1e-4, position: 2.5e-7, velocity: 5e-6, memory: 1e-5, answer: 1e-5, density: 1e-6, picture: 1 };
 
-// Arrays of safetensors by name, each as a function from the first index to what stands there.
+// Return the arrays of a safetensors file by name, each as a function from the first index to the values there.
 function read(buffer) {
   const size = 8 + new DataView(buffer).getUint32(0, true), header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, size - 8)));
   return Object.fromEntries(Object.entries(header).map(([name, { dtype, shape, data_offsets: [from, to] }]) => {
@@ -33,7 +33,7 @@ const inside = (field) => Int32Array.from({ length: SQUARE }, (_, cell) => field
 const farthest = (given, wanted) => given.reduce((most, value, i) => Math.max(most, Math.abs(value - wanted[i])), 0);
 const same = (given, wanted) => given.length === wanted.length && given.every((value, i) => value === wanted[i]);
 
-// What is found is the largest of each deviation, and what breaks a bound is in `faults`.
+// Keeps the largest of each deviation; `faults` lists failed checks and deviations beyond their bounds.
 class Found {
   constructor(has) { Object.assign(this, has, { faults: [] }); }
 
@@ -45,9 +45,9 @@ class Found {
   }
 }
 
-// Play one tick after the other, each from the simulator's state. `ties` are drones that the last bit of a position put
-// into another cell: what follows from them in that tick is no fault. `halves` are cells of fields of which 255 value /
-// maximum is a half, which the simulator painted darker: its processor multiplies by 1 / maximum.
+// Play tick by tick, each from the simulator's state. `ties` are drones that the last bit of a position puts into another
+// cell: their effects in that tick are not faults. `halves` counts cells of fields for which 255 value / maximum lies
+// half-way between two integers and the simulator rounded down, since its processor multiplies by 1 / maximum.
 async function compare(buffer, { seen, players: names }) {
   const given = read(buffer), [red, blue, seed, ticks, every] = given.start(0);
   /** @type {any} */
@@ -96,7 +96,7 @@ async function compare(buffer, { seen, players: names }) {
   return found;
 }
 
-// Put drones into the cells and teams of the simulator, and add up the fields anew.
+// Set the drones' cells and teams to the simulator's, and recompute the fields.
 function correct(game, cells, slot, teams) {
   const { ground } = game;
   cells.forEach((cell, i) => { ground.trails[slot + i] = cell; });
@@ -106,7 +106,7 @@ function correct(game, cells, slot, teams) {
   ground.trails.forEach((cell, i) => { if (cell >= 0) ground.add(teams[i % teams.length], cell, 1); });
 }
 
-// What drawings ask for, and how targets are shown.
+// Compare the densities of drawings and the pictures of targets with Python's.
 function compareDrawings({ drawings }) {
   const found = new Found({ drawings: drawings.length, cells: 0 });
   for (const { strokes, density, picture } of drawings) {

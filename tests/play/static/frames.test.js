@@ -1,4 +1,4 @@
-// Binary messages as Python writes and reads them, and contour lines of what they hold.
+// Binary messages are read as in Python, and contour lines are in the right place.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

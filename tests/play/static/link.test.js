@@ -1,4 +1,4 @@
-// The connection: what it says first, the clock, acknowledgements, and how it comes back.
+// The connection: its greeting, the clock, acknowledgements, and how it reconnects.
 
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";

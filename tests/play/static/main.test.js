@@ -1,4 +1,4 @@
-// Where one is on the page: what an address leads to, what is asked before one leaves, and whom a room is opened for.
+// Navigation: what an address opens, how a game is shared, and which rooms the form and an experiment create.
 
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
@@ -31,7 +31,7 @@ beforeEach(() => {
   globalThis.fetch = async () => ({ ok: true, json: async () => [] });
 });
 
-// Load the page, and let the table answer unless it is to wait.
+// Load the page, and let the server send `welcome` unless it is null.
 async function load(hash = "", { welcome = WELCOME, saved = null, pathname = "/" } = {}) {
   Object.assign(location, { hash, pathname });
   if (saved) for (const store of [sessionStorage, localStorage]) store.setItem("swarm-pz.seat", JSON.stringify(saved));

@@ -1,5 +1,5 @@
-// A stand-in for the browser: the elements of index.html, canvases that keep what is painted on them, a store, a clock.
-// It has what the page's modules use and no more. Time stands still until a test lets it pass.
+// A fake browser: the elements of index.html, canvases that record what is painted on them, storage, and a clock.
+// It has only what the page's modules use. Time passes only when a test lets it pass.
 
 import { appendFileSync, readFileSync } from "node:fs";
 import { SERVER } from "../../../swarm_pz/play/static/link.js";
@@ -25,7 +25,7 @@ export const time = {
     }
     this.ms = end;
   },
-  // Paint the next picture.
+  // Run the callbacks of the next animation frame.
   frame() { for (const act of this.frames.splice(0)) act(this.ms); },
 };
 performance.now = () => time.ms;
@@ -36,12 +36,12 @@ globalThis.setTimeout = (act, ms = 0) => {
 globalThis.clearTimeout = (timer) => time.timers.delete(timer);
 globalThis.setInterval = () => 0;
 globalThis.requestAnimationFrame = (act) => time.frames.push(act);
-// What was promised has been done by then: modules that are fetched, too.
+// Wait until pending promises have settled, dynamic imports included.
 export async function settled() { for (let i = 0; i < 5; i++) await new Promise(setImmediate); }
 
 // --- elements ---------------------------------------------------------------------------------------
 
-// Keeps what is filled, stroked and put down, each with its path and style, since the canvas was cleared.
+// Records fills, strokes and images since the canvas was cleared, each with its path and style.
 class Context {
   constructor() { Object.assign(this, { done: [], path: [], globalAlpha: 1 }); }
 
@@ -125,7 +125,7 @@ class Element extends EventTarget {
     else delete this.attributes[name];
   }
 
-  // All that it holds, of a tag.
+  // Return all descendants with a tag.
   all(tag) { return this.children.flatMap((part) => (part.tag ? [...(part.tag === tag ? [part] : []), ...part.all(tag)] : [])); }
 
   click() {
@@ -134,7 +134,7 @@ class Element extends EventTarget {
     this.fire("click");
   }
 
-  // Let something happen to it.
+  // Dispatch an event to it.
   fire(type, has = {}) {
     if (type === "change") this.onchange?.({ target: this });
     this.dispatchEvent(Object.assign(new Event(type, { cancelable: true }), has));
@@ -180,7 +180,7 @@ for (const [, id, options] of PAGE.matchAll(/<select id="([\w-]+)"[^>]*>(.*?)<\/
   elements[id].append(...[...options.matchAll(/<option value="([^"]*)"/g)].map(([, value]) => new Element("option", { value })));
 }
 export const at = (id) => elements[id] ?? null; // as in the page: null where there is none
-// Start with the page as it was loaded.
+// Reset the page to its state after loading.
 const fresh = Object.fromEntries(Object.entries(elements).map(([id, { tag, attributes, children, value }]) => [id, { tag, attributes: { ...attributes }, children, value }]));
 export function reload() {
   for (const [id, { tag, attributes, children, value }] of Object.entries(fresh)) {
@@ -203,7 +203,7 @@ class Store {
 
   removeItem(name) { this.kept.delete(name); }
 }
-let happenings = new EventTarget(); // to the window
+let happenings = new EventTarget(); // events of the window
 Object.assign(globalThis, {
   window: globalThis, localStorage: new Store(), sessionStorage: new Store(), devicePixelRatio: 1, innerWidth: 390, innerHeight: 844,
   location: { protocol: "http:", host: "table", origin: "http://table", hash: "", pathname: "/", replace: (to) => { location.replaced = to; } },
@@ -222,11 +222,11 @@ function go(_, __, address) { location.hash = address.startsWith("#") ? address 
 
 // --- the server -------------------------------------------------------------------------------------
 
-// A connection to nobody, which keeps what is said; Python reads it afterwards as the server does.
+// A connection without a server. It records the messages, which Python later reads as the server does.
 export class Line extends EventTarget {
   said = []; isOpen = true; table = SERVER; seat = null; lastSeat = null; offsetMs = 0; roundTripMs = 0;
 
-  system = "ergodic"; // what flies the seat
+  system = "ergodic"; // the control system of its drones
 
   now() { return time.ms; }
 
@@ -245,7 +245,7 @@ export class Line extends EventTarget {
   count(type) { return this.said.filter((message) => message.type === type).length; }
 }
 
-// A socket whose other end is the test; it keeps what is said, for the server to read.
+// A socket whose other end is the test. It records the messages for Python, too.
 export class Socket {
   static OPEN = 1;
 

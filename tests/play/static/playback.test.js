@@ -1,4 +1,4 @@
-// Recorded games of a server, as the page shows them: held to the simulator, which Python played again.
+// Compare recorded games of a server, as the page shows them, with Python's replay in the simulator.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -24,7 +24,7 @@ for (const name of Object.keys(recorded)) {
       assert.deepEqual([moment.tick, [...moment.teams]], [tick, teams]);
       near(moment.positions, positions, recorded[name].within);
       assert.equal(moment.fields !== null, fields !== null);
-      // A rounded position at an edge of a cell is in another cell.
+      // A rounded position at the edge of a cell may be in another cell.
       fields?.forEach((field, team) => assert.ok(field.filter((value, i) => Math.abs(value - moment.fields[team][i]) > 8).length <= 25));
       pictures?.forEach((picture, team) => near(playback.target(team).picture, picture, 1));
     }
@@ -56,8 +56,8 @@ for (const [fault, change, reason] of [
 
 const CIRCLE = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
 
-// A drone of red flies at tick `caught` to a place around which blue's first has flown, on a way of four ticks; red's second
-// flies with it, or stays away.
+// Blue's first drone repeats `way`, four offsets from (0.51, 0.51). At tick `caught` red's first drone jumps there and is
+// captured. If `isShared`, red's second drone flies that path, too; else it stays away.
 function turned(caught, outcome, way = CIRCLE, isShared = false) {
   const last = 240, around = (tick) => [0, 1].map((axis) => 0.51 + 0.04 * way[tick % 4][axis]);
   const frames = Array.from({ length: last + 1 }, (_, tick) => encode({
@@ -76,8 +76,8 @@ test("the loss that turned a game is told with its place, who made the ground, a
   near(place, [0.51, 0.51], 1e-6);
   assert.equal(whyOf(turned(200, "draw")), null);
   for (const [way, isShared, told] of [
-    [[[-1, -1], [-1, 1], [-1, -1], [-1, 1]], false, ". It had been blue’s for 5.0 s."], // beside it on one side is not around it
-    [[...CIRCLE.slice(1), [-9, -9]], false, ", circling close around it."], // held on and off, and not only then
+    [[[-1, -1], [-1, 1], [-1, -1], [-1, 1]], false, ". It had been blue’s for 5.0 s."], // flying on one side of the place is not circling it
+    [[...CIRCLE.slice(1), [-9, -9]], false, ", circling close around it."], // held on and off: neither for long, nor only just then
     [CIRCLE, true, ", circling close around it. Red held it, too."],
   ]) assert.equal(whyOf(turned(200, "blue", way, isShared)).text, `Red lost a drone on ground that 1 of blue’s 3 drones had made${told}`);
 });

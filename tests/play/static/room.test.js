@@ -1,4 +1,4 @@
-// A table in a page: what it says, in the server's words, and what it records, which Python reads and simulates afterwards.
+// A game in a page without a server: it sends a server's messages, and Python replays what it records.
 
 import assert from "node:assert/strict";
 import { appendFileSync, readFileSync, writeFileSync } from "node:fs";
@@ -16,7 +16,7 @@ import { rowOf } from "../../../swarm_pz/play/static/embed.js";
 
 const DOT = [{ brush: "attract", width: 0.1, points: [[0.2, 0.7]] }];
 
-// A folder of the browser's, with as much of its files as is used.
+// A fake folder of the browser, with the methods that are used.
 class Folder {
   files = new Map();
 
@@ -78,7 +78,7 @@ class Visitor {
     await this.pass(1000);
   }
 
-  // Let time pass, and what was begun be done.
+  // Let time pass, and wait for the work that it starts.
   async pass(ms) {
     for (let left = ms; left > 0; left -= 200) {
       time.pass(Math.min(left, 200));
@@ -182,7 +182,7 @@ test("a game in a link is played again as it was, and what cannot be is no link"
   assert.match(packed, /^[\w-]{100,1500}$/);
   let again = null;
   unpack(packed, fixtures.told).then((played) => { again = played; });
-  while (!again) { // the compressor takes its time, and then the countdown
+  while (!again) { // wait for the compressor, and then for the countdown
     await settled();
     time.pass(1);
   }

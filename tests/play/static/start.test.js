@@ -1,4 +1,4 @@
-// The start: opponents; and the lesson.
+// The start page: opponents and the lesson.
 
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";

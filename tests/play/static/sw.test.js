@@ -1,4 +1,4 @@
-// The service worker: a version keeps its own files, fetched anew, and clears away older ones, but nothing of other pages.
+// The service worker: each version caches its own files, fetched anew, and deletes older versions but no other page's files.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -7,7 +7,7 @@ import { runInNewContext } from "node:vm";
 
 const CODE = readFileSync(new URL("../../../swarm_pz/play/static/engine/sw.js", import.meta.url), "utf8"), SCOPE = "https://host/game/";
 
-// A worker of some version, in a browser that has these caches; does what an event asks for.
+// Return a function that sends events to a worker of some version, in a browser with these caches.
 function worker(version, stores) {
   const acts = {}, caches = {
     open: async (name) => {

@@ -1,5 +1,5 @@
-// A seat at the table: drawings and commands that are placed, by fingers and keys, as they are
-// sent; and what is said of them. Seats are as the server describes them, and it reads afterwards what was sent.
+// A player's seat: drawings and commands by touch and keys, as they are sent, and what the page tells of them.
+// The server's code describes the seats, and later reads what was sent.
 
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
@@ -16,7 +16,7 @@ beforeEach(() => {
   localStorage.removeItem("swarm-pz.drawings");
 });
 
-// Sit down at a table where a game runs.
+// Take a seat in a running game.
 async function sit(system = "ergodic", has = {}) {
   const line = Object.assign(new Line(), { system });
   const table = new Table(line, { left() {}, begin() {} });
@@ -258,7 +258,7 @@ test("after a game between people both see the score, who wants another one, and
   line.hear("seated", { ...fixtures.seats.ergodic, seat: "blue" });
   line.hear("room", { ...fixtures.room, phase: "starting", wins: [1, 2], red: person });
   assert.deepEqual([table.seat, table.arena.guarded], [1, [1]]);
-  const told = () => { // as the page says it once it is shown
+  const told = () => { // the text that the cover shows in the next frame
     end();
     return table.cover.result(90);
   };

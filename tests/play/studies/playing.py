@@ -1,4 +1,4 @@
-"""A study's plan, and its folder as it is when participants have done some of it, with recordings of short games."""
+"""A study's plan, and a folder in which participants have done part of it, with recordings of short games."""
 
 import contextlib
 
@@ -69,7 +69,7 @@ def told(step):
 
 
 def walk(folder, number, until=None, ticks=30, outcome="red"):
-    """Let a participant do what is asked, up to a step; games last for some ticks, and have an outcome."""
+    """Let a participant do all steps before `until`, and return the next one; games have `ticks` and an outcome."""
     progress = folder.progress(number)
     while (step := progress.next) is not None and step.id != until:
         if not step.is_game:

@@ -11,7 +11,7 @@ from swarm_pz.play.studies.rows import GameRow
 
 
 def game(participant, condition, won, seconds, decided):
-    """Return a game that counts; nothing else of it is known."""
+    """Return a game that counts, whose other columns are None."""
     unknown = dict.fromkeys((column.name for column in fields(GameRow)), None)
     known = {"participant": participant, "condition": condition, "won": won, "seconds": seconds, "decided": decided}
     return GameRow(**unknown | known)
@@ -41,7 +41,7 @@ FACTOR = {"factor": {"y": "1", "x": "2"}}
 
 
 def within(differences):
-    """Return the effect of a factor of two levels, x less y, by which participants differ."""
+    """Return the effect of a factor within people, x less y, from each person's difference."""
     people = [f"P{number:02d}" for number in range(len(differences))]
     (found,) = factor_effects(
         "m", {"y": dict.fromkeys(people, 0.0), "x": dict(zip(people, differences, strict=True))}, FACTOR
@@ -65,7 +65,7 @@ def between(first, second):
         ([1.0, 1.0, 1.0], 2 / 8),
         ([1.0, -1.0], 1.0),
         ([0.0] * 5, 1.0),
-        ([1.0] * 40, 1 / 20_000),  # the given signs are among those that are drawn: p is never 0
+        ([1.0] * 40, 1 / 20_000),  # the observed signs count as one of the draws, so p is never 0
     ],
 )
 def test_the_test_counts_all_signs(differences, p):
@@ -74,7 +74,7 @@ def test_the_test_counts_all_signs(differences, p):
 
 @pytest.mark.parametrize("count", [3, 6, 20])
 def test_an_interval_holds_the_shifts_that_the_test_does_not_refuse(count):
-    """Its ends are found without trying shifts; too few participants exclude nothing."""
+    """The ends are computed without trying shifts; too few participants exclude nothing."""
     given = np.random.default_rng(count).normal(1.4, 0.3, count)
     found = within(given)
     assert np.isfinite([found.low, found.high]).all() == (count >= 6)
@@ -98,7 +98,7 @@ def test_main_effects_and_interactions_of_a_factorial_design_are_those_by_hand()
     factors = {"delay": dict(zip("abcd", "0033", strict=True)), "view": dict(zip("abcd", "fhfh", strict=True))}
     cells = np.random.default_rng(1).normal((4.0, 3.0, 2.0, 0.0), 1.0, (7, 4))
     values = {title: {f"P{number}": cells[number, place] for number in range(7)} for place, title in enumerate("abcd")}
-    values["a"]["P9"] = 100.0  # met one condition alone, so they show no effect
+    values["a"]["P9"] = 100.0  # met only one condition, so shows no effect
     found = {one.effect: one for one in factor_effects("m", values, factors)}
     for effect, weights in (
         ("delay", [-0.5, -0.5, 0.5, 0.5]),

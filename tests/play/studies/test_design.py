@@ -125,7 +125,7 @@ def test_a_code_is_no_path(code):
 
 
 def test_codes_that_are_drawn_differ_and_are_long_whatever_the_studys_seed(tmp_path):
-    """Codes that follow from the study's file are known to who has read it."""
+    """Anybody who reads the study's file could compute codes that follow from it."""
     first, second = draw_codes(1000), draw_codes(1000)
     assert len({*first, *second}) == 2000
     assert all(check_code(code) and len(code) == 10 and not set(code) & set("01OILAEU") for code in first)

@@ -41,7 +41,7 @@ def ran(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def out(ran, tmp_path_factory):
-    """Give its export, which has left the study as it was."""
+    """Give the study's export, which left the study unchanged."""
     folder = tmp_path_factory.mktemp("out") / "published"
     before = {path: path.read_bytes() for path in ran.rglob("*") if path.is_file()}
     export(ran, folder, command="swarm-pz study export ran")

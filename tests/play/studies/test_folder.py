@@ -1,4 +1,4 @@
-"""A study's folder: what it keeps, and what it takes up after an interruption."""
+"""A study's folder: what it keeps, and how it goes on after an interruption."""
 
 import contextlib
 
@@ -47,7 +47,7 @@ def test_a_study_is_what_it_was_when_it_began(folder, tmp_path):
 
 
 def test_codes_are_drawn_once_and_open_what_has_another_name(folder, tmp_path):
-    """Codes by number let anybody take sessions over; other codes after a restart keep everybody out."""
+    """Numbered codes would let anybody take over sessions; new codes after a restart would lock everybody out."""
     file, path = tmp_path / "plan" / "study.toml", tmp_path / "data"
     codes = folder.codes
     assert [folder.number_of(code.lower()) for code in codes] == [0, 1, 2, 3]

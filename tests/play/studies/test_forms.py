@@ -1,4 +1,4 @@
-"""Questions, answers, and the scores of the forms that are known; and the texts that participants read."""
+"""Questions, answers, the scores of known forms, and the texts that participants read."""
 
 import pytest
 
@@ -31,7 +31,7 @@ def test_the_task_load_is_weighed_by_the_choices_as_in_the_manual():
 
 
 def test_the_task_load_has_six_scales_and_all_fifteen_pairs_each_of_which_weighs_the_chosen_one():
-    """Of each pair the second counts more, so the scales weigh 0, 1, 2, 3, 4 and 5."""
+    """The second of each pair is chosen, so the scales weigh 0, 1, 2, 3, 4 and 5."""
     pairs = [item for item in TLX.items if item.kind == "pair"]
     assert (len(TLX.items), len(RAW.items), len({frozenset(pair.choices) for pair in pairs})) == (21, 6, 15)
     ratings = dict(zip(TLX_SCALES, (100, 80, 60, 40, 20, 5), strict=True))
@@ -77,7 +77,7 @@ def test_answers_are_checked_by_question(answers, said):
 
 
 def test_words_are_kept_without_what_cannot_be_written():
-    """Control characters, and half a sign that a page cut off."""
+    """Control characters are dropped; half of a surrogate pair, cut by a page, is replaced."""
     read = OWN.items[-1].read
     assert read("a\0b\n\tc\x1b") == "ab\n\tc"
     assert read("a\ud83d") == "a\ufffd" and read("\ud83d\ude00") == "\N{GRINNING FACE}"

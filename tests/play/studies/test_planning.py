@@ -1,4 +1,4 @@
-"""A study's plan names what decides, its report shows that apart, and power is what simulations find."""
+"""A study's plan names the tests that decide, its report shows them apart, and simulations give the power."""
 
 import hashlib
 

@@ -150,7 +150,7 @@ def test_a_step_out_of_turn_or_with_wrong_answers_changes_nothing(tmp_path):
     with pytest.raises(ConfigError, match="age must"):
         progress.finish(later, answers={"age": 7})
     assert (tmp_path / "p.jsonl").read_bytes() == before and progress.next == later
-    read = iter(progress.done.items())  # by another thread, which comes no further for now
+    read = iter(progress.done.items())  # as another thread reads it, paused here
     progress.finish(later, answers={"age": 40})
     assert [step for step, _ in read] == ["consent"] and len(progress.done) == 2
 

@@ -35,7 +35,7 @@ name = "sus"
 
 
 def tree(path):
-    """Return all files of a study's folder, but when somebody withdrew."""
+    """Return the files of a study's folder, without the times of withdrawals."""
     files = {str(one.relative_to(path)): one.read_bytes() for one in path.rglob("*") if one.is_file()}
     for name, content in files.items():
         first = json.loads(content.split(b"\n")[0]) if name.startswith("participants/P") else {}
@@ -46,7 +46,7 @@ def tree(path):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """Give the folder of a study in which a pair is in the middle of its games, and one of another has come."""
+    """Give the folder of a study in which one pair is midway, and one member of another pair has come."""
     place = tmp_path_factory.mktemp("whole")
     with begun(place, PLAN) as folder:
         for number in (0, 1):
@@ -64,7 +64,7 @@ def ran(whole, tmp_path):
 
 @pytest.mark.parametrize(("code", "own", "other"), [("ann", "P01", "P02"), ("BOB", "P02", "P01")])
 def test_of_a_pair_one_withdraws_and_the_other_keeps_what_is_theirs(code, own, other, ran):
-    """A recording that stays shows who withdrew; a line that goes, or a partner who waits for ever, costs the other."""
+    """A recording left behind would show who withdrew; the partner must keep their result and not wait for ever."""
     before = tree(ran)
     done = withdraw(ran, code)
     after = tree(ran)
@@ -100,7 +100,7 @@ def test_of_a_pair_one_withdraws_and_the_other_keeps_what_is_theirs(code, own, o
 
 
 def test_a_game_of_two_that_was_over_is_written_down_for_the_other_before_it_goes(ran):
-    """After a power failure the recording alone knows how the partner's game ended."""
+    """After a power failure, only the recording shows how the partner's game ended."""
     file = ran / "participants" / "P02.jsonl"
     file.write_text("".join(line for line in file.read_text().splitlines(keepends=True) if ".game1" not in line))
     withdraw(ran, "ann")
@@ -129,12 +129,12 @@ class Killed(BaseException):
 
 
 def kill_at(patch, step):
-    """Let the process end before a file is removed or replaced for the n-th time, and do nothing more."""
+    """End the process just before its `step`-th removal or replacement of a file, counted from 0."""
     count = itertools.count()
 
     def counted(act):
         def one(path, *given, **more):
-            if path.name != ".holder" and next(count) >= step:  # which the lock removes
+            if path.name != ".holder" and next(count) >= step:  # the lock's own file
                 raise Killed
             return act(path, *given, **more)
 
@@ -145,7 +145,7 @@ def kill_at(patch, step):
 
 
 def test_a_withdrawal_that_is_killed_anywhere_is_done_by_calling_it_again(ran, whole, monkeypatch):
-    """Else something of who withdrew stays for ever, as it is no part of the study any more."""
+    """Otherwise, recordings of a withdrawn participant might never be deleted."""
     withdraw(ran, "ann")
     goal = tree(ran)
     for step in range(100):

@@ -28,7 +28,7 @@ export const ADDRESS = {
 };
 export const GAME = { seed: (seed) => seed === null || whole(0, 2 ** 32 - 1)(seed), seat: either("red", "blue") };
 
-// Refuse values that do not fit, and names that mean nothing.
+// Refuse invalid values and unknown names.
 export function check(values, fits) {
   for (const [name, value] of Object.entries(values)) {
     if (!Object.hasOwn(fits, name)) throw new Refused("not_valid", `there is no ${name}; known are ${Object.keys(fits).join(", ")}`);

@@ -1,8 +1,8 @@
-// The ergodic controller, as docs/controller.md explains it. Sums have 64 bits; what lasts, points and tables have 32, as in swarm_pz.
+// The ergodic controller of docs/controller.md. As in swarm_pz, sums are float64; memory, points and tables are float32.
 
-export const CELLS = 10, MODES = 10; // of a command and of the controller, a side
+export const CELLS = 10, MODES = 10; // per side, of a command and of the controller
 const SQUARE = MODES * MODES, HORIZON = 10, PERIOD = 0.1;
-const DECAY = Math.fround(Math.exp(-PERIOD / 4)), ACCELERATE = -10 * PERIOD; // over the weight of control, 0.1
+const DECAY = Math.fround(Math.exp(-PERIOD / 4)), ACCELERATE = -10 * PERIOD; // -PERIOD over the control weight, 0.1
 const WALL = 100, MARGIN = Math.fround(0.05), FASTEST = 1;
 const TIMES = Float32Array.from({ length: HORIZON + 1 }, (_, h) => PERIOD * h);
 const SPECTRUM = Float32Array.from({ length: SQUARE }, (_, k) => 200 * (1 + Math.floor(k / MODES) ** 2 + (k % MODES) ** 2) ** -1.5);
@@ -12,8 +12,8 @@ const [S1, C2, S3, C4, S5, C6, S7, C8, S9, C10, S11, C12] = Array.from({ length:
   return term;
 });
 
-// Cosines and sines of 0 to 9 times pi x: the nearest whole number gives the sign, a Taylor series the rest, which every
-// browser computes alike.
+// Write cosines and sines of 0 to 9 times pi x. The nearest whole number gives the sign; a Taylor series, which every
+// browser computes alike, gives the rest.
 function tabulate(place, cosines, sines, at) {
   const whole = Math.floor(place + 0.5), x = place - whole, q = x * x, sign = whole & 1 ? -1 : 1;
   const cosine = sign * (1 + q * (C2 + q * (C4 + q * (C6 + q * (C8 + q * (C10 + q * C12))))));
@@ -35,7 +35,7 @@ export function normalised(density) {
   return target.map((value) => value / total);
 }
 
-// Integrals of cos(pi k x) times a cell's weight, a hat that is mirrored at the walls as the cosine is.
+// Integrals of cos(pi k x) times a cell's weight: a hat function, mirrored at the walls like the cosine.
 const HATS = Float64Array.from({ length: CELLS * MODES }, (_, i) => {
   const cell = Math.floor(i / MODES), half = Math.PI * (i % MODES) / (2 * CELLS);
   return Math.cos(half * (2 * cell + 1)) * (half ? (Math.sin(half) / half) ** 2 : 1);
@@ -59,7 +59,7 @@ export class Controller {
     const points = drones * HORIZON, numbers = (count) => new Float32Array(count), sums = () => new Float64Array(SQUARE);
     this.memory = numbers(drones * SQUARE); // of each drone's past, and its weight
     this.weights = numbers(drones);
-    this.x = numbers(points); // where drones come to: the last bit of it can be a ten-thousandth of an acceleration
+    this.x = numbers(points); // predicted places: their last bit can change an acceleration by a ten-thousandth
     this.y = numbers(points);
     this.cosX = numbers(points * MODES);
     this.sinX = numbers(points * MODES);
@@ -76,7 +76,7 @@ export class Controller {
     this.weights[drone] = 0;
   }
 
-  // Accelerate all drones towards the target of their team, of which coefficients are given.
+  // Set the accelerations of all drones towards their team's target, given by its coefficients.
   solve({ positions, velocities, accelerations, teams, sizes, coefficients }) {
     const { means, errors, slopes } = this;
     for (const mean of means) mean.fill(0);
@@ -94,7 +94,7 @@ export class Controller {
   expect(i, positions, velocities, size, mean) {
     const { memory, weights, seen, x, y, cosX, sinX, cosY, sinY } = this, first = i * SQUARE;
     for (let h = 0; h <= HORIZON; h++) {
-      const point = i * HORIZON + Math.max(h - 1, 0), at = point * MODES; // of the present only the memory is needed
+      const point = i * HORIZON + Math.max(h - 1, 0), at = point * MODES; // only the memory needs the present
       x[point] = positions[2 * i] + TIMES[h] * velocities[2 * i];
       y[point] = positions[2 * i + 1] + TIMES[h] * velocities[2 * i + 1];
       tabulate(x[point], cosX, sinX, at);
@@ -110,7 +110,7 @@ export class Controller {
     for (let k = 0; k < SQUARE; k++) mean[k] += share * seen[k];
   }
 
-  // Accelerate a drone down the costate, back along its path; the first point comes too soon to count.
+  // Set a drone's acceleration against the costate, summed along its path; the first point has weight 0.
   steer(i, accelerations) {
     const { x, y, cosX, sinX, cosY, sinY, errors, slopes } = this;
     let totalX = 0, totalY = 0;

@@ -1,4 +1,4 @@
-// The default game of swarm_pz, tick by tick: docs/rules.md. tests/play/test_engine.py holds it to the simulator.
+// The default game of swarm_pz, tick by tick: docs/rules.md. tests/play/test_engine.py compares it with the simulator.
 
 import { CELLS, coefficientsOf, Controller, normalised } from "./controller.js";
 import { Ground } from "./ground.js";
@@ -6,7 +6,7 @@ import { Random } from "./random.js";
 import { SIDES, TICKS } from "../words.js";
 
 export const PERIOD = 3; // ticks between solves
-const INSET = 0.1, RADIUS = 0.08; // of the corners near which drones start
+const INSET = 0.1, RADIUS = 0.08; // drones start within RADIUS of points INSET from two walls
 const TICK = Math.fround(1 / TICKS); // seconds
 
 export class Game {
@@ -29,7 +29,7 @@ export class Game {
     this.start(new Random(seed));
   }
 
-  // At random near the corners, in the order in which swarm_pz/simulator/spawn.py draws.
+  // Place drones at random near the corners, with random numbers in the order of swarm_pz/simulator/spawn.py.
   start(random) {
     const { positions } = this, count = this.teams.length;
     for (let i = 0; i < 2 * count; i++) positions[i] = random.bit();
@@ -51,13 +51,13 @@ export class Game {
     return this.isOver ? "draw" : null;
   }
 
-  // A density of 10 times 10 cells, rows from the bottom, which the team follows from the next solve on.
+  // Set the density, 10 by 10 cells with rows from the bottom, that a team follows from the next solve on.
   command(team, density) {
     this.targets[team] = normalised(density);
     this.coefficients[team] = coefficientsOf(this.targets[team]);
   }
 
-  // A tick. The drones that were captured, each with its new team.
+  // Run a tick; return the captured drones, each with its new team.
   advance() {
     if (this.isOver) return [];
     if (this.tick % PERIOD === 0) this.controller.solve(this);
@@ -67,7 +67,7 @@ export class Game {
     return this.ground.caught(this.positions, this.teams).map((drone) => this.capture(drone));
   }
 
-  // Walls take the velocity towards them.
+  // Move the drones. At a wall, the velocity towards it becomes 0.
   move() {
     const { positions, velocities, accelerations } = this;
     for (let i = 0; i < positions.length; i++) {

@@ -4,7 +4,7 @@ import { CELLS as GRID } from "../frames.js"; // a side
 
 export const TRAIL = 150; // ticks
 const BORDER = 2, WIDTH = GRID + 2 * BORDER; // fields have a border in which they are always 0
-const UNIT = 55440; // a field of 1 as a whole number, which every number of cells in a ring divides
+const UNIT = 55440; // stands for a field of 1; every possible number of ring cells divides it
 const THRESHOLD = 0.75;
 
 const near = (cell, reach) => Math.min(cell + reach, GRID - 1) - Math.max(cell - reach, 0) + 1;
@@ -14,14 +14,14 @@ for (let row = 0; row < GRID; row++) {
   for (let column = 0; column < GRID; column++) WEIGHTS[placeOf(row * GRID + column)] = UNIT / ring(row, column);
 }
 
-// Where a cell stands in a field.
+// Return a cell's index in a field.
 export function placeOf(cell) { return (Math.floor(cell / GRID) + BORDER) * WIDTH + cell % GRID + BORDER; }
 
 function along(coordinate) { return Math.min(Math.floor(GRID * Math.max(coordinate, 0)), GRID - 1); }
 
 export function cellOf(x, y) { return along(y) * GRID + along(x); }
 
-// A field's largest value, and that above which it captures.
+// Return a field's largest value, and the limit above which it captures.
 export function limitsOf(field) {
   let most = 0;
   for (let i = 0; i < field.length; i++) if (field[i] > most) most = field[i];
@@ -35,7 +35,7 @@ export class Ground {
     this.fields = [new Int32Array(WIDTH * WIDTH), new Int32Array(WIDTH * WIDTH)]; // red's and blue's
   }
 
-  // Add ticks in a cell to the cells that have it on their ring: those on its own.
+  // Add ticks in a cell to the field of each cell on its ring: exactly these have it on theirs.
   add(team, cell, ticks) {
     const field = this.fields[team], first = placeOf(cell) - BORDER * WIDTH - BORDER, last = first + 4 * WIDTH;
     for (let i = 0; i < 5; i++) {
@@ -48,7 +48,7 @@ export class Ground {
     }
   }
 
-  // Write where drones are in place of the oldest of their trails.
+  // Overwrite the oldest cell of each trail with the drone's present cell.
   extend(tick, positions, teams) {
     const { trails } = this, slot = tick % TRAIL * this.drones;
     for (let i = 0; i < this.drones; i++) {
@@ -70,7 +70,7 @@ export class Ground {
     return caught;
   }
 
-  // A drone's trail now counts for the other team.
+  // Let a drone's trail count for the other team from now on.
   handOver(drone, loser) {
     for (let at = drone; at < this.trails.length; at += this.drones) {
       const cell = this.trails[at];

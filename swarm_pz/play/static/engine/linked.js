@@ -1,4 +1,4 @@
-// Games in links: the seed and the commands, from which the engine plays a game of the page once more.
+// Games in links: the engine replays a game of the page from its seed and its commands.
 
 import { UNTIMED } from "./recording.js";
 import { Room, UNVARIED } from "./room.js";
@@ -6,9 +6,9 @@ import { densityOf } from "./strokes.js";
 import { SIDES } from "../words.js";
 
 const BRUSHES = ["attract", "repel", "erase"];
-const FINE = 1e4; // parts of a map width, in which drawings are recorded
+const FINE = 1e4; // steps per map width, to which drawings are rounded
 const LONGEST = 8000, MOST_BYTES = 2 ** 18; // letters of a link, and bytes of the game in it
-const MOST_TICKS = 18_000, MOST_DRONES = 60; // that a page plays again while one waits
+const MOST_TICKS = 18_000, MOST_DRONES = 60; // more would take too long to replay
 
 const whole = (value) => Math.round(value * FINE);
 
@@ -26,10 +26,10 @@ function lengthen([brush, width, ...steps]) {
 
 function isShort({ red, blue }, lastTick) { return red + blue <= MOST_DRONES && lastTick <= MOST_TICKS; }
 
-// Pass bytes through a compressor, or back.
+// Compress or decompress bytes.
 async function through(bytes, stream) { return new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer(); }
 
-// Return a recorded game as text for a link; null if it was not played in a page, is too long, or the browser is too old.
+// Return a recorded game as text for a link; null if from a server, with factors or too long, or in an old browser.
 export async function pack(text) {
   if (!("CompressionStream" in globalThis)) return null;
   const [header, ...lines] = text.trimEnd().split("\n").map((line) => JSON.parse(line)), { table, seed, software } = header;
@@ -47,7 +47,7 @@ export async function pack(text) {
   return isShort(settings, end.tick) && packed.length <= LONGEST && written.length <= MOST_BYTES ? packed : null;
 }
 
-// Play a packed game again, at a table as `swarm-pz site` writes it. Return its recording, and true if it ended as it had.
+// Replay a packed game by the table.json of `swarm-pz site`. Return its recording, and whether it ends as it did.
 export async function unpack(packed, { rules, commands: form, welcome }) {
   if (packed.length > LONGEST) throw new Error("the link is too long");
   const bytes = Uint8Array.from(atob(packed.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
@@ -60,7 +60,7 @@ export async function unpack(packed, { rules, commands: form, welcome }) {
     client: null, countdown: 0, room: null, say() {}, shelf: { save: async (_, log) => { lines = log; } },
   };
   const room = new Room(table, "LINK", { seat, opponent, seed, settings });
-  room.run = () => {}; // its clock stands
+  room.run = () => {}; // no timer: the loop below runs its ticks
   await room.loading;
   room.begin();
   room.start();

@@ -1,9 +1,9 @@
-// The network of learned players, as policies/network.py: every feature exists in the eight orientations of the square,
-// whose kernels are one kernel, turned and mirrored.
+// The network of learned players, as in policies/network.py. Every feature exists in the eight orientations of the
+// square; their kernels are one kernel, turned and mirrored.
 
 const ORIENTATIONS = 8;
 
-// From where in an image a cell comes when it is mirrored, from the fifth orientation on, then turned.
+// Return the index of the cell that moves to a place when an image is mirrored (orientations 4 to 7) and then turned.
 function sourceOf(orientation, row, column, side) {
   for (let turn = orientation % 4; turn; turn--) [row, column] = [column, side - 1 - row];
   return row * side + (orientation < 4 ? column : side - 1 - column);
@@ -14,14 +14,14 @@ const SOURCES = Array.from({ length: ORIENTATIONS }, (_, o) => [0, 1, 2, 3].map(
 const relative = (from, to) => SOURCES.findIndex((by) => by.every((_, cell) => by[SOURCES[from][cell]] === SOURCES[to][cell]));
 const relu = (values) => values.map((value) => Math.max(value, 0));
 
-// Arrays by name, from a file of safetensors.
+// Return a function from names to arrays, for a safetensors file.
 function tensorsOf(/** @type {ArrayBuffer} */ buffer) {
   const size = 8 + new DataView(buffer).getUint32(0, true), header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, size - 8)));
   const read = ({ shape, data_offsets: [from, to] }) => ({ shape, values: new Float32Array(buffer.slice(size + from, size + to)) });
   return (name) => read(header[name]);
 }
 
-// Apply a convolution to images that stand one after the other.
+// Return a convolution, a function of images stored one after the other.
 function convolution({ shape: [outputs, inputs, sources, size], values }, { values: bias }, stride = 1, padding = 0) {
   const kernel = new Float64Array(ORIENTATIONS * values.length), square = size * size, block = inputs * sources * square;
   for (let at = 0; at < kernel.length; at++) {
@@ -48,7 +48,7 @@ function convolution({ shape: [outputs, inputs, sources, size], values }, { valu
   };
 }
 
-// Read a player from a file of weights: from some channels on a grid to log-densities in [-1, 1] on some cells.
+// Read a network from a file of weights: from channels on a grid to log-densities in [-1, 1] on cells.
 export function networkOf(/** @type {ArrayBuffer} */ buffer) {
   const tensor = tensorsOf(buffer), head = tensor("head.weight").values, [bias] = tensor("head.bias").values;
   const layer = (name, ...how) => convolution(tensor(`trunk.${name}.weight`), tensor(`trunk.${name}.bias`), ...how);

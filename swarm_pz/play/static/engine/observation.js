@@ -46,7 +46,7 @@ function paintPositions({ positions, teams }, team, plane, grid) {
   }
 }
 
-// The newer over the older.
+// Paint newer cells over older ones.
 function paintTrails({ ground: { trails }, teams, tick }, team, plane, grid) {
   for (let age = Math.min(TRAIL, tick) - 1; age >= 0; age--) {
     const slot = (tick - 1 - age) % TRAIL * teams.length, shade = Math.floor((255 * (TRAIL - age) + TRAIL / 2) / TRAIL);
@@ -56,7 +56,7 @@ function paintTrails({ ground: { trails }, teams, tick }, team, plane, grid) {
   }
 }
 
-// Return 255 value / maximum, at least 192 exactly where the team captures.
+// Paint 255 value / maximum, at least 192 exactly where the team captures.
 function paintField({ ground: { fields } }, team, plane, grid) {
   const field = fields[team], { most, limit } = limitsOf(field), highest = new Int32Array(grid * grid);
   if (!most) return;
@@ -70,7 +70,7 @@ function paintField({ ground: { fields } }, team, plane, grid) {
   }
 }
 
-// The target's density over its largest cell; on coarser grids, the mean.
+// Paint the target's density divided by its largest cell; on coarser grids, the mean.
 function paintTarget({ targets }, team, plane, grid) {
   const target = targets[team], most = Math.max(...target), block = GRID / grid, weights = new Float64Array(grid * CELLS);
   for (let fine = 0; fine < GRID; fine++) {

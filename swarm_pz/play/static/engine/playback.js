@@ -1,5 +1,5 @@
-// A recorded game, shown by its own frames: docs/protocol.md#recordings. Nothing is simulated, so that games of every control
-// system, and of every processor, are shown as they were. Between frames drones move as in the game: they accelerate evenly.
+// A recorded game, shown from its own frames: docs/protocol.md#recordings. Nothing is simulated, so games of any
+// control system and processor are shown as they were. Between frames drones accelerate evenly, as in the game.
 
 import { Ground, TRAIL } from "./ground.js";
 import { fieldsOf } from "./observation.js";
@@ -12,10 +12,10 @@ const PROTOCOL = "swarm-pz.play.v2";
 const PAST_TICKS = 9; // between the moments of trails
 const EVERYTHING = new Float32Array(100).fill(1);
 
-// Read the lines of a recording; the last one may be cut short.
+// Parse the lines of a recording, without a last one that was cut short.
 function linesOf(text) { return text.split("\n").slice(0, -1).map((line) => JSON.parse(line)); }
 
-// Tell if a game's fields are of the default rules, which the page can work out from trails.
+// Tell if capture fields have the default rules, by which the page can compute them from trails.
 function hasOwnFields({ memory, capture, dynamics }) {
   return memory?.trail === TRAIL / TICKS && !memory.trail_forgotten_on?.length && capture?.threshold === 0.75
     && [undefined, "occupancy"].includes(capture.field) && !dynamics?.failure_rate;
@@ -24,7 +24,7 @@ function hasOwnFields({ memory, capture, dynamics }) {
 export class Playback {
   tick = 0; ground; teams;
 
-  // An Error says why a file cannot be shown.
+  // Throw an Error that says why a file cannot be shown.
   constructor(name, text) {
     const [header, ...lines] = linesOf(text);
     if (header?.protocol !== PROTOCOL) throw new Error(`its first line must name the protocol ${PROTOCOL}`);
@@ -33,7 +33,7 @@ export class Playback {
     this.frames = lines.filter(({ type }) => type === "frame").map(({ data }) => decode(Uint8Array.from(atob(data), (byte) => byte.charCodeAt(0)).buffer));
     if (!this.frames.length) throw new Error("it broke off before anything was to be seen");
     this.lastTick = this.frames.at(-1).tick;
-    this.places = new Uint32Array(this.lastTick + 1); // of the latest frame at each tick
+    this.places = new Uint32Array(this.lastTick + 1); // index of the latest frame at each tick
     this.frames.forEach(({ tick }, i) => this.places.fill(i, tick, this.frames[i + 1]?.tick));
     this.captures = lines.filter(({ type }) => type === "captured");
     this.followed = followed(lines);
@@ -44,7 +44,7 @@ export class Playback {
     });
     const { outcome = null } = lines.findLast(({ type }) => type === "end") ?? {};
     const { reason = "" } = lines.find(({ type, event }) => type === "seat" && event === "forfeit") ?? {};
-    // As the state of a room.
+    // As in the message `room`.
     this.room = {
       code: "", phase: "replay", recording: name, red: seats[0], blue: seats[1], outcome,
       settings: { red, blue, speed, time_limit: limit >= UNTIMED ? null : limit }, last_tick: this.lastTick, forfeit: reason,
@@ -78,7 +78,7 @@ export class Playback {
     return { positions, velocities };
   }
 
-  // Go to a tick; after a jump the ground is made anew from the trails until then.
+  // Go to a tick. After a jump, the ground is rebuilt from the last TRAIL ticks.
   goTo(tick) {
     const until = Math.min(Math.max(tick, 0), this.lastTick);
     if (!this.ground || until < this.tick || until > this.tick + TRAIL) {
@@ -94,13 +94,13 @@ export class Playback {
     }
   }
 
-  // The present moment, as frames have it.
+  // The present moment as a frame.
   get moment() {
     const { tick, teams, hasFields } = this;
     return { type: "frame", tick, serverMs: 0, ...this.motionAt(tick), teams, fields: hasFields ? fieldsOf(this) : null };
   }
 
-  // Earlier moments of the drones' trails.
+  // Earlier frames, for the drones' trails.
   get past() {
     return this.frames.filter(({ tick }) => tick < this.tick && tick > this.tick - TRAIL && tick % PAST_TICKS === 0);
   }
@@ -108,14 +108,14 @@ export class Playback {
   // The command that a team follows, if any.
   latest(team) { return this.followed.findLast((command) => command.team === team && command.tick < this.tick); }
 
-  // The target of that command; the whole square where there is none, or a command of another kind.
+  // The target of that command; uniform without a command, or for one of another kind.
   target(team) {
     const { number = 0, density } = this.latest(team) ?? {}, values = density?.flat() ?? [];
     return { type: "target", team, number, picture: targetOf(values.length === EVERYTHING.length ? values : EVERYTHING) };
   }
 }
 
-// Return the commands that came into force, in order. Numbers may begin anew: the latest command of a number counts.
+// Return the commands that came into force, in order. Numbers may restart: the latest command with a number counts.
 function followed(lines) {
   const arrived = new Map(), keyOf = ({ seat, sender = "", number }) => `${seat} ${sender} ${number}`;
   return lines.flatMap((line) => {

@@ -6,7 +6,7 @@ import { TICKS } from "../words.js";
 
 const RANGE = 4, MIDDLE = [0.5, 0.5]; // of log-densities; of the square
 const centre = (cell) => (cell + 0.5) / CELLS;
-// Densities, from x and y of the cells' centres.
+// Return a density from a function of x and y, called at the cells' centres.
 const every = (at) => Float64Array.from({ length: CELLS * CELLS }, (_, i) => at(centre(i % CELLS), centre(Math.floor(i / CELLS))));
 const away = (/** @type {number[]} */ [x0, y0]) => every((x, y) => Math.hypot(x - x0, y - y0));
 const spot = (distance, width) => Math.exp(-((distance / width) ** 2) / 2);

@@ -4,7 +4,7 @@ const SIZE = 4; // words of the pool
 const WORD = (1n << 32n) - 1n, LONG = (1n << 64n) - 1n, WHOLE = (1n << 128n) - 1n;
 const FACTOR = 0x2360ed051fc65da44385df649fccf645n;
 
-// Words of 32 bits, each of which depends on every bit of the seed, a whole number below 2**32.
+// Return 32-bit words that each depend on every bit of the seed, a whole number below 2**32.
 function spread(seed, count) {
   let constant = 0x43b0d7e5;
   const hash = (word, factor) => {

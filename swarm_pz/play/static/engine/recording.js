@@ -5,7 +5,7 @@ import { TICKS } from "../words.js";
 export const UNTIMED = 1e6; // seconds that stand for no limit
 const LISTED = 200, ENDS = 8192; // games; bytes of a file's beginning and end that are read for its summary
 
-// The first line of a recording, of a table with a room's settings.
+// Return the first line of a recording: the table with a room's settings.
 export function headerOf(table, { red, blue, time_limit: limit, speed, majority = false }, has) {
   const capture = { ...table.game.capture, enabled: red > 0 && blue > 0 };
   const game = { ...table.game, drones_per_team: red === blue ? red : [red, blue], time_limit: limit ?? UNTIMED, capture };
@@ -25,7 +25,7 @@ export class Shelf {
     } catch { return new Shelf(); }
   }
 
-  // Keep the messages of a game, and forget the oldest of too many games; rejected where the browser keeps no more.
+  // Store the messages of a game, and delete the oldest of too many games; rejects if the browser stores no more.
   save(name, messages) {
     this.saving = this.write(name, messages.map((message) => `${JSON.stringify(message)}\n`).join(""));
     return this.saving;

@@ -11,9 +11,9 @@ import { encode } from "./wire.js";
 import { momentOf, TARGET } from "../frames.js";
 import { SIDES, TICKS } from "../words.js";
 
-const STEPS = 1e8; // to which the values of a command are rounded
+const STEPS = 1e8; // a command's values are rounded to 1 / STEPS
 const CATCH_UP = 2; // ticks that a late game may run at once
-const HELD_MS = 100; // between two looks at a game that is paused
+const HELD_MS = 100; // between two checks of a paused game
 const EVERYTHING = new Float32Array(CELLS * CELLS).fill(1);
 export const UNVARIED = { command_delay_ms: 0, display_delay_ms: 0, frame_rate: 30, speed: 1, hide: [], share: 0, helper: "" };
 
@@ -32,12 +32,12 @@ function followed(values) {
 
 function majorityOf([red, blue]) { return red === blue ? "draw" : SIDES[Number(blue > red)]; }
 
-// The state of a seat, as rooms have it.
+// Return the state of a seat, as in the message `room`.
 function seatOf({ kind = "free", policy = "", label = "", ready = false, state = null, reason = "" }) {
   return { kind, name: policy, label, connected: kind !== "free", ready, policy_state: state, reason, gone: false };
 }
 
-// The state of a room; parts that are not given have the values of a room in which nothing has happened.
+// Return the message `room`; parts that are not given have the values of a new room.
 function stateOf(has) {
   const none = { outcome: null, recording: null, starts_ms: null, ended_by: null, wins: [0, 0] };
   return { type: "room", once: false, forfeit: "", ...none, ...has };
@@ -109,7 +109,7 @@ export class Room {
     if (this.isOn) this.log.push({ type: "seat", seat: SIDES[this.team], event, server_ms: now(), ...(event === "connected" ? { client: this.table.client } : {}) });
   }
 
-  // Say something after the delay of the visitor's display, if they are still here.
+  // Send a message after the visitor's display delay, if they are still here.
   say(message) { later(() => { if (this.table.room === this) this.table.say(message); }, this.view.display_delay_ms); }
 
   tell() {
@@ -121,7 +121,7 @@ export class Room {
     }));
   }
 
-  // Show the present moment if its turn has come; a first one is always shown.
+  // Send the present frame if the frame rate allows it; first and last frames are always sent.
   show(isFirst = false) {
     const { game } = this, { hide, frame_rate: rate, display_delay_ms: delay } = this.view, isWhole = isFirst || game.isOver;
     const count = (tick) => Math.floor(tick * rate / (TICKS * this.settings.speed));
@@ -187,7 +187,7 @@ export class Room {
     this.run(now() + 1000 / (TICKS * settings.speed));
   }
 
-  // Go on with the next tick when it is due, and with a few at once if it is late.
+  // Run the next tick when it is due, and up to CATCH_UP ticks at once if it is late.
   run(due) {
     const period = 1000 / (TICKS * this.settings.speed), { game } = this;
     setTimeout(() => {
@@ -231,7 +231,7 @@ export class Room {
     this.showTarget(number, density);
   }
 
-  // Hand a command in, when the delay of its team is over.
+  // Submit a command when its team's delay is over.
   submit(team, { density, ...has }) {
     const command = { ...has, density: followed(density) }, received = now(), { game } = this;
     later(() => {

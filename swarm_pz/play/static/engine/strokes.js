@@ -38,7 +38,7 @@ function smoothing(width) {
   return weights;
 }
 
-// Return a matrix times an image, transposed: applied twice, it smooths along both axes.
+// Return a matrix times a transposed image: applied twice, it smooths along both axes.
 function along(matrix, image) {
   const turned = new Float64Array(PIXELS * PIXELS);
   for (let i = 0; i < turned.length; i++) {
@@ -58,7 +58,7 @@ export function densityOf(strokes) {
   const matrix = smoothing(SMOOTHING), untouched = painted.includes(ATTRACT) ? 0 : 0.5;
   const smooth = (of) => along(matrix, along(matrix, Float64Array.from(painted, of)));
   const image = smooth((brush) => [untouched, 1, 0][brush]), means = new Float64Array(CELLS * CELLS);
-  // Repelling ground is empty up to its edge, where it is one half when smoothed, and less and less so beyond it.
+  // Repelling ground is empty up to its edge, where its smoothed image is one half, and less and less so beyond it.
   const empty = painted.includes(REPEL) ? smooth((brush) => Number(brush === REPEL)) : null;
   image.forEach((value, i) => {
     const block = PIXELS / CELLS, cell = Math.floor(i / PIXELS / block) * CELLS + Math.floor(i % PIXELS / block);
@@ -67,7 +67,7 @@ export function densityOf(strokes) {
   return Float32Array.from(means, (value) => Math.min(value, 1));
 }
 
-// Return the picture of a command as its swarm receives it: 255 value / maximum of its cosine series.
+// Return the picture of a command as the controller has it: 255 value / maximum of its cosine series.
 export function targetOf(density) {
   const coefficients = coefficientsOf(normalised(density)), values = new Float64Array(GRID * GRID), line = new Float64Array(MODES);
   const cosine = (k, cell) => (k ? 2 : 1) * Math.cos(Math.PI * k * (cell + 0.5) / GRID);

@@ -1,4 +1,4 @@
-// Keep the page's files, so that it comes up without a network; swarm-pz site fills in their names.
+// Cache the page's files, so that it opens without a network; `swarm-pz site` fills in their names and a version.
 
 const VERSION = "", FILES = [];
 const NAME = `${registration.scope} ${VERSION}`;

@@ -4,7 +4,7 @@ import { FRAME } from "../frames.js";
 
 const KEPT_AFTER = 30; // frames
 let shown = 0;
-// The worker gets the page's address by its name: the address of its own script may come from the cache.
+// The worker's name carries the page's query string: the address of its own script may come from the cache.
 const worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: location.search });
 
 /** @type {any} */
@@ -42,5 +42,5 @@ export const PAGE = {
   keepAll,
 };
 
-// Keep the page for use offline once a game has run for a second, or a recorded one is shown: loading it then disturbs nothing.
+// Keep the page for offline use. This waits for a second of a game, or a recorded one: downloads then disturb nothing.
 function keepAll() { navigator.serviceWorker?.register(new URL("../../sw.js", import.meta.url)).catch(() => {}); }

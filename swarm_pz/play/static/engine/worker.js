@@ -11,7 +11,7 @@ const LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 export class Table {
   asked; rules; commands; shelf; countdown; interval; room; kind; client;
 
-  // written is the file table.json of `swarm-pz site`, asked the values of the page's address; say passes a message on.
+  // The first argument is table.json of `swarm-pz site`; asked holds values of the page's address; say sends a message.
   constructor({ welcome, rules, commands }, shelf, asked = {}) {
     const fitting = Object.fromEntries(Object.entries(asked).filter(([of, value]) => ADDRESS[of]?.(value)));
     const { countdown = 3, factors = {} } = /** @type {any} */ (fitting);
@@ -34,7 +34,7 @@ export class Table {
     }
   }
 
-  // Seats end with the page: a token leads to none.
+  // Greet a visitor. Seats end with their page, so tokens are refused.
   greet({ kind, client, token = null }) {
     this.leave();
     Object.assign(this, { kind, client });
@@ -65,7 +65,7 @@ export class Table {
     room?.leave();
   }
 
-  // Answer as a server does to a request: the list of recorded games, or one of them; null without it.
+  // Answer a request as a server does: the list of recorded games, or one of them; null if there is no such game.
   async answer(path) {
     const [, name] = path.split("/");
     return name ? this.shelf.read(name) : JSON.stringify(await this.shelf.list());
@@ -83,7 +83,7 @@ const ACTS = {
   leave: (table) => table.leave(),
 };
 
-// Read the values of the page's address, in JSON, by their names. Unknown names, which others add to links, are skipped.
+// Return the values in the page's address, read as JSON, by name. Unknown names, which other sites add, are skipped.
 export function askedBy(search) {
   const read = (text) => { try { return JSON.parse(text); } catch { return text; } };
   return Object.fromEntries([...new URLSearchParams(search)].filter(([of]) => Object.hasOwn(ADDRESS, of)).map(([of, text]) => [of, read(text)]));
@@ -97,7 +97,7 @@ async function begin() {
 
 if ("WorkerGlobalScope" in globalThis) {
   const beginning = begin();
-  // A port to speak by; or, with a path, to answer by.
+  // Without a path, the port is a new connection; with one, it gets the answer.
   onmessage = async ({ data: path, ports: [port] }) => {
     const table = await beginning;
     if (path) return port.postMessage(await table.answer(path).catch(() => null));
