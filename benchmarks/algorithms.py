@@ -37,11 +37,12 @@ from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.workers import open_pool, share
 from swarm_pz.policies.exporting import export_model
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.training.config import RECIPES
+from swarm_pz.training import config as training
 from swarm_pz.training.networks import GridPolicy, as_policy
 from swarm_pz.training.vec_env import SwarmVecEnv
 
-RECIPE = RECIPES["quick"].replace(threads=1, batch_size=1024, epochs=3)
+FIELD = (*["uniform"] * 2, *training.SCRIPTS, "centre", "evade", "evade", "halo", "lasso", "wavefront")
+RECIPE = training.RECIPES["quick"].replace(threads=1, batch_size=1024, epochs=3, opponents=FIELD)
 SCRIPTS = ("noise", "ring", "halo", "wavefront", "corners")
 """Opponents of all methods, besides `uniform`, when they are evaluated."""
 EVALUATION_SEED = 1_000
@@ -167,21 +168,21 @@ def evaluate(player: Path, games: int) -> dict[str, dict[str, float]]:
 
     A score is the share of games won; `ms` are milliseconds per command.
     """
-    found = {}
+    results = {}
     for opponent in ("uniform", *SCRIPTS):
         count = games if opponent == "uniform" else games // len(SCRIPTS)
         match = play_match(policies.load(str(player), GameConfig()), opponent, games=count, seed=EVALUATION_SEED)
         figures = match.summary()
-        found[opponent] = {"score": figures["win_rate"], "ms": figures["thinking_ms"][0]}
-    return found
+        results[opponent] = {"score": figures["win_rate"], "ms": figures["thinking_ms"][0]}
+    return results
 
 
 def run(name: str, seed: int, commands: int, games: int, out: Path) -> Line:
     """Train a method from a seed, write and evaluate its policy, and return the figures, or those of a finished run."""
     folder, line = out / f"{name}-{seed}", out / f"{name}-{seed}.json"
     wanted = {"method": name, "seed": seed, "commands": commands, "games": games}
-    if line.exists() and (found := json.loads(line.read_text())).items() >= wanted.items():
-        return dict(found)
+    if line.exists() and (finished := json.loads(line.read_text())).items() >= wanted.items():
+        return dict(finished)
     torch.set_num_threads(1)
     method = METHODS[name]
     env = SwarmVecEnv(
@@ -233,11 +234,11 @@ if __name__ == "__main__":
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("runs/algorithms"), help="folder of policies")
     parser.add_argument("--table", type=Path, default=Path("docs/tables/algorithms.csv"))
-    asked = parser.parse_args()
-    asked.out.mkdir(parents=True, exist_ok=True)
+    args = parser.parse_args()
+    args.out.mkdir(parents=True, exist_ok=True)
     lines: list[Line] = []
-    tasks = [(name, seed, asked.commands, asked.games, asked.out) for name in METHODS for seed in range(asked.seeds)]
-    with open_pool(asked.processes) as pool:
+    tasks = [(name, seed, args.commands, args.games, args.out) for name in METHODS for seed in range(args.seeds)]
+    with open_pool(args.processes) as pool:
         share(
             pool,
             run,
@@ -246,4 +247,4 @@ if __name__ == "__main__":
             name=lambda task: f"{task[0]}-{task[1]}",
             verb="trained",
         )
-    write_csv(asked.table, table(lines))
+    write_csv(args.table, table(lines))

@@ -10,8 +10,9 @@ from swarm_pz.config.base import Config, Range, Share, check
 from swarm_pz.policies import scripted
 
 SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)
-FIELD = (*["uniform"] * 2, *SCRIPTS, "centre", "evade", "evade", "halo", "lasso", "wavefront")
-"""The default opponents: all scripts, with more copies of those used in evaluations or hard to beat."""
+LAPS = ("carousel", "runner", "stroller")
+OPPONENTS = (*["uniform"] * 2, *SCRIPTS, "evade", "centre", "wavefront", *LAPS)
+"""The default opponents: all scripts and three laps, with more copies of those used in evaluations or hard to beat."""
 
 MAY_CHANGE: dict[str, Any] = {"total_steps": 1, "threads": 1, "evaluate_every": 1, "checkpoint_every": 1}
 """Settings that a resumed run may change, and the values that replace them in comparisons."""
@@ -87,7 +88,7 @@ class TrainConfig(Config):
 
     game: GameConfig = field(default_factory=lambda: GameConfig(observation=ObservationConfig(grid=10)))
     sizes: tuple[Annotated[int, Range(1, 10_000)], ...] = ()
-    opponents: tuple[str, ...] = FIELD
+    opponents: tuple[str, ...] = OPPONENTS
     start_from: str | None = None
     critic_steps: StepsOrNone = 0
     action_cells: Annotated[int, Range(2, 50)] = 5
