@@ -29,7 +29,7 @@ from swarm_pz.training.drones_vec_env import DronesVecEnv, PlayingRolloutBuffer
 PERIOD = 0.5
 """Seconds that an acceleration is held, in training and in matches."""
 TRAINING_STEPS = 80
-"""Steps of a game in training. Most captures come early, and a time-out is worth the value of its last observation."""
+"""Steps of a game in training. Most captures come early; a time-out is bootstrapped with the critic's value."""
 
 
 class Learned:
@@ -44,14 +44,14 @@ class Learned:
         """Begin new games; there is nothing to remember."""
 
     def plan(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float32]:
-        """Answer with accelerations (n, N, 2); those of the other team's drones are ignored."""
+        """Return accelerations (n, N, 2); those of the other team's drones are ignored."""
         seen = self.view.observe(simulator, teams, rows)
         actions, _ = self.model.predict(seen.reshape(-1, seen.shape[-1]), deterministic=True)
         return actions.reshape(*seen.shape[:2], 2)
 
 
 class Random:
-    """Accelerations drawn at random, as of a network that has learned nothing."""
+    """Uniform random accelerations."""
 
     name, answers = "random", "accelerations"
 
@@ -59,11 +59,11 @@ class Random:
         self.generators: dict[int, np.random.Generator] = {}
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
-        """Begin new games, each with a stream of its own."""
+        """Begin new games, each with its own random stream."""
         self.generators.update(zip(rows.tolist(), map(np.random.default_rng, seeds), strict=True))
 
     def plan(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer with accelerations (n, N, 2)."""
+        """Return accelerations (n, N, 2)."""
         shape = (simulator.config.num_drones, 2)
         return np.stack([self.generators[row].uniform(-1, 1, shape) for row in rows.tolist()])
 
@@ -77,18 +77,18 @@ class Coast:
         """Begin new games; there is nothing to remember."""
 
     def plan(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer with accelerations (n, N, 2)."""
+        """Return accelerations (n, N, 2)."""
         return np.zeros((len(rows), simulator.config.num_drones, 2))
 
 
 class Watch(BaseCallback):
-    """Notes how games end, and stops when time is up."""
+    """Records how games end, and stops training when time is up."""
 
     def __init__(self, minutes: float) -> None:
         super().__init__()
         self.until, self.spoken = time.monotonic() + 60 * minutes, 0
         self.ends: list[tuple[int, float]] = []
-        """For each game that has ended: steps of drones until then, and the learning side's share of all drones."""
+        """For each ended game: steps of drones until then, and the learning side's final share of all drones."""
 
     def _on_step(self) -> bool:
         drones = self.training_env.get_attr("num_drones", 0)[0]
@@ -135,7 +135,7 @@ def train(game: GameConfig, options: argparse.Namespace) -> tuple[PPO, Watch]:
 
 
 def draw(ends: list[tuple[int, float]], beside: dict[str, float], folder: Path) -> None:
-    """Draw the final share in training games, mean over a hundred games, and that of other players in whole games."""
+    """Plot the final share in training games, as a mean of a hundred, and other players' share in whole games."""
     steps, shares = np.array(ends).T if ends else np.zeros((2, 0))
     window = min(100, len(steps))
     with plt.style.context("swarm_pz.rendering.plots"):

@@ -31,7 +31,7 @@ FIRST_LOG_STD, LAST_LOG_STD = -0.7, -2.0
 class Agent(nn.Module):
     """An actor that maps an image to an image, and a critic.
 
-    Observations are (n, C, 10, 10), log-densities (n, 5, 5): two by two cells become one.
+    Observations are (n, C, 10, 10), log-densities (n, 5, 5): each 2 x 2 cells become one.
     """
 
     def __init__(self) -> None:
@@ -66,7 +66,7 @@ class Agent(nn.Module):
 
 
 class Learned:
-    """The agent's mean action as a policy, which matches, tables and other learners can play."""
+    """A policy that plays the agent's mean action, in matches or against other learners."""
 
     name = "ppo.py"
     observation = ObservationConfig(grid=GRID)
@@ -78,7 +78,7 @@ class Learned:
         """Begin new games; there is nothing to remember."""
 
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer observations (n, C, 10, 10) with densities (n, 10, 10)."""
+        """Return densities (n, 10, 10) for observations (n, C, 10, 10)."""
         with torch.no_grad():
             actions = self.agent.policy(torch.as_tensor(observations)).mean.clamp(-1, 1)
         return command_from_action(actions.double().numpy().reshape(-1, CELLS, CELLS), GRID, is_log=True)
@@ -88,7 +88,7 @@ def advantages(rewards: Tensor, values: Tensor, after: Tensor, ended: Tensor, ov
     """Return generalised advantage estimates; all arguments are (steps, games).
 
     `after` has the value of the observation after each step, `over` is true where the game ended, `ended`
-    where it ended with a loser. A time-out is worth the value after it.
+    where it ended with a loser. A time-out is bootstrapped with `after`.
     """
     estimates, running = torch.zeros_like(rewards), torch.zeros_like(rewards[0])
     for t in reversed(range(len(rewards))):
@@ -131,7 +131,7 @@ def train(opponent: str, steps: int, games: int, rollout: int, seed: int, thread
         began = began or time.monotonic()
         done = (number - 1) / updates
         optimizer.param_groups[0]["lr"] = 5e-4 * max(1 - done, 0.05)
-        # The policy plays the mean action in the end, which is learned best when exploration fades.
+        # At the end the policy plays its mean action, which it learns best when exploration fades.
         agent.log_std = FIRST_LOG_STD + done * (LAST_LOG_STD - FIRST_LOG_STD)
         kept: dict[str, list[Tensor]] = {name: [] for name in ("seen", "actions", "log_probs", "values", "after")}
         told: dict[str, list[Tensor]] = {name: [] for name in ("rewards", "ended", "over", "counts")}
@@ -173,7 +173,7 @@ def train(opponent: str, steps: int, games: int, rollout: int, seed: int, thread
 
 
 def main() -> None:
-    """Train, measure against the opponent, and keep the weights."""
+    """Train, evaluate against the opponent, and save the weights."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--opponent", default="uniform")
     parser.add_argument("--steps", type=int, default=400_000)

@@ -165,12 +165,12 @@ class BatchEnv:
     def observe(self, observation: ObservationConfig, teams: ArrayLike, rows: ArrayLike | None = None) -> Observations:
         """Return fresh observations of n games (by default all), from the side of one team or one per game (n,)."""
         chosen = self.simulator.rows(rows)
-        given = np.asarray(teams)
-        whole = np.issubdtype(given.dtype, np.integer) or not given.size
-        if not whole or given.shape not in ((), chosen.shape) or not ((given == RED) | (given == BLUE)).all():
+        array = np.asarray(teams)
+        whole = np.issubdtype(array.dtype, np.integer) or not array.size
+        if not whole or array.shape not in ((), chosen.shape) or not ((array == RED) | (array == BLUE)).all():
             raise CommandError(f"teams must be 0 (red) or 1 (blue), one or one a game, got {teams!r}")
         sides = np.empty(len(chosen), np.int64)
-        sides[:] = given
+        sides[:] = array
         return self.see(observation, sides, chosen)
 
     def see(self, observation: ObservationConfig, sides: NDArray[np.int64], rows: NDArray[np.int64]) -> Observations:

@@ -109,7 +109,7 @@ class DronesBatch:
     ) -> StepResult:
         """Hold accelerations (E, N, 2), as `DroneActions.read` returns them, for a step; inactive drones have none."""
         sides = self.sides
-        # A drone that is captured in this step coasts to its end, until its agent has an observation.
+        # A drone captured from an opponent in this step coasts to its end, until its agent has an observation.
         commands = np.where(self.flies[:, :, None], accelerations, 0.0)
         packed = self.batch.pack(commands)
         if self.duel is None:

@@ -40,7 +40,7 @@ class DronesEnv(OneGameEnv):
 
     **Action.** An acceleration in units of the largest; a vector longer than 1 counts as one of length 1. With
     ``action="discrete"``, the number of one of `swarm_pz.spaces.drones.DIRECTIONS`. It is held for one step. A drone
-    that is captured within a step coasts until the next.
+    that is captured from an opponent within a step coasts until the next.
 
     **Observation.** One vector; `swarm_pz.spaces.drones` lists its parts, and `view.parts` has their slices and shapes.
 

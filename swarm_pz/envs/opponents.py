@@ -80,20 +80,20 @@ class DuelBatch:
             If there is none, or one cannot be loaded; the old ones stay.
         """
         alone = isinstance(opponent, str) or not isinstance(opponent, Sequence)
-        given: list[Opponent] = [opponent] if alone else list(opponent)  # type: ignore[list-item, arg-type]
-        if not given:
+        policies: list[Opponent] = [opponent] if alone else list(opponent)  # type: ignore[list-item, arg-type]
+        if not policies:
             raise ConfigError("opponent must be a policy, a name or a sequence of these, got none")
         # Games against the same opponent share one policy object, which answers them together.
         system, theirs = self.config.team_systems[1], self.config
         if isinstance(theirs.observation, tuple):  # a model's channels are looked up in its own one first
             theirs = theirs.replace(observation=theirs.observation[::-1])
-        loaded = {key: load(policy, theirs, system) for key, policy in {_key(one): one for one in given}.items()}
-        called = [name_of(policy) for policy in given] if names is None else list(names)
-        self.opponent_names += [name for name in dict.fromkeys(called) if name not in self.opponent_names]
+        loaded = {key: load(policy, theirs, system) for key, policy in {_key(one): one for one in policies}.items()}
+        labels = [name_of(policy) for policy in policies] if names is None else list(names)
+        self.opponent_names += [name for name in dict.fromkeys(labels) if name not in self.opponent_names]
         may_hold = not self.batch.simulator.control.is_given  # other systems may refuse it once a team has grown
         dealt = [
             _Opponent(self.opponent_names.index(name), loaded[_key(policy)], may_hold and is_constant(policy))
-            for name, policy in zip(called, given, strict=True)
+            for name, policy in zip(labels, policies, strict=True)
         ]
         self._dealt = [dealt[row % len(dealt)] for row in range(self.batch.num_games)]
 
@@ -145,10 +145,10 @@ class DuelBatch:
         else:
             mine = self.batch.pack(self.format.read(actions, self.batch.num_games))
         self._commands[self._games, self.sides] = mine
-        asked = (self.batch.running & ~self._is_settled).nonzero()[0]
-        if len(asked):
-            asked = asked[self.batch.simulator.games.ticks[asked] % self._answer_ticks == 0]
-        for policy, rows in self._by_opponent(asked):
+        due = (self.batch.running & ~self._is_settled).nonzero()[0]
+        if len(due):
+            due = due[self.batch.simulator.games.ticks[due] % self._answer_ticks == 0]
+        for policy, rows in self._by_opponent(due):
             others = 1 - self.sides[rows]
             self._commands[rows, others] = self.batch.ask(policy, others, rows)
             self._is_settled[rows] = self._playing[rows[0]].is_constant

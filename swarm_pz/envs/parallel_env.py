@@ -133,19 +133,19 @@ class CaptureEnv(OneGameEnv):
         if not self.agents:
             raise GameOverError("the game has ended or not begun: call reset before step")
         if not isinstance(actions, Mapping) or actions.keys() != self.formats.keys():
-            came = sorted(map(str, actions)) if isinstance(actions, Mapping) else repr(actions)
-            raise CommandError(f"actions must hold one command for each of {list(AGENTS)}, got {came}")
+            received = sorted(map(str, actions)) if isinstance(actions, Mapping) else repr(actions)
+            raise CommandError(f"actions must hold one command for each of {list(AGENTS)}, got {received}")
         result = self.batch.step(CheckedCommands(self._read(actions)), self.screen.after_control_period)
         return self._stepped(result, result.rewards[0])
 
     def _read(self, actions: Mapping[str, Any]) -> NDArray[np.float64]:
         """Return the commands (1, 2, *command_shape) of both agents."""
-        red, blue = given = [actions[agent] for agent in AGENTS]
+        red, blue = ordered = [actions[agent] for agent in AGENTS]
         if self._are_alike and type(red) is type(blue) is np.ndarray and red.dtype == blue.dtype == np.float32:
             with suppress(CommandError, ValueError):  # both at once is quicker; below, errors name the agent
-                return self.batch.pack(self.formats[AGENTS[RED]].read(np.array(given), 2, ""))[None]
+                return self.batch.pack(self.formats[AGENTS[RED]].read(np.array(ordered), 2, ""))[None]
         return np.array(
-            [[self.check_action(agent, action).values for agent, action in zip(AGENTS, given, strict=True)]]
+            [[self.check_action(agent, action).values for agent, action in zip(AGENTS, ordered, strict=True)]]
         )
 
     def check_action(self, agent: str, action: Any) -> CheckedCommands:
@@ -164,8 +164,8 @@ class CaptureEnv(OneGameEnv):
     def _observations(self) -> dict[str, Observations]:
         red, blue = self.config.observations
         if red == blue:  # at once, which is quicker
-            seen = self.batch.see(red, _TEAMS, _GAMES)
-            return {agent: of_game(seen, team) for team, agent in enumerate(AGENTS)}
+            observations = self.batch.see(red, _TEAMS, _GAMES)
+            return {agent: of_game(observations, team) for team, agent in enumerate(AGENTS)}
         return {
             agent: of_game(self.batch.observe(form.observation, team), 0)
             for team, (agent, form) in enumerate(self.formats.items())
