@@ -135,8 +135,8 @@ def gymnasium_wrappers() -> None:
     play(wrappers.RescaleObservation(single(), 0.0, 1.0))
     play(wrappers.DtypeObservation(single(), "float32"))
     play(wrappers.RecordVideo(single(render_mode="rgb_array"), "videos"))
-    for how in ({"autoreset_mode": "SameStep"}, {"vectorization_mode": "sync"}, {"vectorization_mode": "async"}):
-        play(many(**how))
+    for keywords in ({"autoreset_mode": "SameStep"}, {"vectorization_mode": "sync"}, {"vectorization_mode": "async"}):
+        play(many(**keywords))
 
 
 @row("pettingzoo", "its tests of parallel and AEC environments; env() unwrapped; parallel_to_aec and back")
@@ -162,10 +162,10 @@ def supersuit_wrappers() -> None:
 
     game = swarm_pz.parallel_env(**SMALL)
     for env in (flat(), ss.clip_actions_v0(game), ss.sticky_actions_v0(game, 0.5), ss.frame_skip_v0(game, 2)):
-        seen, _ = env.reset(seed=0)
+        observations, _ = env.reset(seed=0)
         while env.agents:
-            seen, *_ = env.step({agent: env.action_space(agent).sample() for agent in env.agents})
-        assert seen["red_0"] in env.observation_space("red_0")
+            observations, *_ = env.step({agent: env.action_space(agent).sample() for agent in env.agents})
+        assert observations["red_0"] in env.observation_space("red_0")
 
 
 @row("torchrl", 'PettingZooWrapper of both APIs, GymEnv, GymWrapper of make_vec(autoreset_mode="SameStep")')
@@ -226,12 +226,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("libraries", nargs="*", choices=[[], *REQUIRED], help="all if not given")
     parser.add_argument("--row", type=int, help=argparse.SUPPRESS)
-    asked = parser.parse_args()
-    if asked.row is not None:
-        run_here(ROWS[asked.row])
+    options = parser.parse_args()
+    if options.row is not None:
+        run_here(ROWS[options.row])
         return
     table, failed = [("library", "what", "result", "versions")], []
-    for library in asked.libraries or REQUIRED:
+    for library in options.libraries or REQUIRED:
         python = ROOT / f".venv-{library}" / "bin" / "python"
         venv.create(python.parents[1], with_pip=True, clear=True)
         wanted = ["--editable", f"{ROOT}[train]", *REQUIRED[library]]
@@ -242,7 +242,7 @@ def main() -> None:
                 print(f"{library}: {one.what}: {error or 'works'}", flush=True)
                 table.append((library, one.what, f"fails: {error}" if error else "works", versions))
                 failed += [one.what] * (error is not None)
-    if not asked.libraries:
+    if not options.libraries:
         with TABLE.open("w", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows(table)
     if failed:

@@ -56,20 +56,20 @@ class Person:
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games."""
         self._generators = {row: np.random.default_rng(seed) for row, seed in zip(rows.tolist(), seeds, strict=True)}
-        self._seen: dict[int, list[NDArray[np.float64]]] = {row: [] for row in rows.tolist()}
+        self._middles: dict[int, list[NDArray[np.float64]]] = {row: [] for row in rows.tolist()}
         self._command = dict.fromkeys(rows.tolist(), np.ones((10, 10)))
 
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> NDArray[np.float64]:
         """Answer observations (n, 1, 25, 25) with densities (n, 10, 10)."""
         centres = (np.arange(25) + 0.5) / 25
         for image, row in zip(observations[:, 0].astype(np.float64), rows.tolist(), strict=True):
-            total, seen = image.sum(), self._seen[row]
-            seen.append(
+            total, middles = image.sum(), self._middles[row]
+            middles.append(
                 np.array([image.sum(axis=0) @ centres, image.sum(axis=1) @ centres]) / total if total else MIDDLE
             )
-            number, rest = divmod(len(seen) - 2, self._idea["every_s"])
+            number, rest = divmod(len(middles) - 2, self._idea["every_s"])
             if number >= 0 and rest == 0:
-                drawn = drawing(self._idea, number, seen[-2]) + self._generators[row].normal(0.0, self._sigma, 2)
+                drawn = drawing(self._idea, number, middles[-2]) + self._generators[row].normal(0.0, self._sigma, 2)
                 points = tuple((float(x), float(y)) for x, y in np.clip(drawn, -0.5, 1.5))
                 stroke = Stroke(brush="attract", width=self._idea.get("width", 0.1), points=points)
                 self._command[row] = density_of([stroke], 10)

@@ -67,8 +67,8 @@ def resting(shape: int, place: float, size: float) -> Script:
 
 
 FORMATIONS = [
-    resting(*asked)
-    for asked in ((0, 0.5, 0.25), (0, 0.3, 0.15), (1, 0.5, 0.3), (2, 0.5, 0.4), (3, 0.6, 0.3), (4, 0.5, 0.3))
+    resting(*numbers)
+    for numbers in ((0, 0.5, 0.25), (0, 0.3, 0.15), (1, 0.5, 0.3), (2, 0.5, 0.4), (3, 0.6, 0.3), (4, 0.5, 0.3))
 ]
 """Two rings, a disc, a line, a wedge and a grid: shape, place and size."""
 
@@ -120,8 +120,8 @@ def rows(games: int) -> Iterator[tuple[str, str, str, list[Game]]]:
         both = play(parked, Side(player=name), 2 * games, drones_per_team=(1, 19))
         yield "one parked drone of 20", parked.name, name, [game for game in both if game.side == "red"]
     pairs = combinations([Side(player=one, system="formation") for one in FORMATIONS], 2)
-    met = [play(one, other, max(2, games // 5), time_limit=120.0) for one, other in pairs]
-    yield "15 pairs of resting formations, 120 s", "formation", "formation", [game for match in met for game in match]
+    duels = [play(one, other, max(2, games // 5), time_limit=120.0) for one, other in pairs]
+    yield "15 pairs of resting formations, 120 s", "formation", "formation", [game for match in duels for game in match]
     for name in LEARNED:
         yield "a disc in a corner", "corner", name, play(Side(player=corner), Side(player=name), games)
         played = [play(Side(player=name), Side(player=one), games // 2) for one in drawings(20, seed=36)]
@@ -138,9 +138,9 @@ def main() -> None:
     parser.add_argument("--games", type=int, default=40)
     write = csv.writer(sys.stdout, lineterminator="\n").writerow
     write(["", "first", "second", "won", "drawn", "lost", "median length, s"])
-    for what, first, second, games in rows(parser.parse_args().games):
+    for title, first, second, games in rows(parser.parse_args().games):
         counts = [sum(game.outcome == outcome for game in games) for outcome in ("win", "draw", "loss")]
-        write([what, first, second, *counts, f"{np.median([game.seconds for game in games]):.0f}"])
+        write([title, first, second, *counts, f"{np.median([game.seconds for game in games]):.0f}"])
         sys.stdout.flush()
 
 

@@ -160,12 +160,12 @@ def rate(step: Step, count: int) -> float:
 def contend(name: str, threads: int) -> dict[str, Any]:
     """Return a simulator's best number of games, and its rates with it."""
     make, _, _, sizes = CONTENDERS[name]
-    found = []
+    trials = []
     for games in sizes:
         step, count = make(games, threads)
         step()  # compiles
-        found.append((rate(step, count), games, step, count))
-    _, best, step, count = max(found, key=lambda entry: entry[0])
+        trials.append((rate(step, count), games, step, count))
+    _, best, step, count = max(trials, key=lambda entry: entry[0])
     return {"games": best, "rates": [rate(step, count) for _ in range(REPEATS)]}
 
 
@@ -189,10 +189,10 @@ def main() -> None:
         if not lines:
             print(f"{name} is left out: its process ended with {done.returncode}, see above")
             continue
-        found = json.loads(lines[0])
-        rates = [one / 1e6 for one in found["rates"]]
+        result = json.loads(lines[0])
+        rates = [one / 1e6 for one in result["rates"]]
         middle, ends = f"{statistics.median(rates):.2f}", f"{min(rates):.2f} to {max(rates):.2f}"
-        rows.append((name, teams, f"{found['games']:,}", middle, ends, counted))
+        rows.append((name, teams, f"{result['games']:,}", middle, ends, counted))
         print(*rows[-1], sep="  ", flush=True)
     write_csv(options.table, rows)
 

@@ -31,14 +31,14 @@ def drone_steps(name: str, games: int, seconds: float, rounds: int = 5) -> float
             continue
         simulator.command(team, CheckedCommands(commands), rows)
     simulator.advance(30)  # compiles
-    found = []
+    rates = []
     for _ in range(rounds):
         periods, began = 0, time.process_time()  # of this process alone: others may be busy
         while time.process_time() - began < seconds / rounds:
             simulator.advance(30)
             periods += 10
-        found.append(periods * games * config.num_drones / (time.process_time() - began))
-    return statistics.median(found)
+        rates.append(periods * games * config.num_drones / (time.process_time() - began))
+    return statistics.median(rates)
 
 
 def main() -> None:

@@ -91,7 +91,7 @@ def rules_of_track(track: str) -> GameConfig:
 
 def candidates(system: str, game: GameConfig) -> list[str]:
     """Return the entrants of a system: every installed policy for its commands that does not read the simulator."""
-    found = []
+    entrants = []
     for name in sorted(installed()):
         if name == "hold" and system_of(system).takes == "density":  # the same as `uniform`
             continue
@@ -101,8 +101,8 @@ def candidates(system: str, game: GameConfig) -> list[str]:
             continue
         is_for_it = name == TRAINED or answers_of(player) == system_of(system).takes
         if is_for_it and not isinstance(player, PrivilegedPolicy):
-            found.append(f"{system}/{name}")
-    return found
+            entrants.append(f"{system}/{name}")
+    return entrants
 
 
 def field_of(entrants: Sequence[str]) -> list[str]:
@@ -170,44 +170,44 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--folder", type=Path, default=Path("runs/systems/ladder"))
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="where tables/ and images/ are")
-    asked = parser.parse_args()
+    args = parser.parse_args()
     command = shlex.join(["python", "-m", "benchmarks.systems_ladder", *sys.argv[1:]])
     systems, rows, tried = sorted(registered()), [HEAD], [("track", "system", "player", "won", "drawn", "lost")]
     with goes_on_with(command), progress("games") as show, stops_at_safe_points() as should_stop:
 
         def play(pairs: Sequence[Pair], games: int, seed: int, track: str, name: str) -> Contest:
             config = TournamentConfig(games=games, seed=seed, game=rules_of_track(track))
-            contest = Contest(pairs, config, asked.folder / track / name, command)
-            contest.play(asked.processes, show, should_stop)
+            contest = Contest(pairs, config, args.folder / track / name, command)
+            contest.play(args.processes, show, should_stop)
             return contest
 
-        for track in asked.tracks:
-            if asked.versus:
+        for track in args.tracks:
+            if args.versus:
                 with TABLE.open(newline="") as file:
                     known = [f"{row['system']}/{row['by']}" for row in csv.DictReader(file) if row["track"] == track]
-                pairs = [(asked.versus, one) for one in known if system_name(one) != system_name(asked.versus)]
-                print(track, asked.versus, play(pairs, asked.games, asked.seed, track, "versus").counts(asked.versus))
+                pairs = [(args.versus, one) for one in known if system_name(one) != system_name(args.versus)]
+                print(track, args.versus, play(pairs, args.games, args.seed, track, "versus").counts(args.versus))
                 continue
             entrants = {system: candidates(system, rules_of_track(track)) for system in systems}
             every = list(itertools.chain(*entrants.values()))
-            chosen = [one for one in every if not asked.only or system_name(one) in asked.only]
+            chosen = [one for one in every if not args.only or system_name(one) in args.only]
             games = 2 * -(-CHOICE_GAMES // (2 * (len(systems) - 1)))
-            contest = play(choice_pairs(chosen, field_of(every)), games, asked.seed + CHOICE_SEED, track, "choice")
+            contest = play(choice_pairs(chosen, field_of(every)), games, args.seed + CHOICE_SEED, track, "choice")
             best: dict[str, str] = {}
             for one, counts in choose(contest, chosen):
                 best.setdefault(system_name(one), one)
                 tried.append((track, *one.split("/"), *(f"{count:g}" for count in counts)))
-            if asked.only:
+            if args.only:
                 continue
-            played = play(list(itertools.combinations(best.values(), 2)), asked.games, asked.seed, track, "contest")
-            order, shares, found = standings(played, track)
-            rows += found
-            draw(order, shares, asked.docs / f"images/systems/{track}.png")
-    if asked.only:
+            played = play(list(itertools.combinations(best.values(), 2)), args.games, args.seed, track, "contest")
+            order, shares, table = standings(played, track)
+            rows += table
+            draw(order, shares, args.docs / f"images/systems/{track}.png")
+    if args.only:
         print("\n".join(" ".join(row) for row in tried))
-    elif not asked.versus:
-        write_csv(asked.docs / "tables/systems.csv", rows)
-        write_csv(asked.docs / "tables/systems_scripts.csv", tried)
+    elif not args.versus:
+        write_csv(args.docs / "tables/systems.csv", rows)
+        write_csv(args.docs / "tables/systems_scripts.csv", tried)
 
 
 if __name__ == "__main__":

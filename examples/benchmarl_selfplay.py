@@ -24,7 +24,7 @@ GAME = GameConfig(drones_per_team=5, observation=ObservationConfig(grid=10))
 parser = argparse.ArgumentParser()
 parser.add_argument("--steps", type=int, default=131_072, help="commands to learn from, of both sides")
 parser.add_argument("--games", type=int, default=200, help="games against each opponent, even")
-asked = parser.parse_args()
+options = parser.parse_args()
 torch.set_num_threads(1)  # the networks are small
 
 
@@ -44,7 +44,7 @@ class Capture(PettingZooClass):  # BenchMARL's class knows only the games that c
 
 
 config = replace(ExperimentConfig.get_from_yaml(), gamma=0.98, lr=5e-4, clip_grad_val=0.5, evaluation=False, loggers=[])
-config = replace(config, max_n_iters=max(asked.steps // 2048, 1), max_n_frames=None, on_policy_n_envs_per_worker=8)
+config = replace(config, max_n_iters=max(options.steps // 2048, 1), max_n_frames=None, on_policy_n_envs_per_worker=8)
 config.on_policy_collected_frames_per_batch, config.on_policy_minibatch_size = 1024, 256
 config.on_policy_n_minibatch_iters, config.create_json = 4, False
 ippo = replace(IppoConfig.get_from_yaml(), lmbda=0.95, scale_mapping="biased_softplus_0.5")
@@ -58,12 +58,12 @@ class Model:  # matches need only the spaces and `predict`
     observation_space, action_space = side.observation_space("red_0"), side.action_space("red_0")
 
     def predict(self, observation, *, deterministic=True):
-        seen = (torch.as_tensor(observation).flatten(1) / 255)[:, None]  # a group of one
+        images = (torch.as_tensor(observation).flatten(1) / 255)[:, None]  # a group of one
         with torch.no_grad(), set_exploration_type(ExplorationType.DETERMINISTIC):
-            answer = experiment.group_policies["red"](TensorDict({"red": {"observation": seen}}, len(seen)))
+            answer = experiment.group_policies["red"](TensorDict({"red": {"observation": images}}, len(images)))
         return answer["red", "action"][:, 0].numpy(), None
 
 
 for opponent in ("noise", "uniform"):
-    match = play_match(Model(), opponent, games=asked.games, seed=1, config=GAME, threads=2)
+    match = play_match(Model(), opponent, games=options.games, seed=1, config=GAME, threads=2)
     print(f"against {opponent}: {match.standing()}, share {match.share():.2f}")

@@ -44,13 +44,13 @@ class Agent(nn.Module):
         )
         self.log_std = nn.Parameter(torch.full((outputs,), -0.7))
 
-    def value(self, seen: torch.Tensor) -> torch.Tensor:
+    def value(self, inputs: torch.Tensor) -> torch.Tensor:
         """Return values (n,) of observations (n, inputs)."""
-        return self.critic(seen)[:, 0]
+        return self.critic(inputs)[:, 0]
 
-    def policy(self, seen: torch.Tensor) -> Normal:
+    def policy(self, inputs: torch.Tensor) -> Normal:
         """Return the distribution of actions (n, outputs)."""
-        return Normal(self.actor(seen), self.log_std.exp())
+        return Normal(self.actor(inputs), self.log_std.exp())
 
     def predict(self, observation: np.ndarray, *, deterministic: bool = True) -> tuple[np.ndarray, None]:
         """Return actions (n, 5, 5), as a match asks for them."""
@@ -67,12 +67,12 @@ def inputs_of(observation: np.ndarray) -> torch.Tensor:
 
 def advantages(rewards, values, following, ended, over):
     """Return generalised advantage estimates; arguments are (steps, games), `ended` where a team has won."""
-    found, running = torch.zeros_like(rewards), torch.zeros_like(rewards[0])
+    estimates, running = torch.zeros_like(rewards), torch.zeros_like(rewards[0])
     for t in reversed(range(len(rewards))):
         error = rewards[t] + GAMMA * following[t] * ~ended[t] - values[t]
         running = error + GAMMA * GAE_LAMBDA * ~over[t] * running
-        found[t] = running
-    return found
+        estimates[t] = running
+    return estimates
 
 
 def train(steps: int, seed: int) -> tuple[Agent, int]:
@@ -97,9 +97,9 @@ def train(steps: int, seed: int) -> tuple[Agent, int]:
             name: [] for name in ("seen", "actions", "log_probs", "values", "following", "rewards", "ended", "over")
         }
         for _ in range(NUM_STEPS):
-            seen = inputs_of(observation)
+            inputs = inputs_of(observation)
             with torch.no_grad():
-                policy, value = agent.policy(seen), agent.value(seen)
+                policy, value = agent.policy(inputs), agent.value(inputs)
             action = policy.sample()
             commands = action.clamp(-1, 1).numpy().reshape(NUM_ENVS, *envs.single_action_space.shape)
             observation, reward, terminated, truncated, infos = envs.step(commands)
@@ -109,7 +109,7 @@ def train(steps: int, seed: int) -> tuple[Agent, int]:
                 last[over] = np.stack(list(infos["final_obs"][over]))
             with torch.no_grad():
                 following = agent.value(inputs_of(last))
-            step = {"seen": seen, "actions": action, "log_probs": policy.log_prob(action).sum(1), "values": value}
+            step = {"seen": inputs, "actions": action, "log_probs": policy.log_prob(action).sum(1), "values": value}
             step |= {"following": following, "rewards": torch.as_tensor(reward, dtype=torch.float32)}
             step |= {"ended": torch.as_tensor(terminated), "over": torch.as_tensor(over)}
             for name, values in step.items():
@@ -126,12 +126,12 @@ def learn(agent: Agent, optimizer: torch.optim.Optimizer, batch: dict[str, torch
     """Improve the agent by the clipped objective."""
     for _ in range(EPOCHS):
         for part in torch.randperm(len(batch["seen"])).chunk(MINIBATCHES):
-            seen, estimates = batch["seen"][part], batch["advantages"][part]
+            inputs, estimates = batch["seen"][part], batch["advantages"][part]
             estimates = (estimates - estimates.mean()) / (estimates.std() + 1e-8)
-            log_probs = agent.policy(seen).log_prob(batch["actions"][part]).sum(1)
+            log_probs = agent.policy(inputs).log_prob(batch["actions"][part]).sum(1)
             ratio = (log_probs - batch["log_probs"][part]).exp()
             gain = torch.min(estimates * ratio, estimates * ratio.clamp(1 - CLIP, 1 + CLIP)).mean()
-            error = (agent.value(seen) - batch["returns"][part]).square().mean()
+            error = (agent.value(inputs) - batch["returns"][part]).square().mean()
             optimizer.zero_grad()
             (0.5 * error - gain).backward()
             nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
@@ -145,17 +145,17 @@ def main() -> None:
     parser.add_argument("--games", type=int, default=200, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/cleanrl_ppo"))
-    asked = parser.parse_args()
+    options = parser.parse_args()
 
     torch.set_num_threads(1)  # the network is small
-    agent, commands = train(asked.steps, asked.seed)
-    asked.out.mkdir(parents=True, exist_ok=True)
-    torch.save(agent.state_dict(), asked.out / "agent.pt")
+    agent, commands = train(options.steps, options.seed)
+    options.out.mkdir(parents=True, exist_ok=True)
+    torch.save(agent.state_dict(), options.out / "agent.pt")
     print(f"commands seen: {commands}")
 
     for opponent in ("noise", "uniform"):
-        match = play_match(agent, opponent, games=asked.games, seed=1, config=GAME, threads=2)
-        match.write(asked.out / f"{opponent}.json")
+        match = play_match(agent, opponent, games=options.games, seed=1, config=GAME, threads=2)
+        match.write(options.out / f"{opponent}.json")
         low, high = match.share_interval()
         print(f"against {opponent}: {match.standing()}, share {match.share():.2f} [{low:.2f}, {high:.2f}]")
 

@@ -37,13 +37,13 @@ def fly(python: str, opponent: str, seconds: float, out: Path) -> Path:
     play += ["--ros-opponent", opponent, "--countdown", str(COUNTDOWN_S), "--out", str(out), *rules]
     log = out / "server.log"
     with log.open("w") as printed, subprocess.Popen(play, stdout=printed) as server:
-        while not (found := re.search(r"rosbridge is at (\S+)", log.read_text())):
+        while not (match := re.search(r"rosbridge is at (\S+)", log.read_text())):
             time.sleep(0.2)
         lab = [
             str(Path(python).absolute()),
             str(LAB),
             "--address",
-            found[1],
+            match[1],
             "--robots",
             str(2 * DRONES),
             "--out",
@@ -59,9 +59,9 @@ def fly(python: str, opponent: str, seconds: float, out: Path) -> Path:
 def report_tracking(path: Path) -> None:
     """Print how well the robots follow their setpoints, and how late the game shows them."""
     with np.load(path) as data:
-        seconds, flown, asked = (data[name] for name in ("seconds", "flown", "asked"))
+        seconds, flown, setpoints = (data[name] for name in ("seconds", "flown", "asked"))
         shown_s, ends, shown = data["shown_seconds"], np.cumsum(data["shown_sizes"]), data["shown"]
-    error = np.linalg.norm(flown[..., :2] - asked[..., :2], axis=-1)
+    error = np.linalg.norm(flown[..., :2] - setpoints[..., :2], axis=-1)
     print(f"tracking error, horizontally: mean {error.mean():.3f} m, 95 % below {np.quantile(error, 0.95):.3f} m")
     away = np.linalg.norm(flown[:, :, None, :2] - flown[:, None, :, :2], axis=-1) + 10.0 * np.eye(flown.shape[1])
     print(f"least distance, horizontally: {away.min():.2f} m between robots")
@@ -69,7 +69,7 @@ def report_tracking(path: Path) -> None:
     print(f"speed: mean {speed.mean():.2f} m/s, at most {speed.max():.2f} m/s")
     step = float(np.median(np.diff(seconds)))
     lags = range(40)
-    behind = [np.linalg.norm(flown[n:, :, :2] - asked[: len(asked) - n, :, :2], axis=-1).mean() for n in lags]
+    behind = [np.linalg.norm(flown[n:, :, :2] - setpoints[: len(setpoints) - n, :, :2], axis=-1).mean() for n in lags]
     print(f"delay: robots are nearest to the setpoint of {1000 * step * int(np.argmin(behind)):.0f} ms before")
     corner, scale = np.array([-1.5, -1.5]), 3.0
     ages = np.arange(0.0, 0.5, step)
@@ -91,13 +91,13 @@ def metric(places: np.ndarray, teams: np.ndarray, team: int, target: np.ndarray)
     wanted = np.einsum("yx,ix,jy->ij", target / target.sum(), *2 * [np.cos(np.pi * np.outer(k, cells))])
     own = (teams == team)[..., None]
     waves = np.cos(np.pi * places[..., None] * k) * own[..., None]
-    window, found = WINDOW_S * TICKS_PER_SECOND, []
+    window, metrics = WINDOW_S * TICKS_PER_SECOND, []
     for end in range(window, len(places) + 1, TICKS_PER_SECOND):
         part = slice(end - window, end)
         if own[part].any():
             flown = np.einsum("tni,tnj->ij", waves[part, :, 0], waves[part, :, 1]) / own[part].sum()
-            found.append((weights * (flown - wanted) ** 2).sum())
-    return float(np.mean(found)) if found else float("nan")
+            metrics.append((weights * (flown - wanted) ** 2).sum())
+    return float(np.mean(metrics)) if metrics else float("nan")
 
 
 def read(path: Path) -> tuple[dict, np.ndarray, np.ndarray, list[tuple[int, int, np.ndarray]], int]:

@@ -65,8 +65,8 @@ class Lab:
             self.rows.append(
                 (now, np.concatenate([places, np.asarray(states.vel)[0]], axis=1), self.controls[0, :, :6].copy())
             )
-        seen = places + self.generator.normal(0.0, NOISE, places.shape)
-        return [{"position": dict(zip("xyz", place, strict=True))} for place in seen.tolist()]
+        measured = places + self.generator.normal(0.0, NOISE, places.shape)
+        return [{"position": dict(zip("xyz", place, strict=True))} for place in measured.tolist()]
 
     def hear(self, topic: str, message: dict, now: float) -> None:
         """Handle a message that the game publishes."""
@@ -131,13 +131,13 @@ if __name__ == "__main__":
     lab = Lab(arguments.robots)
     print("the robots stand on the floor", flush=True)
     asyncio.run(play(lab, arguments.address))
-    seconds, flown, asked = zip(*lab.rows, strict=True)
+    seconds, flown, setpoints = zip(*lab.rows, strict=True)
     shown = [place for _, _, place in lab.shown]
     np.savez(
         arguments.out,
         seconds=seconds,
         flown=np.array(flown),
-        asked=np.array(asked),
+        asked=np.array(setpoints),
         shown_seconds=[now for now, _, _ in lab.shown],
         shown_sizes=[len(places) for places in shown],
         shown=np.concatenate(shown),

@@ -68,10 +68,10 @@ def make_train(env: TwoSides, updates: int, *, world_state: bool) -> Any:
     def batchify(values: dict[str, jax.Array]) -> jax.Array:
         return jnp.stack([values[agent] for agent in env.agents]).reshape(rows, -1)
 
-    def inputs(seen: dict[str, jax.Array]) -> tuple[jax.Array, jax.Array]:
+    def inputs(obs: dict[str, jax.Array]) -> tuple[jax.Array, jax.Array]:
         """Return the observations of actors and of critics, (rows, ...) each."""
-        mine = batchify(seen)
-        return mine, seen["world_state"].swapaxes(0, 1).reshape(rows, -1) if world_state else mine
+        mine = batchify(obs)
+        return mine, obs["world_state"].swapaxes(0, 1).reshape(rows, -1) if world_state else mine
 
     def loss_of(network: dict[str, Any], steps: Step, gains: jax.Array, targets: jax.Array) -> jax.Array:
         log_probs = jax.nn.log_softmax(apply(network["actor"], steps.seen))
@@ -85,24 +85,24 @@ def make_train(env: TwoSides, updates: int, *, world_state: bool) -> Any:
         return VALUE * error - gain - ENTROPY * entropy
 
     def update(carried: tuple[Any, ...], key: jax.Array) -> tuple[tuple[Any, ...], dict[str, jax.Array]]:
-        network, state, games, seen = carried
+        network, state, games, obs = carried
         to_games, to_epochs = random.split(key)
 
         def play(carried, key):
-            games, seen = carried
+            games, obs = carried
             to_actions, to_steps = random.split(key)
-            mine, world = inputs(seen)
+            mine, world = inputs(obs)
             log_probs = jax.nn.log_softmax(apply(network["actor"], mine))
             actions = random.categorical(to_actions, log_probs)
             chosen = jnp.take_along_axis(log_probs, actions[:, None], 1)[:, 0]
-            given = dict(zip(env.agents, actions.reshape(env.num_agents, GAMES), strict=True))
-            seen, games, rewards, dones, infos = jax.vmap(env.step)(random.split(to_steps, GAMES), games, given)
+            by_agent = dict(zip(env.agents, actions.reshape(env.num_agents, GAMES), strict=True))
+            obs, games, rewards, dones, infos = jax.vmap(env.step)(random.split(to_steps, GAMES), games, by_agent)
             infos = jax.tree.map(lambda info: info.reshape(rows), infos)
             values = apply(network["critic"], world)[:, 0]
             step = Step(mine, world, actions, chosen, values, batchify(rewards)[:, 0], batchify(dones)[:, 0])
-            return (games, seen), (step, {"captures": infos["captured"].mean(), "wins": (infos["outcome"] > 0).sum()})
+            return (games, obs), (step, {"captures": infos["captured"].mean(), "wins": (infos["outcome"] > 0).sum()})
 
-        (games, seen), (steps, told) = lax.scan(play, (games, seen), random.split(to_games, STEPS))
+        (games, obs), (steps, metrics) = lax.scan(play, (games, obs), random.split(to_games, STEPS))
 
         def before(carried, step):
             running, following = carried
@@ -110,7 +110,7 @@ def make_train(env: TwoSides, updates: int, *, world_state: bool) -> Any:
             running = step.rewards + discount * (following + LAMBDA * running) - step.values
             return (running, step.values), running
 
-        last = apply(network["critic"], inputs(seen)[1])[:, 0]
+        last = apply(network["critic"], inputs(obs)[1])[:, 0]
         gains = lax.scan(before, (jnp.zeros(rows), last), steps, reverse=True)[1]
         data = jax.tree.map(
             lambda kept: kept.reshape(STEPS * rows, *kept.shape[2:]), (steps, gains, gains + steps.values)
@@ -124,7 +124,7 @@ def make_train(env: TwoSides, updates: int, *, world_state: bool) -> Any:
 
         orders = jax.vmap(random.permutation, (0, None))(random.split(to_epochs, EPOCHS), STEPS * rows)
         (network, state), _ = lax.scan(improve, (network, state), orders.reshape(EPOCHS * BATCHES, -1))
-        return (network, state, games, seen), jax.tree.map(jnp.sum, told)
+        return (network, state, games, obs), jax.tree.map(jnp.sum, metrics)
 
     def train(key: jax.Array) -> tuple[dict[str, Any], dict[str, jax.Array]]:
         to_actor, to_critic, to_games, key = random.split(key, 4)
@@ -132,10 +132,10 @@ def make_train(env: TwoSides, updates: int, *, world_state: bool) -> Any:
             "actor": init_layers(to_actor, size, 64, 64, count, last=0.01),
             "critic": init_layers(to_critic, env.world_state_size() if world_state else size, 64, 64, 1, last=1.0),
         }
-        seen, games = jax.vmap(env.reset)(random.split(to_games, GAMES))
-        carried = network, optimizer.init(network), games, seen
-        (network, *_), told = lax.scan(update, carried, random.split(key, updates))
-        return network, told
+        obs, games = jax.vmap(env.reset)(random.split(to_games, GAMES))
+        carried = network, optimizer.init(network), games, obs
+        (network, *_), metrics = lax.scan(update, carried, random.split(key, updates))
+        return network, metrics
 
     return jax.jit(train)
 
@@ -146,13 +146,13 @@ def outcomes(network: dict[str, Any], env: TwoSides, key: jax.Array, games: int)
 
     def play(key):
         def step(carried, key):
-            state, seen = carried
-            actions = {"red_0": apply(network["actor"], seen["red_0"]).argmax()}
-            seen, state, _, _, infos = env.step_env(key, state, actions)
-            return (state, seen), infos["outcome"][0]  # 0 once a game has ended
+            state, obs = carried
+            actions = {"red_0": apply(network["actor"], obs["red_0"]).argmax()}
+            obs, state, _, _, infos = env.step_env(key, state, actions)
+            return (state, obs), infos["outcome"][0]  # 0 once a game has ended
 
-        seen, state = env.reset(key)
-        return lax.scan(step, (state, seen), random.split(key, seconds))[1].sum()
+        obs, state = env.reset(key)
+        return lax.scan(step, (state, obs), random.split(key, seconds))[1].sum()
 
     return jax.jit(jax.vmap(play))(random.split(key, games))
 
@@ -164,16 +164,16 @@ def main() -> None:
     parser.add_argument("--games", type=int, default=100, help="games against each opponent")
     parser.add_argument("--world-state", action="store_true", help="critics see both sides' images")
     parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args()
+    options = parser.parse_args()
 
     params, words = make_params(GAME), {"action": "discrete", "observation": "vector"}
     env = TwoSides(params, **words)
-    updates = max(asked.commands // (env.num_agents * GAMES * STEPS), 1)
-    network, told = make_train(env, updates, world_state=asked.world_state)(random.key(asked.seed))
-    print(f"{updates} updates: {told['wins'].sum()} games won in self-play")
+    updates = max(options.commands // (env.num_agents * GAMES * STEPS), 1)
+    network, metrics = make_train(env, updates, world_state=options.world_state)(random.key(options.seed))
+    print(f"{updates} updates: {metrics['wins'].sum()} games won in self-play")
     for opponent in OPPONENTS:
-        found = outcomes(network, TwoSides(params, **words, opponent=load(opponent)), random.key(1), asked.games)
-        print(f"against {opponent}: {(found > 0).sum()} won, {(found < 0).sum()} lost of {asked.games}")
+        results = outcomes(network, TwoSides(params, **words, opponent=load(opponent)), random.key(1), options.games)
+        print(f"against {opponent}: {(results > 0).sum()} won, {(results < 0).sum()} lost of {options.games}")
 
 
 if __name__ == "__main__":

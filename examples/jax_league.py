@@ -125,14 +125,14 @@ def learn(config: TrainConfig, learner: Learner, steps: Step, last: jax.Array, k
     def improve(carried, rows):
         network, state = carried
         part, gains = jax.tree.map(lambda kept: kept[rows], data)
-        gradients, told = jax.grad(loss_of, has_aux=True)(network, part, gains, std, config.clip_range)
+        gradients, metrics = jax.grad(loss_of, has_aux=True)(network, part, gains, std, config.clip_range)
         changes, state = optimizer().update(gradients, state)
         changes["actor"] = jax.tree.map(lambda change: acts * change, changes["actor"])
-        return (optax.apply_updates(network, jax.tree.map(lambda change: -rate * change, changes)), state), told
+        return (optax.apply_updates(network, jax.tree.map(lambda change: -rate * change, changes)), state), metrics
 
     orders = jax.vmap(random.permutation, (0, None))(random.split(key, config.epochs), count)
-    learned, told = lax.scan(improve, tuple(learner), orders.reshape(-1, min(config.batch_size, count // 4)))
-    return Learner(*learned), jax.tree.map(jnp.mean, told)
+    learned, metrics = lax.scan(improve, tuple(learner), orders.reshape(-1, min(config.batch_size, count // 4)))
+    return Learner(*learned), jax.tree.map(jnp.mean, metrics)
 
 
 def fly(numbers: jax.Array, angle: jax.Array, state: State, params: Params) -> jax.Array:
@@ -147,9 +147,9 @@ def fly(numbers: jax.Array, angle: jax.Array, state: State, params: Params) -> j
     place = jnp.array([x, y]) + lean * (mean_of(state, RED) - 0.5) + home * (mean_of(state, BLUE) - 0.5)
     px, py = jnp.clip(place + path, 0.0, 1.0)
     distance = jnp.hypot(_X - px, _Y - py)
-    found = jnp.exp(-(((distance - radius) / width) ** 2)) + core * jnp.exp(-((distance / width) ** 2))
-    found = ground + found / jnp.maximum(found.max(), 1e-30)
-    return found / found.max()
+    density = jnp.exp(-(((distance - radius) / width) ** 2)) + core * jnp.exp(-((distance / width) ** 2))
+    density = ground + density / jnp.maximum(density.max(), 1e-30)
+    return density / density.max()
 
 
 def mean_of(state: State, team: int) -> jax.Array:
@@ -161,9 +161,9 @@ def mean_of(state: State, team: int) -> jax.Array:
 @partial(jax.jit, static_argnames="config")
 def begin(config: TrainConfig, key: jax.Array, params: Params) -> Games:
     """Return games at their starts."""
-    seen, states = jax.vmap(reset, (0, None))(random.split(key, config.num_envs), params)
+    images, states = jax.vmap(reset, (0, None))(random.split(key, config.num_envs), params)
     cells = config.game.command_cells
-    return Games(states, seen, jnp.ones((config.num_envs, cells, cells)), jnp.zeros(config.num_envs))
+    return Games(states, images, jnp.ones((config.num_envs, cells, cells)), jnp.zeros(config.num_envs))
 
 
 @partial(jax.jit, static_argnames="config", donate_argnames=("main", "exploiters", "games"))
@@ -178,49 +178,49 @@ def update(config, main: Learner, exploiters: Learner, games: Games, deal: Deal,
     def by(count: int, values: jax.Array) -> jax.Array:
         return values.reshape(count, -1, *values.shape[1:])
 
-    def act(network, seen: jax.Array, key: jax.Array):
-        means, values = answer(network, seen)
+    def act(network, images: jax.Array, key: jax.Array):
+        means, values = answer(network, images)
         actions = means + std * random.normal(key, means.shape)
         return actions, log_prob(actions, means, std), values
 
-    def answer_of(weights: Weights, seen: jax.Array) -> jax.Array:
-        return density_of(decide(weights, features_of(weights, seen / np.float32(255))))
+    def answer_of(weights: Weights, images: jax.Array) -> jax.Array:
+        return density_of(decide(weights, features_of(weights, images / np.float32(255))))
 
     def play(games: Games, key):
         to_main, to_others, to_starts = random.split(key, 3)
-        states, seen = games.states, games.seen
-        own, logs, values = act(main.network, seen[red], to_main)
-        asked = density_of(own)
+        states, images = games.states, games.seen
+        own, logs, values = act(main.network, images[red], to_main)
+        density = density_of(own)
         begun = (states.tick == 0)[:, None, None]
-        command = jnp.where(is_late, jnp.where(begun, 1.0, games.held), asked)
-        rows = by(EXPLOITERS, seen[blue][:first])
+        command = jnp.where(is_late, jnp.where(begun, 1.0, games.held), density)
+        rows = by(EXPLOITERS, images[blue][:first])
         theirs = jax.vmap(act)(exploiters.network, rows, random.split(to_others, EXPLOITERS))
         looks = jax.vmap(mean_of, (0, None))(states, RED) - 0.5
         angles = jnp.where(states.tick == 0, jnp.arctan2(looks[:, 1], looks[:, 0]), games.angles)
-        those = jax.tree.map(lambda values: values[second:], states)
+        pattern_states = jax.tree.map(lambda values: values[second:], states)
         parts = [
             density_of(theirs[0]),
-            jax.vmap(answer_of)(deal.networks, by(SLOTS, seen[blue][first:second])),
-            jax.vmap(fly, (0, 0, 0, None))(deal.patterns, angles[second:], those, params)[None],
+            jax.vmap(answer_of)(deal.networks, by(SLOTS, images[blue][first:second])),
+            jax.vmap(fly, (0, 0, 0, None))(deal.patterns, angles[second:], pattern_states, params)[None],
         ]
         against = jnp.concatenate([part.reshape(-1, *part.shape[2:]) for part in parts])
         starts = random.split(to_starts, config.num_envs)
         after = jax.vmap(step, (0, 0, 0, None))(starts, states, {red: command, blue: against}, params)
-        now, states, rewards, dones, infos = after
+        new_images, states, rewards, dones, infos = after
         over = dones["__all__"]
-        kept = Step(seen[red], own, logs, values, rewards[red], over)
+        kept = Step(images[red], own, logs, values, rewards[red], over)
         other = Step(rows, *theirs, by(EXPLOITERS, rewards[blue][:first]), by(EXPLOITERS, over[:first]))
         shares = jnp.where(over, infos["size"][:, 0] / params.sizes.sum(), 0.0)
-        return Games(states, now, asked, angles), (kept, other, over, shares)
+        return Games(states, new_images, density, angles), (kept, other, over, shares)
 
     games, (rows, theirs, over, shares) = lax.scan(play, games, random.split(to_games, config.rollout))
     _, last = answer(main.network, games.seen[red])
-    main, told = learn(config, main, rows, last, to_main, std, rate, acts)
+    main, metrics = learn(config, main, rows, last, to_main, std, rate, acts)
     _, last = jax.vmap(answer)(exploiters.network, by(EXPLOITERS, games.seen[blue][:first]))
     theirs = jax.tree.map(lambda values: values.swapaxes(0, 1), theirs)
     teach = jax.vmap(partial(learn, config), (0, 0, 0, 0, None, None, None))
     exploiters, _ = teach(exploiters, theirs, last, random.split(to_exploiters, EXPLOITERS), std, rate, 1.0)
-    return main, exploiters, games, told, over.sum(axis=0), shares.sum(axis=0)
+    return main, exploiters, games, metrics, over.sum(axis=0), shares.sum(axis=0)
 
 
 @dataclass
@@ -248,7 +248,7 @@ def widened(name: str, config: TrainConfig, generator: np.random.Generator) -> W
 
     Features are copied, and the next layer takes a random part of each copy: else copies would learn the same.
     """
-    channels, width, found = len(config.game.observations[0].channels), config.width // ORIENTATIONS, {}
+    channels, width, weights = len(config.game.observations[0].channels), config.width // ORIENTATIONS, {}
     for key, tensor in load(name, config.game).weights().items():
         values = tensor.numpy()
         if key == "trunk.near.0.weight":  # its last input is the distance from the centre
@@ -258,8 +258,8 @@ def widened(name: str, config: TrainConfig, generator: np.random.Generator) -> W
             values = np.concatenate(list(values * parts / parts.sum(axis=0)), axis=1)
         if not key.startswith("head"):
             values = np.tile(values, (width // len(values), *[1] * (values.ndim - 1)))
-        found[key] = jnp.asarray(values, jnp.float32)
-    return found
+        weights[key] = jnp.asarray(values, jnp.float32)
+    return weights
 
 
 def new_pattern(parents: list[Member], generator: np.random.Generator) -> Member:
@@ -281,8 +281,8 @@ def new_pattern(parents: list[Member], generator: np.random.Generator) -> Member
 class Pool:
     """The opponents and the learner's scores against them; on the host."""
 
-    def __init__(self, config: TrainConfig, given: list[Member], generator: np.random.Generator) -> None:
-        self.networks, self.given, self.generator = given, len(given), generator
+    def __init__(self, config: TrainConfig, members: list[Member], generator: np.random.Generator) -> None:
+        self.networks, self.given, self.generator = members, len(members), generator
         self.first, self.second = sections(config)
         self.exploiters = [Member("", None) for _ in range(EXPLOITERS)]
         self.births = [-LIFE * i // EXPLOITERS for i in range(EXPLOITERS)]
@@ -361,7 +361,7 @@ def train(config: TrainConfig, seconds: float, *, pallas: bool) -> LearnedPolicy
         grown = min((number - WARM + 1) / WARM, 1.0) if number >= WARM else 1.0
         schedule = (std, config.learning_rate * max(1.0 - done, 0.05) * grown, float(number >= WARM))
         key, part = random.split(key)
-        main, exploiters, games, told, *ended = update(config, main, exploiters, games, deal, params, part, schedule)
+        main, exploiters, games, mean, *ended = update(config, main, exploiters, games, deal, params, part, schedule)
         pool.count(*map(np.asarray, ended))
         number += 1
         gone = time.monotonic() - began
@@ -371,8 +371,8 @@ def train(config: TrainConfig, seconds: float, *, pallas: bool) -> LearnedPolicy
         exploiters = pool.succeed(number, main, exploiters)
         if number % 25 == 1 or done >= 1.0:
             print(
-                f"{number * count:>11,} commands, {gone:.0f} s: value error {told['error']:.4f}, KL {told['kl']:.4f}, "
-                f"clipped {told['clipped']:.0%}, taken from {pool.standing()}",
+                f"{number * count:>11,} commands, {gone:.0f} s: value error {mean['error']:.4f}, KL {mean['kl']:.4f}, "
+                f"clipped {mean['clipped']:.0%}, taken from {pool.standing()}",
                 flush=True,
             )
     view, rules = config.game.observations[0], config.game
@@ -399,16 +399,16 @@ def main() -> None:
     parser.add_argument("--pallas", action="store_true", help="play in a kernel for NVIDIA's GPUs")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/jax_league"))
-    asked = parser.parse_args()
+    options = parser.parse_args()
     config = CONFIG.replace(
-        start_from=asked.start_from,
-        opponents=tuple(asked.opponents),
-        total_steps=asked.commands,
-        num_envs=asked.games,
-        seed=asked.seed,
+        start_from=options.start_from,
+        opponents=tuple(options.opponents),
+        total_steps=options.commands,
+        num_envs=options.games,
+        seed=options.seed,
     )
-    train(config, asked.seconds, pallas=asked.pallas).write(asked.out)
-    print(f"policy: {asked.out}")
+    train(config, options.seconds, pallas=options.pallas).write(options.out)
+    print(f"policy: {options.out}")
 
 
 if __name__ == "__main__":

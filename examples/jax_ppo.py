@@ -78,11 +78,11 @@ def both(values: dict[str, jax.Array]) -> jax.Array:
     return jnp.concatenate([values[agent] for agent in AGENTS])
 
 
-def answer(network: dict[str, Any], seen: jax.Array) -> tuple[jax.Array, jax.Array]:
+def answer(network: dict[str, Any], images: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Turn images (n, 9, 10, 10) into mean actions (n, 5, 5) and values (n,)."""
-    features, critic = features_of(network["actor"], seen / np.float32(255)), network["critic"]
+    features, critic = features_of(network["actor"], images / np.float32(255)), network["critic"]
     kernel = critic["kernel"].reshape(-1)[kernel_places(critic["kernel"].shape)]
-    summary = features.reshape(len(seen), -1) @ kernel.reshape(len(kernel), -1).T
+    summary = features.reshape(len(images), -1) @ kernel.reshape(len(kernel), -1).T
     summary = jax.nn.relu(summary + jnp.tile(critic["bias"], ORIENTATIONS))
     summary = summary.reshape(-1, ORIENTATIONS, CRITIC_FEATURES).mean(axis=1)  # the same for a turned board
     return decide(network["actor"], features), summary @ critic["worth"]
@@ -115,8 +115,8 @@ def begin(config: TrainConfig, key: jax.Array, params: Params) -> Learner:
             "worth": worth / jnp.linalg.norm(worth),
         },
     }
-    seen, states = jax.vmap(reset, (0, None))(random.split(to_games, config.num_envs), params)
-    return Learner(network, optimizer_of(config).init(network), states, seen, key, jnp.int32(0))
+    images, states = jax.vmap(reset, (0, None))(random.split(to_games, config.num_envs), params)
+    return Learner(network, optimizer_of(config).init(network), states, images, key, jnp.int32(0))
 
 
 def advantages(config: TrainConfig, steps: Step, last: jax.Array) -> jax.Array:
@@ -141,8 +141,8 @@ def loss_of(network, steps: Step, gains: jax.Array, std: jax.Array, clip: float)
     ratio, error = jnp.exp(log_ratio), jnp.square(values - steps.values - gains).mean()
     scaled = (gains - gains.mean()) / (gains.std() + 1e-8)
     gain = jnp.minimum(scaled * ratio, scaled * jnp.clip(ratio, 1 - clip, 1 + clip)).mean()
-    told = {"error": error, "kl": (ratio - 1 - log_ratio).mean(), "clipped": (jnp.abs(ratio - 1) > clip).mean()}
-    return VALUE_WEIGHT * error - gain, told
+    metrics = {"error": error, "kl": (ratio - 1 - log_ratio).mean(), "clipped": (jnp.abs(ratio - 1) > clip).mean()}
+    return VALUE_WEIGHT * error - gain, metrics
 
 
 @partial(jax.jit, static_argnames="config", donate_argnames="learner")
@@ -154,17 +154,17 @@ def update(config: TrainConfig, learner: Learner, params: Params) -> tuple[Learn
     to_games, to_epochs, key = random.split(learner.key, 3)
 
     def play(carried, key):
-        states, seen = carried
+        states, images = carried
         to_actions, to_starts = random.split(key)
-        rows = both(seen)
+        rows = both(images)
         means, values = answer(learner.network, rows)
         actions = means + std * random.normal(to_actions, means.shape)
         commands = dict(zip(AGENTS, jnp.split(density_of(actions), 2), strict=True))  # clips actions to [-1, 1]
         starts = random.split(to_starts, config.num_envs)
-        seen, states, rewards, dones, infos = jax.vmap(step, (0, 0, 0, None))(starts, states, commands, params)
-        told = {"captures": infos["captured"], "ends": dones["__all__"], "wins": infos["outcome"] > 0}
+        images, states, rewards, dones, infos = jax.vmap(step, (0, 0, 0, None))(starts, states, commands, params)
+        metrics = {"captures": infos["captured"], "ends": dones["__all__"], "wins": infos["outcome"] > 0}
         kept = Step(rows, actions, log_prob(actions, means, std), values, both(rewards), both(dones))
-        return (states, seen), (kept, jax.tree.map(jnp.sum, told))
+        return (states, images), (kept, jax.tree.map(jnp.sum, metrics))
 
     games, (steps, played) = lax.scan(play, (learner.states, learner.seen), random.split(to_games, config.rollout))
     _, last = answer(learner.network, both(games[1]))
@@ -173,15 +173,15 @@ def update(config: TrainConfig, learner: Learner, params: Params) -> tuple[Learn
     def improve(carried, rows):
         network, state = carried
         part, gains = jax.tree.map(lambda kept: kept[rows], data)
-        gradients, told = jax.grad(loss_of, has_aux=True)(network, part, gains, std, config.clip_range)
+        gradients, metrics = jax.grad(loss_of, has_aux=True)(network, part, gains, std, config.clip_range)
         changes, state = optimizer.update(gradients, state)
-        return (optax.apply_updates(network, changes), state), told
+        return (optax.apply_updates(network, changes), state), metrics
 
     orders = jax.vmap(random.permutation, (0, None))(random.split(to_epochs, config.epochs), count)
     batches = orders.reshape(-1, min(config.batch_size, count))
-    learned, told = lax.scan(improve, (learner.network, learner.optimizer), batches)
-    told = jax.tree.map(jnp.sum, played) | jax.tree.map(jnp.mean, told)
-    return Learner(*learned, *games, key, learner.updates + 1), told
+    learned, metrics = lax.scan(improve, (learner.network, learner.optimizer), batches)
+    metrics = jax.tree.map(jnp.sum, played) | jax.tree.map(jnp.mean, metrics)
+    return Learner(*learned, *games, key, learner.updates + 1), metrics
 
 
 def train(config: TrainConfig) -> LearnedPolicy:
@@ -189,12 +189,12 @@ def train(config: TrainConfig) -> LearnedPolicy:
     began, params, count = time.monotonic(), make_params(config.game), rows_of(config)
     learner, updates = begin(config, random.key(config.seed), params), config.total_steps // count
     for number in range(1, updates + 1):
-        learner, told = update(config, learner, params)
+        learner, metrics = update(config, learner, params)
         if number % 5 == 1 or number == updates:
             print(
-                f"{number * count:>9,} commands, {time.monotonic() - began:.0f} s: {told['captures'] / count:.3f} "
-                f"captures a command, {told['wins']} of {told['ends']} games won, "
-                f"value error {told['error']:.4f}, KL {told['kl']:.4f}, clipped {told['clipped']:.1%}",
+                f"{number * count:>9,} commands, {time.monotonic() - began:.0f} s: {metrics['captures'] / count:.3f} "
+                f"captures a command, {metrics['wins']} of {metrics['ends']} games won, "
+                f"value error {metrics['error']:.4f}, KL {metrics['kl']:.4f}, clipped {metrics['clipped']:.1%}",
                 flush=True,
             )
     view, training = config.game.observations[0], config.to_dict()
@@ -212,15 +212,15 @@ def main() -> None:
     parser.add_argument("--games", type=int, default=100, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/jax_ppo"))
-    asked = parser.parse_args()
+    options = parser.parse_args()
 
-    commands = max(asked.commands // rows_of(RECIPE), 1) * rows_of(RECIPE)
-    train(RECIPE.replace(total_steps=commands, seed=asked.seed)).write(asked.out)
+    commands = max(options.commands // rows_of(RECIPE), 1) * rows_of(RECIPE)
+    train(RECIPE.replace(total_steps=commands, seed=options.seed)).write(options.out)
     print(f"commands seen: {commands}")
 
     for opponent in ("noise", "uniform"):
-        match = play_match(str(asked.out), opponent, games=asked.games, seed=1, config=RECIPE.game, threads=2)
-        match.write(asked.out / f"{opponent}.json")
+        match = play_match(str(options.out), opponent, games=options.games, seed=1, config=RECIPE.game, threads=2)
+        match.write(options.out / f"{opponent}.json")
         low, high = match.share_interval()
         print(f"against {opponent}: {match.standing()}, share {match.share():.2f} [{low:.2f}, {high:.2f}]")
 

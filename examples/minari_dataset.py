@@ -26,14 +26,14 @@ def main() -> None:
     parser.add_argument("--games", type=int, default=20)
     parser.add_argument("--seconds", type=float, default=300.0, help="of a game")
     parser.add_argument("--name", default="swarm/ring-v0")
-    asked = parser.parse_args()
-    game = GameConfig(time_limit=asked.seconds, observation=ObservationConfig(grid=10))
-    tactic = load(asked.tactic, game)
+    options = parser.parse_args()
+    game = GameConfig(time_limit=options.seconds, observation=ObservationConfig(grid=10))
+    tactic = load(options.tactic, game)
     # Plain values, since Minari writes the keywords into the dataset, to make the environment from them again.
-    keywords = {"config": game.to_dict(), "opponent": asked.opponent, "action": "command"}
+    keywords = {"config": game.to_dict(), "opponent": options.opponent, "action": "command"}
     env = minari.DataCollector(gymnasium.make("swarm_pz/Capture-v0", **keywords))
     duel = env.unwrapped.duel
-    for seed in range(asked.games):
+    for seed in range(options.games):
         env.reset(seed=seed)
         tactic.reset([seed], ROW)
         over = False
@@ -41,7 +41,7 @@ def main() -> None:
             action = duel.batch.ask(tactic, duel.sides, ROW)[0].astype(np.float32)
             *_, terminated, truncated, _ = env.step(action)
             over = terminated or truncated
-    dataset = env.create_dataset(asked.name, algorithm_name=asked.tactic, code_permalink=None, description=__doc__)
+    dataset = env.create_dataset(options.name, algorithm_name=options.tactic, code_permalink=None, description=__doc__)
     env.close()
     print(f"{dataset.total_episodes} games, {dataset.total_steps} steps: {dataset.storage.data_path}")
 

@@ -21,7 +21,7 @@ PPO = {"train_batch_size_per_learner": 2048, "minibatch_size": 256, "num_epochs"
 parser = argparse.ArgumentParser()
 parser.add_argument("--steps", type=int, default=40_960, help="commands to learn from, of both sides")
 parser.add_argument("--games", type=int, default=200, help="games against each opponent, even")
-asked = parser.parse_args()
+options = parser.parse_args()
 
 
 def make(_):  # SuperSuit converts images to vectors of fractions
@@ -34,7 +34,7 @@ config = PPOConfig().environment("capture").env_runners(num_env_runners=0, num_e
 config.multi_agent(policies={"red", "blue"}, policy_mapping_fn=lambda agent, *_, **__: agent.removesuffix("_0"))
 config.training(**PPO, lambda_=0.95, clip_param=0.2, grad_clip=0.5).debugging(seed=0)
 algorithm, commands = config.build_algo(), 0
-while commands < asked.steps:
+while commands < options.steps:
     algorithm.train()
     commands = 2 * algorithm.metrics.peek(("env_runners", "num_env_steps_sampled_lifetime"))
 red = algorithm.get_module("red")
@@ -52,6 +52,6 @@ class Model:  # matches need only the spaces and `predict`
 
 
 for opponent in ("noise", "uniform"):
-    match = play_match(Model(), opponent, games=asked.games, seed=1, config=GAME, threads=2)
+    match = play_match(Model(), opponent, games=options.games, seed=1, config=GAME, threads=2)
     print(f"against {opponent}: {match.standing()}, share {match.share():.2f}")
 algorithm.stop()

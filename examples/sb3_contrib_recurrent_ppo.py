@@ -27,11 +27,11 @@ def main() -> None:
     parser.add_argument("--games", type=int, default=200, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/sb3_contrib_recurrent_ppo"))
-    asked = parser.parse_args()
+    options = parser.parse_args()
 
     torch.set_num_threads(1)  # the network is small
     opponents = ("uniform", "noise")
-    envs = SwarmVecEnv(GAME, num_envs=64, opponent=opponents, action_cells=5, threads=2, seed=asked.seed)
+    envs = SwarmVecEnv(GAME, num_envs=64, opponent=opponents, action_cells=5, threads=2, seed=options.seed)
     model = RecurrentPPO(
         "MlpLstmPolicy",
         envs,
@@ -47,20 +47,20 @@ def main() -> None:
             "shared_lstm": True,
             "enable_critic_lstm": False,
         },
-        seed=asked.seed,
+        seed=options.seed,
         device="cpu",
     )
-    model.learn(asked.steps)
-    asked.out.mkdir(parents=True, exist_ok=True)
-    model.save(asked.out / "model")
+    model.learn(options.steps)
+    options.out.mkdir(parents=True, exist_ok=True)
+    model.save(options.out / "model")
     print(f"commands seen: {model.num_timesteps}")
 
-    policy = asked.out / "onnx"  # `swarm-pz export runs/.../model.zip FOLDER --trust` does the same
+    policy = options.out / "onnx"  # `swarm-pz export runs/.../model.zip FOLDER --trust` does the same
     shutil.rmtree(policy, ignore_errors=True)
     export_model(model.policy, GAME, GAME.team_systems[0], policy, "recurrent")
     for opponent in ("noise", "uniform"):
-        match = play_match(str(policy), opponent, games=asked.games, seed=1, config=GAME, threads=2)
-        match.write(asked.out / f"{opponent}.json")
+        match = play_match(str(policy), opponent, games=options.games, seed=1, config=GAME, threads=2)
+        match.write(options.out / f"{opponent}.json")
         low, high = match.share_interval()
         print(f"against {opponent}: {match.standing()}, share {match.share():.2f} [{low:.2f}, {high:.2f}]")
 

@@ -26,19 +26,19 @@ def main() -> None:
     parser.add_argument("--games", type=int, default=100, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/sb3_ppo"))
-    asked = parser.parse_args()
+    options = parser.parse_args()
 
-    envs = SwarmVecEnv(GAME, num_envs=4, opponent="uniform", action="modes", seed=asked.seed)
-    model = PPO("MlpPolicy", VecMonitor(envs), seed=asked.seed, device="cpu", verbose=1)
-    untrained = play_match(model, "uniform", games=asked.games, seed=1, config=GAME)
-    model.learn(asked.steps)
-    model.save(asked.out / "model")
+    envs = SwarmVecEnv(GAME, num_envs=4, opponent="uniform", action="modes", seed=options.seed)
+    model = PPO("MlpPolicy", VecMonitor(envs), seed=options.seed, device="cpu", verbose=1)
+    untrained = play_match(model, "uniform", games=options.games, seed=1, config=GAME)
+    model.learn(options.steps)
+    model.save(options.out / "model")
     print(f"commands seen: {model.num_timesteps}")
 
     print(f"untrained against uniform: {untrained.standing()}, share {untrained.share():.2f}")
     for opponent in ("noise", "uniform"):
-        match = play_match(model, opponent, games=asked.games, seed=1, config=GAME)
-        match.write(asked.out / f"{opponent}.json")
+        match = play_match(model, opponent, games=options.games, seed=1, config=GAME)
+        match.write(options.out / f"{opponent}.json")
         low, high = match.share_interval()
         print(f"against {opponent}: {match.standing()}, share {match.share():.2f} [{low:.2f}, {high:.2f}]")
 

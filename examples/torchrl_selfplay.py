@@ -23,7 +23,7 @@ NAMES = {name: ("agents", name) for name in ("action", "reward", "done", "termin
 parser = argparse.ArgumentParser()
 parser.add_argument("--steps", type=int, default=131_072, help="commands to learn from, of both sides")
 parser.add_argument("--games", type=int, default=200, help="games against each opponent, even")
-asked = parser.parse_args()
+options = parser.parse_args()
 torch.manual_seed(0)
 torch.set_num_threads(1)  # the networks are small
 
@@ -45,7 +45,7 @@ loss.set_keys(value=VALUE, sample_log_prob=("agents", "action_log_prob"), **NAME
 loss.make_value_estimator(ValueEstimators.GAE, gamma=0.98, lmbda=0.95)
 optimizer = torch.optim.Adam(loss.parameters(), 5e-4)
 # A collector samples actions and continues games in the next batch. A frame is a step of a game, of both sides.
-for batch in Collector(envs, policy, frames_per_batch=FRAMES, total_frames=max(asked.steps // 2, FRAMES)):
+for batch in Collector(envs, policy, frames_per_batch=FRAMES, total_frames=max(options.steps // 2, FRAMES)):
     loss.value_estimator(batch, params=loss.critic_network_params, target_params=loss.target_critic_network_params)
     flat = batch.reshape(-1).detach()
     for part in (part for _ in range(4) for part in torch.randperm(len(flat)).split(256)):
@@ -66,5 +66,5 @@ class Model:  # matches need only the spaces and `predict`
 
 
 for opponent in ("noise", "uniform"):
-    match = play_match(Model(), opponent, games=asked.games, seed=1, config=GAME, threads=2)
+    match = play_match(Model(), opponent, games=options.games, seed=1, config=GAME, threads=2)
     print(f"against {opponent}: {match.standing()}, share {match.share():.2f}")

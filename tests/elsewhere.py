@@ -12,16 +12,16 @@ from swarm_pz.evaluation.workers import SerialExecutor
 class Elsewhere(Executor):
     """Do each task in this process, in the empty folder `place`; tasks and results are pickled.
 
-    `given` holds the names of the functions submitted so far.
+    `submitted` holds the names of the functions submitted so far.
     """
 
     elsewhere = True
 
     def __init__(self, place):
-        self._place, self.given = place, []
+        self._place, self.submitted = place, []
 
     def submit(self, fn, /, *args):
-        self.given.append(fn.__name__)
+        self.submitted.append(fn.__name__)
         travelled = pickle.dumps((fn, *args))
         with contextlib.chdir(self._place):
             done = SerialExecutor().submit(*pickle.loads(travelled))  # noqa: S301

@@ -393,13 +393,13 @@ class ControllerReference:
 
 def reconstruct(coefficients: NDArray[np.floating]) -> Floats:
     """Return sum_k c_k cos(pi k1 x) cos(pi k2 y) at the centres of the grid's cells, (50, 50)."""
-    given = np.asarray(coefficients, dtype=np.float64)
+    matrix = np.asarray(coefficients, dtype=np.float64)
     centres = (np.arange(GRID) + 0.5) / GRID
-    waves = [np.cos(np.pi * k * centres) for k in range(max(given.shape))]
+    waves = [np.cos(np.pi * k * centres) for k in range(max(matrix.shape))]
     total = np.zeros((GRID, GRID))
-    for k1 in range(given.shape[0]):
-        for k2 in range(given.shape[1]):
-            total += given[k1, k2] * np.outer(waves[k2], waves[k1])
+    for k1 in range(matrix.shape[0]):
+        for k2 in range(matrix.shape[1]):
+            total += matrix[k1, k2] * np.outer(waves[k2], waves[k1])
     return total
 
 

@@ -88,7 +88,7 @@ def test_every_python_snippet_is_run(monkeypatch, capsys):
     tests/play/ros/test_bridge.py that of docs/ros.md.
     """
 
-    def stand_in(address, tactic, **how):
+    def stand_in(address, tactic, **options):
         generator = np.random.default_rng(0)
         positions, teams = generator.random((20, 2)), np.arange(20) // 10
         frame = Frame(sequence=1, tick=0, server_ms=0.0, positions=positions, velocities=np.zeros((20, 2)), teams=teams)

@@ -95,9 +95,9 @@ def test_overlays_are_in_films_and_in_stills(tmp_path, pictures):
 def test_the_game_shown_is_the_one_that_a_match_counted(tmp_path):
     config = GameConfig(time_limit=20.0, drones_per_team=3)
     counted = play_match("blind_ring", "noise", games=6, seed=3, config=config).games[5]
-    said = film_game("blind_ring", "noise", tmp_path / "end.png", seed=3, pair=2, side="blue", config=config)
+    caption = film_game("blind_ring", "noise", tmp_path / "end.png", seed=3, pair=2, side="blue", config=config)
     ends, red = {"win": "blue won", "draw": "a draw", "loss": "red won"}, counted.sizes[-1]
-    assert said == f"{ends[counted.outcome]} ({counted.seconds:.1f} s, red {red}, blue {6 - red})"
+    assert caption == f"{ends[counted.outcome]} ({counted.seconds:.1f} s, red {red}, blue {6 - red})"
     game = Rollout("blind_ring", "noise", [5], seed=3, config=config)
     game.play()
     end = Painter(("noise", "blind_ring"), targets=True).draw(game.simulator)

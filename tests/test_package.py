@@ -17,9 +17,9 @@ ROOT = Path(__file__).parents[1]
 OURS = {".py", ".js", ".css", ".html", ".jinja", ".svg", ".json", ".safetensors", ".typed"}
 
 
-def printed_by(code, **how):
+def printed_by(code, **options):
     command = [sys.executable, "-c", code]
-    return subprocess.run(command, capture_output=True, text=True, check=True, **how).stdout  # noqa: S603
+    return subprocess.run(command, capture_output=True, text=True, check=True, **options).stdout  # noqa: S603
 
 
 def test_the_package_and_its_kernels_import_nothing_heavy_and_folders_of_the_users_own_do_not_hide_ours(tmp_path):

@@ -125,12 +125,12 @@ def test_a_reset_that_is_refused_leaves_game_and_seeds_as_they_were(make):
     environment, other = make(drones_per_team=1), make(drones_per_team=1)
     for one in (environment, other):
         one.reset(seed=5)
-    for options, said in (
+    for options, message in (
         ({"positions": [[2.0, 0.5], [0.5, 0.5]]}, "scenario positions"),
         ({"position": [[0.2, 0.5], [0.5, 0.5]]}, "no option 'position': did you mean 'positions'"),
         ({"velocity": 0.0}, "did you mean 'velocities'"),
     ):
-        with pytest.raises(CommandError, match=said):
+        with pytest.raises(CommandError, match=message):
             environment.reset(seed=9, options=options)
     environment.reset(options={"curriculum": 3})
     other.reset()
@@ -195,23 +195,23 @@ def test_infos_are_numbers_by_the_same_names_at_every_step():
 
 def play_on(environment, steps=5):
     """Play on past the ends of games, and return the observations."""
-    seen, generator = [], np.random.default_rng(1)
+    observations, generator = [], np.random.default_rng(1)
     for _ in range(steps):
         if isinstance(environment, DuelVectorEnv):
-            seen.append(environment.step(generator.uniform(-1, 1, (2, 10, 10)))[0])
+            observations.append(environment.step(generator.uniform(-1, 1, (2, 10, 10)))[0])
             continue
         if isinstance(environment, CaptureEnv):
             if not environment.agents:
                 environment.reset()
-            seen.append(
+            observations.append(
                 environment.step({agent: generator.random((10, 10)) for agent in environment.agents})[0]["red_0"]
             )
             continue
         observation, _, terminated, truncated, _ = environment.step(generator.uniform(-1, 1, (10, 10)))
-        seen.append(observation)
+        observations.append(observation)
         if terminated or truncated:
             environment.reset()
-    return np.stack(seen)
+    return np.stack(observations)
 
 
 SMALL = {"max_cycles": 3, "drones_per_team": 2}

@@ -170,7 +170,7 @@ class Progress(RunCallback):
     def __init__(self, state: RunState, say: Callable[[str], None]) -> None:
         super().__init__(state)
         self._say = say
-        self._said = -1
+        self._printed = -1
 
     def _on_training_start(self) -> None:
         self._first_step, self._began = self.num_timesteps, time.monotonic()
@@ -186,6 +186,6 @@ class Progress(RunCallback):
             f"exploring: won {won:3.0%}, share {share:.2f}  "
             f"evaluated at {last['step']:,}: won {last['win_rate']:3.0%}, share {last['share']:.2f}"
         )
-        if int(20 * done) > self._said:
-            self._said = int(20 * done)
+        if int(20 * done) > self._printed:
+            self._printed = int(20 * done)
             self._say(line)

@@ -84,11 +84,11 @@ def set_random_streams(states: tuple[Any, Any]) -> None:
 @contextmanager
 def random_streams_kept() -> Iterator[None]:
     """Restore the process's streams at the end."""
-    found = random_streams()
+    streams = random_streams()
     try:
         yield
     finally:
-        set_random_streams(found)
+        set_random_streams(streams)
 
 
 # --- the learner ------------------------------------------------------------------------------------

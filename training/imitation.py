@@ -30,9 +30,9 @@ class _Recorded(Rollout):
     def ask(self) -> NDArray[np.float64]:
         """Return the commands of both players, as `Rollout.ask`."""
         teams = self.sides[0, self.rows]
-        seen = np.asarray(self.batch.see(self._seeing, teams, self.rows))
+        observations = np.asarray(self.batch.see(self._seeing, teams, self.rows))
         commands = super().ask()
-        self.kept.append((seen, commands[self.rows, teams]))
+        self.kept.append((observations, commands[self.rows, teams]))
         return commands
 
 
@@ -46,20 +46,20 @@ def recorded(target: str, game: GameConfig, games: int, seed: int) -> tuple[NDAr
         with closing(_Recorded(game.observations[0], target, opponent, numbers, seed=seed, config=game)) as rollout:
             rollout.play()
             kept += rollout.kept
-    seen, commands = (np.concatenate(parts) for parts in zip(*kept, strict=True))
-    chosen = np.random.default_rng(seed).permutation(len(seen))[:_RECORDED]
+    observations, commands = (np.concatenate(parts) for parts in zip(*kept, strict=True))
+    chosen = np.random.default_rng(seed).permutation(len(observations))[:_RECORDED]
     wanted = commands[chosen] + 1e-9
-    return seen[chosen], wanted / wanted.sum(axis=(1, 2), keepdims=True)
+    return observations[chosen], wanted / wanted.sum(axis=(1, 2), keepdims=True)
 
 
-def fit(actor: Actor, seen: NDArray[np.uint8], wanted: NDArray[np.float64], seed: int, steps: int = 1_000) -> None:
+def fit(actor: Actor, images: NDArray[np.uint8], wanted: NDArray[np.float64], seed: int, steps: int = 1_000) -> None:
     """Fit an actor's densities to those wanted, with a cross-entropy loss."""
     optimizer = torch.optim.Adam(actor.parameters(), lr=2e-3)
     rate = torch.optim.lr_scheduler.LinearLR(optimizer, 1.0, 0.05, total_iters=steps)
     generator = np.random.default_rng(seed)
     for _ in range(steps):
-        part = generator.integers(len(seen), size=_BATCH)
-        actions = actor(torch.from_numpy(seen[part]).float() / 255.0)
+        part = generator.integers(len(images), size=_BATCH)
+        actions = actor(torch.from_numpy(images[part]).float() / 255.0)
         fine = torch.from_numpy(interpolation_matrix(wanted.shape[-1], actions.shape[-1])).float()
         logs = LOG_DENSITY_RANGE * (fine @ actions @ fine.T).flatten(1)
         entropy = -(torch.from_numpy(wanted[part]).float().flatten(1) * logs.log_softmax(dim=1)).sum(dim=1).mean()

@@ -104,18 +104,18 @@ class Training:
         return self.config.learning_rate * max(1.0 - done, 0.05)
 
     def _start_from(self, name: str, *, is_begun: bool) -> None:
-        given, actor = policies.load(name, self.config.game), self.model.policy.actor
-        if not isinstance(given, LearnedPolicy):
+        policy, actor = policies.load(name, self.config.game), self.model.policy.actor
+        if not isinstance(policy, LearnedPolicy):
             if not isinstance(actor, Actor):
                 raise CheckpointError(f"start_from must name a learned policy, got {name!r}")
             if not is_begun:
                 imitated = recorded(name, self.config.game, _IMITATED_GAMES, self.config.seed)
                 fit(actor, *imitated, self.config.seed)
             return
-        parent, *older = lineage(given.card)
-        self._ancestors = [parent | {"name": given.name}, *older]
+        parent, *older = lineage(policy.card)
+        self._ancestors = [parent | {"name": policy.name}, *older]
         try:
-            actor.load_state_dict(given.weights())  # type: ignore[union-attr]
+            actor.load_state_dict(policy.weights())  # type: ignore[union-attr]
         except RuntimeError as error:
             raise CheckpointError(f"{name!r} has another network than this run trains: {_first_line(error)}") from error
 
@@ -133,8 +133,8 @@ class Training:
 
     def _policy(self, network: GridPolicy | DronesPolicy, name: str) -> LearnedPolicy:
         steps, seconds = self.model.num_timesteps, self.state.seconds
-        told: dict[str, Any] = {"steps": steps, "seconds": seconds, "command": self.command}
-        return as_policy(network, self.config, name, **told, ancestors=self._ancestors)
+        fields: dict[str, Any] = {"steps": steps, "seconds": seconds, "command": self.command}
+        return as_policy(network, self.config, name, **fields, ancestors=self._ancestors)
 
     @property
     def is_finished(self) -> bool:
@@ -194,18 +194,18 @@ class Training:
     def save_checkpoint(self, **more: Any) -> None:
         """Write the learner, its history and `more` atomically; call it only between two rollouts."""
         learner, arrays = checkpoint.learner_state(self.model)
-        told = {"seconds": self.state.seconds, "records": self.state.records}
+        history = {"seconds": self.state.seconds, "records": self.state.records}
         story = {
             "config_hash": self._identity,
             "total_steps": self.config.total_steps,
             "finished": self.is_finished,
             "learner": learner,
             "recent": list(self.state.recent),
-            "history": told,
+            "history": history,
             **more,
         }
         checkpoint.write(self.folder / CHECKPOINT, story, arrays)
-        write_json(self.folder / HISTORY, told | provenance(self.config.game, self.command))
+        write_json(self.folder / HISTORY, history | provenance(self.config.game, self.command))
 
     def _load_checkpoint(self) -> None:
         path = self.folder / CHECKPOINT

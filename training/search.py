@@ -56,12 +56,12 @@ def search(score: Score, *, generations: int, candidates: int, seed: int, keep: 
     """
     cma = require_extra("cma", "train")
     generator = np.random.default_rng(seed)
-    met: list[tuple[float, str]] = []
+    scored: list[tuple[float, str]] = []
 
     def tried(points: Array) -> Array:
         numbers = numbers_of(points)
         values = score(numbers)
-        met.extend(zip(values.tolist(), map(name_of, numbers), strict=True))
+        scored.extend(zip(values.tolist(), map(name_of, numbers), strict=True))
         return values
 
     begun = []
@@ -76,9 +76,9 @@ def search(score: Score, *, generations: int, candidates: int, seed: int, keep: 
         options = {"bounds": [0.0, 1.0], "popsize": candidates, "seed": seed + 1, "verbose": -9, "CMA_stds": None}
         strategy = cma.CMAEvolutionStrategy(point, _SPREAD, options)
         for _ in range(generations):
-            asked = strategy.ask()
-            strategy.tell(asked, (-tried(np.array(asked))).tolist())
-    return list(dict.fromkeys(name for _, name in sorted(met, reverse=True)))[:keep]
+            proposals = strategy.ask()
+            strategy.tell(proposals, (-tried(np.array(proposals))).tolist())
+    return list(dict.fromkeys(name for _, name in sorted(scored, reverse=True)))[:keep]
 
 
 def search_against(
@@ -133,5 +133,5 @@ def worth(place: int, target: Target, numbers: Array, games: int, seed: int) -> 
             if fault.place == 0:
                 raise
             return np.ones(len(numbers))
-    found = [game.share for game in played]
-    return np.asarray(np.reshape(found, (len(numbers), games)).mean(axis=1))
+    shares = [game.share for game in played]
+    return np.asarray(np.reshape(shares, (len(numbers), games)).mean(axis=1))

@@ -93,8 +93,8 @@ class GamesVecEnv(BatchVecEnv):
                     "TimeLimit.truncated": bool(result.truncated[row // self._rows]),
                 }
             self._restart(ended)
-        seen, rewards = self._see(np.arange(self.num_games)), result.rewards.astype(np.float32).ravel()
-        return seen, rewards, np.repeat(over, self._rows), infos
+        observations, rewards = self._see(np.arange(self.num_games)), result.rewards.astype(np.float32).ravel()
+        return observations, rewards, np.repeat(over, self._rows), infos
 
     def _see(self, games: NDArray[np.int64]) -> Observations:
         return self._games.observe(games)
@@ -195,9 +195,9 @@ class StackedVecEnv(BatchVecEnv):
 
     def reset(self) -> VecEnvObs:
         """Start all games afresh."""
-        seen = np.concatenate([part.reset() for part in self.parts])
+        observed = np.concatenate([part.reset() for part in self.parts])
         self.reset_infos = [info for part in self.parts for info in part.reset_infos]
-        return seen
+        return observed
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
         """Take the learners' actions."""
@@ -206,8 +206,8 @@ class StackedVecEnv(BatchVecEnv):
 
     def step_wait(self) -> VecEnvStepReturn:
         """Play the actions in every part."""
-        seen, rewards, dones, infos = zip(*(part.step_wait() for part in self.parts), strict=True)
-        return np.concatenate(seen), np.concatenate(rewards), np.concatenate(dones), list(itertools.chain(*infos))
+        observed, rewards, dones, infos = zip(*(part.step_wait() for part in self.parts), strict=True)
+        return np.concatenate(observed), np.concatenate(rewards), np.concatenate(dones), list(itertools.chain(*infos))
 
     def close(self) -> None:
         """End the threads."""

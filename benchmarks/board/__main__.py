@@ -34,26 +34,26 @@ def main() -> None:
     commands.add_parser("refresh", help="write the digests of installed opponents into an unpublished protocol")
     building = commands.add_parser("build", help="write the pages, which scripts/docs puts on the site")
     building.add_argument("--out", type=Path, default=Path("site/board"))
-    given = parser.parse_args()
+    options = parser.parse_args()
     try:
         protocol = Protocol.read()
-        if given.command == "add":
-            card = {"by": given.by, "notes": given.notes, "link": given.link}
-            print(f"entry: {add(given.policies, ENTRIES / given.name, card, protocol).folder}")
-        if given.command in ("add", "play"):
-            names = [given.name] if given.command == "add" else given.names
-            with open_pool(given.processes) as pool:
-                how: dict[str, Any] = {"pool": pool, "say": print, "command": " ".join(sys.argv[1:])}
-                play(ENTRIES, protocol, given.work, names, **how)
-                if given.command == "add":
-                    attack(ENTRIES, protocol, given.work, given.name, **how)
-        elif given.command == "refresh":
+        if options.command == "add":
+            card = {"by": options.by, "notes": options.notes, "link": options.link}
+            print(f"entry: {add(options.policies, ENTRIES / options.name, card, protocol).folder}")
+        if options.command in ("add", "play"):
+            names = [options.name] if options.command == "add" else options.names
+            with open_pool(options.processes) as pool:
+                keywords: dict[str, Any] = {"pool": pool, "say": print, "command": " ".join(sys.argv[1:])}
+                play(ENTRIES, protocol, options.work, names, **keywords)
+                if options.command == "add":
+                    attack(ENTRIES, protocol, options.work, options.name, **keywords)
+        elif options.command == "refresh":
             refresh()
         else:
             for path, text in build(ENTRIES).items():
-                (given.out / path).parent.mkdir(parents=True, exist_ok=True)
-                (given.out / path).write_text(text, encoding="utf-8")
-            print(f"open {given.out / 'index.html'}")
+                (options.out / path).parent.mkdir(parents=True, exist_ok=True)
+                (options.out / path).write_text(text, encoding="utf-8")
+            print(f"open {options.out / 'index.html'}")
     except SwarmError as error:
         print(f"scripts/board: {error}", file=sys.stderr)
         sys.exit(2)

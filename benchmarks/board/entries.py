@@ -46,22 +46,22 @@ class Entry:
         """Raise a ResultsError unless the report is of this protocol and of the entry's policies."""
         if self.report is None:
             raise ResultsError(f"{self.folder} has no report: `scripts/board play` makes it")
-        told = {"version": protocol.version, "digest": protocol.digest}
-        if self.report["protocol"] != told:
-            raise ResultsError(f"{self.folder} is of protocol {self.report['protocol']!r}, the board is of {told!r}")
-        found = [identity_of(policy, load(policy, protocol.game)) for policy in self.policies]
+        current = {"version": protocol.version, "digest": protocol.digest}
+        if self.report["protocol"] != current:
+            raise ResultsError(f"{self.folder} is of protocol {self.report['protocol']!r}, the board is of {current!r}")
+        digests = [identity_of(policy, load(policy, protocol.game)) for policy in self.policies]
         expected = [one["digest"] for one in self.report["policies"]]
-        if found != expected:
-            raise ResultsError(f"{self.folder} has a report of other policies: expected {expected}, got {found}")
+        if digests != expected:
+            raise ResultsError(f"{self.folder} has a report of other policies: expected {expected}, got {digests}")
 
 
 def folders(place: Path) -> list[Path]:
     """Return the folders of all entries, in alphabetical order; anything else there is an error."""
-    found = sorted(path for path in place.glob("*") if path.name != ".gitkeep")
-    for path in found:
+    paths = sorted(path for path in place.glob("*") if path.name != ".gitkeep")
+    for path in paths:
         if not path.is_dir() or not _NAME.fullmatch(path.name):
             raise ResultsError(f"{path} is no entry: expected a folder named by 1 to 40 of a to z, 0 to 9 and '-'")
-    return found
+    return paths
 
 
 def read(folder: Path) -> Entry:
@@ -101,10 +101,10 @@ def add(policies: list[str], folder: Path, card: dict[str, str], protocol: Proto
         raise
 
 
-def play(place: Path, protocol: Protocol, work: Path, names: Sequence[str] = (), **how: Any) -> None:
+def play(place: Path, protocol: Protocol, work: Path, names: Sequence[str] = (), **more: Any) -> None:
     """Run the benchmark on entries, by default all, and write their reports; all other entries attack each one.
 
-    Games in the folder `work` are not played again. `how` are more arguments of `swarm_pz.standard.run`.
+    Games in the folder `work` are not played again. `more` are further arguments of `swarm_pz.standard.run`.
     """
     entries = {folder.name: read(folder) for folder in folders(place)}
     for name in names or entries:
@@ -115,12 +115,12 @@ def play(place: Path, protocol: Protocol, work: Path, names: Sequence[str] = (),
             for number, policy in enumerate(other.policies)
         }
         entry = entries[name]
-        run(MeasuredEntry(policies=entry.policies, name=name), work / name, protocol=protocol, attackers=others, **how)
+        run(MeasuredEntry(policies=entry.policies, name=name), work / name, protocol=protocol, attackers=others, **more)
         shutil.copyfile(work / name / REPORT, entry.folder / REPORT)
 
 
 def attack(
-    place: Path, protocol: Protocol, work: Path, name: str, *, pool: Executor, say: Callable[[str], None], **how: Any
+    place: Path, protocol: Protocol, work: Path, name: str, *, pool: Executor, say: Callable[[str], None], **more: Any
 ) -> None:
     """Let an entry attack all others; run the benchmark again on those that it beats more than earlier attackers."""
     entries = {folder.name: read(folder) for folder in folders(place)}
@@ -134,18 +134,18 @@ def attack(
                     draft.write_text(encode(report))
                 continue
         say(f"{name} beats {other.name} more than anybody before")
-        play(place, protocol, work, [other.name], pool=pool, say=say, **how)
+        play(place, protocol, work, [other.name], pool=pool, say=say, **more)
 
 
 def read_card(path: Path) -> dict[str, str]:
     """Return the fields of a card; raise a ResultsError if one is unknown or invalid, or `by` is missing."""
     try:
-        told = read_toml(path)
+        fields = read_toml(path)
     except ConfigError as error:
         raise ResultsError(f"{path} {error}") from error
-    if unknown := sorted(set(told) - set(LETTERS)):
+    if unknown := sorted(set(fields) - set(LETTERS)):
         raise ResultsError(f"{path} has unknown fields: {', '.join(map(repr, unknown))[:200]}; remove them")
-    card = {field: told.get(field, "") for field in LETTERS}
+    card = {field: fields.get(field, "") for field in LETTERS}
     for field, value in card.items():
         is_text = isinstance(value, str) and len(value) <= LETTERS[field] and value.isprintable()
         if not is_text or (field == "by" and not value.strip()):

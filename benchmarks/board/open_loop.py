@@ -112,8 +112,8 @@ def play(players: Sequence[Images], track: Track, place: int, numbers: Sequence[
     several = Several(players, len(numbers))
     with closing(Rollout(several, trial.load(config), [*numbers] * len(players), seed=seed, config=config)) as games:
         games.play()
-        found = [game.share for game in games.games()]
-    return np.array(found).reshape(len(players), len(numbers))
+        shares = [game.share for game in games.games()]
+    return np.array(shares).reshape(len(players), len(numbers))
 
 
 def against_all(players: Sequence[Images], track: Track, games: int, seed: int, pool: Executor) -> Array:
@@ -128,12 +128,12 @@ def laps() -> list[Images]:
     x, y = cell_centres(CELLS)
     around = [(0.5, *numbers) for numbers in product((6, 7, 8), (0.2, 0.25, 0.3), (0.035, 0.06))]
     beside = [(0.3, *numbers) for numbers in product((5, 6, 7), (0.08, 0.1, 0.14), (0.05, 0.07))]
-    found = []
+    players = []
     for centre, length, radius, width in [*around, *beside]:
         turns = 2.0 * np.pi * np.arange(length) / length
         places = zip(centre + radius * np.cos(turns), centre + radius * np.sin(turns), strict=True)
-        found.append(images_of([(1, np.maximum(disc(np.hypot(x - a, y - b), width), 1e-4)) for a, b in places]))
-    return found
+        players.append(images_of([(1, np.maximum(disc(np.hypot(x - a, y - b), width), 1e-4)) for a, b in places]))
+    return players
 
 
 def search(track: Track, pool: Executor) -> dict[str, Images]:
@@ -153,10 +153,10 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
         met: list[tuple[float, Images]] = []
         for _ in range(generations):
             seed += 1
-            asked = strategy.ask()
-            players = [decoded(np.asarray(point), len(begin), symmetric) for point in asked]
+            proposals = strategy.ask()
+            players = [decoded(np.asarray(point), len(begin), symmetric) for point in proposals]
             values = against_all(players, track, 2 * pairs, seed, pool).mean(axis=(0, 2))
-            strategy.tell(asked, [-float(value) for value in values])
+            strategy.tell(proposals, [-float(value) for value in values])
             met += zip(values.tolist(), players, strict=True)
         end = decoded(np.asarray(strategy.result.xfavorite), len(begin), symmetric)
         print(
@@ -178,8 +178,8 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
         """Return the file's results of a kind, for all tracks."""
         return [images_of(kinds[kind]["images"]) for kinds in json.loads(FILE.read_text()).values()]
 
-    found = [one for begin in (uniform, halo, corners) for one in climb((begin,), True, 1.5)]
-    best["constant"] = chosen([*found, *known("constant")])
+    constants = [one for begin in (uniform, halo, corners) for one in climb((begin,), True, 1.5)]
+    best["constant"] = chosen([*constants, *known("constant")])
     best["constant"] = chosen([best["constant"], *climb(best["constant"], False, 0.7), *climb(corner, False, 1.5)])
     best["sequence"] = chosen(
         [
@@ -195,23 +195,23 @@ def search(track: Track, pool: Executor) -> dict[str, Images]:
 
 def measure(best: dict[str, Images], track: Track, pool: Executor) -> dict[str, Any]:
     """Return the scores of the players in the games of the protocol, as the file has them."""
-    found = against_all(list(best.values()), track, track.games, track.seed, pool)
-    told = {}
+    shares = against_all(list(best.values()), track, track.games, track.seed, pool)
+    results = {}
     for place, (kind, images) in enumerate(best.items()):
-        pairs = found[:, place].reshape(len(track.trials), -1, 2).mean(axis=2)
+        pairs = shares[:, place].reshape(len(track.trials), -1, 2).mean(axis=2)
         _, low, high = bootstrap(pairs.mean(axis=0))
-        told[kind] = {
+        results[kind] = {
             "score": round(float(pairs.mean()), 4),
             "score_ci95": [round(float(low), 4), round(float(high), 4)],
             "images": images,
         }
-    return told
+    return results
 
 
-def write(told: dict[str, Any]) -> None:
+def write(results: dict[str, Any]) -> None:
     """Write the file, with one line for each player."""
     tracks = []
-    for track, kinds in told.items():
+    for track, kinds in results.items():
         lines = [f'  "{kind}": {json.dumps(one)}' for kind, one in kinds.items()]
         tracks.append(f' "{track}": {{\n' + ",\n".join(lines) + "\n }")
     with draft_of(FILE) as draft:
@@ -225,18 +225,18 @@ def main() -> None:
     parser.add_argument("--tracks", nargs="+", choices=tracks, default=list(tracks))
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--again", action="store_true", help="play what was found, and search nothing")
-    given = parser.parse_args()
-    with open_pool(given.processes) as pool:
-        for name in given.tracks:
+    options = parser.parse_args()
+    with open_pool(options.processes) as pool:
+        for name in options.tracks:
             before = json.loads(FILE.read_text())
-            if given.again:
+            if options.again:
                 best = {kind: images_of(one["images"]) for kind, one in before[name].items()}
             else:
                 best = search(tracks[name], pool)
-            told = measure(best, tracks[name], pool)
-            now = json.loads(FILE.read_text()) | {name: told}
+            results = measure(best, tracks[name], pool)
+            now = json.loads(FILE.read_text()) | {name: results}
             write({track: now[track] for track in tracks if track in now})
-            print(name, {kind: (one["score"], one["score_ci95"]) for kind, one in told.items()}, flush=True)
+            print(name, {kind: (one["score"], one["score_ci95"]) for kind, one in results.items()}, flush=True)
 
 
 if __name__ == "__main__":

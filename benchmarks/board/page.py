@@ -35,8 +35,8 @@ def build(place: Path, protocol: Protocol | None = None) -> dict[str, str]:
     style, code = (HERE / "style.css").read_text(), (HERE / "board.js").read_text()
     digests = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (style, code)]
     template = _templates().get_template("index.html.jinja")
-    given = {"style": style, "code": code, "digests": digests, "protocol": protocol, "tracks": tracks}
-    return {"index.html": template.render(entries=entries, **given)} | {
+    context = {"style": style, "code": code, "digests": digests, "protocol": protocol, "tracks": tracks}
+    return {"index.html": template.render(entries=entries, **context)} | {
         f"{entry.name}/report.html": render(entry.report, _REPORTS) for entry in entries
     }
 

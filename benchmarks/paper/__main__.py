@@ -28,16 +28,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--size", type=float, default=1.0, help="share of the games; below 1 the page says so")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args(arguments)
-    asked.out.mkdir(parents=True, exist_ok=True)
+    options = parser.parse_args(arguments)
+    options.out.mkdir(parents=True, exist_ok=True)
     command = shlex.join(["python", "-m", "benchmarks.paper", *(sys.argv[1:] if arguments is None else arguments)])
     # Long ones first, so that no process works alone at the end.
-    names = sorted(asked.only or FIGURES, key=lambda name: -FIGURES[name].seconds)
-    settings = [Setting(preset, asked.seed, asked.size) for preset in asked.presets]
-    tasks = [(name, setting, asked.out, command) for name in names for setting in settings]
-    with open_pool(asked.processes) as pool:
+    names = sorted(options.only or FIGURES, key=lambda name: -FIGURES[name].seconds)
+    settings = [Setting(preset, options.seed, options.size) for preset in options.presets]
+    tasks = [(name, setting, options.out, command) for name in names for setting in settings]
+    with open_pool(options.processes) as pool:
         share(pool, make, tasks, lambda _, line: print(line, flush=True), name=lambda task: task[0], verb="made")
-    write_page(asked.out)
+    write_page(options.out)
 
 
 if __name__ == "__main__":

@@ -51,8 +51,8 @@ class ErgodicMetric:
         """Add where the team's drones are now."""
         games = self._simulator.games
         members = (games.teams == self._team) & ~games.failed
-        seen = np.einsum("enab,en->eab", basis(games.positions, len(self._weights)), members)
-        self._sums += seen
+        sums = np.einsum("enab,en->eab", basis(games.positions, len(self._weights)), members)
+        self._sums += sums
         self._counts += members.sum(axis=1)
 
     @property

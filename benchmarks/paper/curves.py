@@ -14,10 +14,10 @@ COLOURS = (*style.SERIES, style.DARK, style.GREY)
 DASHES = (*style.DASHES, (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 
 
-def over_time(axes: Any, found: Mapping[str, Mapping[str, Sequence[float]]]) -> None:
-    """Draw means with bands over the seconds, a line for each entry of `found`, and our bound."""
+def over_time(axes: Any, series: Mapping[str, Mapping[str, Sequence[float]]]) -> None:
+    """Draw means with bands over the seconds, a line for each entry of `series`, and our bound."""
     times = np.arange(1, SECONDS + 1)
-    for (label, values), colour, dash in zip(found.items(), COLOURS, DASHES, strict=False):
+    for (label, values), colour, dash in zip(series.items(), COLOURS, DASHES, strict=False):
         style.band(axes, times, dict(values), colour, dash, label)
     bound(axes)
     axes.set(yscale="log", xlabel="time (s)", xlim=(0, SECONDS), ylim=(1e-5, 1.0))

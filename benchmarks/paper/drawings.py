@@ -24,8 +24,8 @@ class Drawing(NamedTuple):
 
     def density(self, mapping: Mapping) -> Array:
         """Return the command (A, A) that the server makes of the strokes, rounded to a thousandth."""
-        asked = density_of(self.strokes, CELLS, mapping)
-        return np.asarray(np.round(asked / asked.max(), 3))
+        density = density_of(self.strokes, CELLS, mapping)
+        return np.asarray(np.round(density / density.max(), 3))
 
 
 def dot(place: tuple[float, float], width: float) -> Drawing:

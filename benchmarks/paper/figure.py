@@ -168,7 +168,7 @@ def estimate(values: ArrayLike, statistic: Callable[[Any], Any] | None = None) -
 
 def estimates(names: Sequence[str], values: ArrayLike, statistic: Callable[[Any], Any]) -> dict[str, Number]:
     """Return the values (len(names),) of a statistic by name, with their bootstrap intervals."""
-    ends = zip(*(found.tolist() for found in bootstrap(values, statistic)), strict=True)
+    ends = zip(*(array.tolist() for array in bootstrap(values, statistic)), strict=True)
     return {name: (value, (low, high)) for name, (value, low, high) in zip(names, ends, strict=True)}
 
 

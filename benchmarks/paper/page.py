@@ -34,9 +34,9 @@ OPENING = (
 
 def to_dict(figure: Figure, finding: Finding, setting: Setting, command: str = "") -> dict[str, Any]:
     """Return all about a figure under one preset as plain values, for JSON."""
-    said = ("name", "claim", "section", "quote", "note", "first", "first_held", "revised")
+    fields = ("name", "claim", "section", "quote", "note", "first", "first_held", "revised")
     return {
-        **{name: getattr(figure, name) for name in said},
+        **{name: getattr(figure, name) for name in fields},
         "preset": setting.preset,
         "mapping": setting.mapping,
         "verdict": verdict(finding.parts),
@@ -119,20 +119,20 @@ Records = Mapping[str, Mapping[str, Any]]
 
 def write_page(out: Path) -> None:
     """Write figures.md of those figures that a folder holds, in their order, and its two tables."""
-    found: list[Records] = []
+    figures: list[Records] = []
     for name in FIGURES:
         paths = {preset: out / f"{name}_{preset}.json" for preset in PRESETS}
         records = {preset: json.loads(path.read_text()) for preset, path in paths.items() if path.exists()}
         if records:
-            found.append(records)
-    (out / "figures.md").write_text(to_markdown(found))
-    for name, rows in tables(found).items():
+            figures.append(records)
+    (out / "figures.md").write_text(to_markdown(figures))
+    for name, rows in tables(figures).items():
         write_csv(out / f"figures_{name}.csv", rows)
 
 
-def to_markdown(found: Sequence[Records]) -> str:
+def to_markdown(figures: Sequence[Records]) -> str:
     """Return a page: its opening, a table of verdicts, then each figure's pictures and note."""
-    records = [record for one in found for record in one.values()]
+    records = [record for one in figures for record in one.values()]
     presets = sorted({record["preset"] for record in records})
     versions = sorted({f"seed {record['seed']}, swarm-pz {record['swarm_pz']}" for record in records})
     trial = min((record["size"] for record in records), default=1.0)
@@ -151,11 +151,11 @@ def to_markdown(found: Sequence[Records]) -> str:
         f"|claim|first criterion|{'|'.join(f'`{preset}`' for preset in presets)}|",
         "|---|---|" + "---|" * len(presets),
     ]
-    for one in found:
+    for one in figures:
         first, words = next(iter(one.values())), [one[preset]["verdict"] if preset in one else "" for preset in presets]
         words = ["held" if first["first_held"] else "did not hold", *words]
         lines.append(f"|[{first['name']}](#{first['name']}): {first['claim']}|{'|'.join(words)}|")
-    for one in found:
+    for one in figures:
         first = next(iter(one.values()))
         lines += ["", f"## {first['name']}", ""]
         lines += [f"![{first['name']}, {preset}]({first['name']}_{preset}.png)" for preset in one]
@@ -164,16 +164,16 @@ def to_markdown(found: Sequence[Records]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def tables(found: Iterable[Records]) -> dict[str, list[tuple[str, ...]]]:
+def tables(figures: Iterable[Records]) -> dict[str, list[tuple[str, ...]]]:
     """Return the rows of a page's tables: its claims, and all parts of their verdicts."""
-    told = (
+    columns = (
         "figure, section, the paper, claim, criterion first written, it held, why it changed, preset, present criterion"
     )
-    claims: list[tuple[str, ...]] = [(*told.split(", "), "verdict")]
+    claims: list[tuple[str, ...]] = [(*columns.split(", "), "verdict")]
     parts: list[tuple[str, ...]] = [
         ("figure", "preset", "mapping", "whose", "part", "answer", "value", "low", "high", "intervals")
     ]
-    for record in (record for one in found for record in one.values()):
+    for record in (record for one in figures for record in one.values()):
         name, preset = record["name"], record["preset"]
         held = "yes" if record["first_held"] else "no"
         about = (record["section"], record["quote"], record["claim"], record["first"], held, record["revised"], preset)

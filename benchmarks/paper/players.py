@@ -53,21 +53,21 @@ class Person:
         self.name = f"{getattr(player, 'name', type(player).__name__)}, every {steps} steps"
         self.observation = player.observation
         self._player, self._paint, self._steps = player, paint, steps
-        self._asked: dict[int, int] = {}
-        self._given: dict[int, Array] = {}
+        self._answered: dict[int, int] = {}
+        self._commands: dict[int, Array] = {}
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin games: their first command is the player's first."""
         self._player.reset(seeds, rows)
-        self._asked.update(dict.fromkeys(rows.tolist(), 0))
+        self._answered.update(dict.fromkeys(rows.tolist(), 0))
 
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> Array:
         """Answer n observations with the commands (n, A, A) in force."""
         for row, answer in zip(rows.tolist(), self._player.act(observations, rows), strict=True):
-            if self._asked[row] % self._steps == 0:
-                self._given[row] = self._paint(np.array(answer, np.float64))
-            self._asked[row] += 1
-        return np.stack([self._given[row] for row in rows.tolist()])
+            if self._answered[row] % self._steps == 0:
+                self._commands[row] = self._paint(np.array(answer, np.float64))
+            self._answered[row] += 1
+        return np.stack([self._commands[row] for row in rows.tolist()])
 
 
 def player(name: str, way: Way, setting: Setting, *, repels: bool = False) -> Policy:

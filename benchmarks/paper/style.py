@@ -171,8 +171,8 @@ def letters(figure: Any) -> None:
 def for_targets(figure: Any, series: dict[str, Any], draw: Callable[[Any, Any], None], ylabel: str) -> None:
     """Draw the results of each drawing into axes of its own, with one legend."""
     every = panels(figure, len(series), (1, 3), sharey=True, sharex=True)
-    for axes, (target, found) in zip(every, series.items(), strict=True):
-        draw(axes, found)
+    for axes, (target, results) in zip(every, series.items(), strict=True):
+        draw(axes, results)
         axes.set_title(target.replace("_", " "))
         axes.label_outer()
     figure.supylabel(ylabel, fontsize=LEAST_POINTS)

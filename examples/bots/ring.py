@@ -27,11 +27,11 @@ def ring(x, y, cells):
 
 cells = 10
 for line in sys.stdin:
-    told = json.loads(line)
-    if "swarm_pz" in told:
-        cells = told["rules"]["command_cells"]
+    message = json.loads(line)
+    if "swarm_pz" in message:
+        cells = message["rules"]["command_cells"]
         sees = {"kind": "grids", "grid": 10, "channels": ["opposing_positions"]}
         print(json.dumps({"swarm_pz": 1, "observation": sees}), flush=True)
-    elif "see" in told:
-        density = ring(*middle(told["see"][0]), cells)
-        print(json.dumps({"turn": told["turn"], "density": density}), flush=True)
+    elif "see" in message:
+        density = ring(*middle(message["see"][0]), cells)
+        print(json.dumps({"turn": message["turn"], "density": density}), flush=True)

@@ -167,8 +167,8 @@ def season(
         players = (*entries.folders, *(others if field else ()))
         left_out = [f"left out: {name}: {reason}" for name, reason in entries.left_out.items()]
         if len(players) < 2:
-            had = ", ".join(players) or "none"
-            raise ResultsError("; ".join([f"a season needs two or more players, got {had}", *left_out]))
+            names = ", ".join(players) or "none"
+            raise ResultsError("; ".join([f"a season needs two or more players, got {names}", *left_out]))
         tournament = Tournament(players, config, folder, entries, command())
     for line in left_out:
         print(tables.printable(line))

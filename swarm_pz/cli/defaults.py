@@ -62,10 +62,10 @@ def _with_defaults(command: Command, kind: type[Config], change: Callable[[Any],
     changed = {name: change(default) for name, default in defaults.items() if isinstance(default, kind)}
 
     @functools.wraps(command)
-    def changed_command(*given: Any, **named: Any) -> None:
+    def changed_command(*arguments: Any, **keywords: Any) -> None:
         if not changed:
             raise ConfigError(refusal)
-        command(*given, **named)
+        command(*arguments, **keywords)
 
     parameters = [one.replace(default=changed.get(name, one.default)) for name, one in signature.parameters.items()]
     changed_command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]

@@ -199,10 +199,10 @@ def _learned(policy: str, game: GameConfig) -> LearnedPolicy:
     from swarm_pz.policies.learned import LearnedPolicy
     from swarm_pz.policy import load
 
-    found = load(policy, game, game.team_systems[0])
-    if not isinstance(found, LearnedPolicy):
+    player = load(policy, game, game.team_systems[0])
+    if not isinstance(player, LearnedPolicy):
         raise PolicyError(
             f"only networks can be exported, and {policy!r} is none: expected a folder that training wrote, a learned "
             "policy's name, or a file.zip of Stable-Baselines3"
         )
-    return found
+    return player

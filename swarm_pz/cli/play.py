@@ -226,12 +226,12 @@ def _beside(
     return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed, lab)
 
 
-def serve(installed: dict[str, str], **how: Any) -> None:
+def serve(installed: dict[str, str], **options: Any) -> None:
     """Run the server, with the installed policies, until it is stopped."""
     from swarm_pz import policies
     from swarm_pz.play.server import serve as server
 
-    server.serve(policies.load, installed, say=say, draw_code=draw_code, **how)
+    server.serve(policies.load, installed, say=say, draw_code=draw_code, **options)
 
 
 def need_play() -> None:

@@ -56,7 +56,7 @@ def _usable(names: Iterable[str], broken: dict[str, str]) -> list[str]:
 
 def able(game: GameConfig) -> tuple[str, ...]:
     """Return the names of installed policies that can play a game; name broken ones on stderr."""
-    found = []
+    names = []
     for name in known():
         try:
             load(name, game)
@@ -65,5 +65,5 @@ def able(game: GameConfig) -> tuple[str, ...]:
         except SwarmError as error:
             print(f"left out: {name}: {error}", file=sys.stderr)
         else:
-            found.append(name)
-    return tuple(found)
+            names.append(name)
+    return tuple(names)

@@ -33,7 +33,7 @@ def _marked(match: MatchResult, name: str) -> str:
     return f"{name}*" if name in match.privileged else name
 
 
-def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> None:
+def _print_table(rows: list[tuple[str, MatchResult]], heading: str, title: str) -> None:
     limit = rows[0][1].limit_s
     note = "; * sees the simulator itself" if any(match.privileged for _, match in rows) else ""
     lines = []
@@ -53,7 +53,7 @@ def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> N
             )
         )
     _print(
-        (who, "games", "won", "drawn", "lost", "won 95 %", "share", "mean s"),
+        (heading, "games", "won", "drawn", "lost", "won 95 %", "share", "mean s"),
         lines,
         title=title,
         caption=f"share of all drones at the end; in the mean length, draws count {limit:g} s{note}",

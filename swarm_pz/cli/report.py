@@ -36,10 +36,10 @@ def command() -> str:
 
 def program() -> str:
     """Return the word that calls swarm-pz here: its name, or its path if it is not on PATH."""
-    called = Path(sys.argv[0])
-    if called.name != "swarm-pz" or shutil.which("swarm-pz") is not None:
+    path = Path(sys.argv[0])
+    if path.name != "swarm-pz" or shutil.which("swarm-pz") is not None:
         return "swarm-pz"
-    return shlex.quote(os.path.relpath(called))
+    return shlex.quote(os.path.relpath(path))
 
 
 def need(extra: str, *modules: str) -> None:

@@ -76,11 +76,11 @@ def _print(report: dict[str, object], out: Path) -> None:
     assert isinstance(figures, dict)  # noqa: S101  (for the type checker)
     from swarm_pz.standard.figures import forfeits_of
 
-    for track, told in figures["tracks"].items():
-        late = "" if told["late"] is None else f", a command late {told['late']:.3f}"
-        said = f"worst {told['worst']['score']:.3f} ({printable(told['worst']['opponent'])}){late}"
-        gain = f", {told['open_loop']['gain']:+.3f} over the clock alone" if told["open_loop"] else ""
-        print(f"{track:<10} {told['score']:.3f}{_interval(told['score_ci95'])}; {said}{gain}")
+    for track, result in figures["tracks"].items():
+        late = "" if result["late"] is None else f", a command late {result['late']:.3f}"
+        details = f"worst {result['worst']['score']:.3f} ({printable(result['worst']['opponent'])}){late}"
+        gain = f", {result['open_loop']['gain']:+.3f} over the clock alone" if result["open_loop"] else ""
+        print(f"{track:<10} {result['score']:.3f}{_interval(result['score_ci95'])}; {details}{gain}")
     over = f"95 % interval over {figures['interval_over']}: "
     print(f"{'score':<10} {figures['score']:.3f}{_interval(figures['score_ci95'], over)}")
     forfeited, count, reason = forfeits_of(figures)

@@ -155,10 +155,10 @@ class Config:
         """Return a field's name in errors, as `spawn.inset`."""
         return f"{self._section}.{field}" if self._section else field
 
-    def __new__(cls, *_: object, **given: object) -> Self:
+    def __new__(cls, *_: object, **keywords: object) -> Self:
         """Refuse unknown names before `__init__` would, with a better message."""
         known = [entry.name for entry in dataclasses.fields(cls)]  # type: ignore[arg-type]
-        for name in given:
+        for name in keywords:
             if name not in known:
                 raise UnknownNameError(f"{cls.__name__} has no field {name!r}; {nearest(name, known)}")
         return super().__new__(cls)

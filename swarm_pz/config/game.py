@@ -77,8 +77,8 @@ class GameConfig(Config):
     dynamics: DynamicsConfig = hash_exempt(DynamicsConfig())
 
     def __post_init__(self) -> None:
-        given = self.controllers
-        read = tuple(map(read_choice, given)) if isinstance(given, (list, tuple)) else read_choice(given)
+        choices = self.controllers
+        read = tuple(map(read_choice, choices)) if isinstance(choices, (list, tuple)) else read_choice(choices)
         object.__setattr__(self, "controllers", read)
         super().__post_init__()
         # A team without drones has lost already, unless nobody can be captured.
@@ -138,8 +138,8 @@ class GameConfig(Config):
     @property
     def observations(self) -> tuple[ObservationConfig, ObservationConfig]:
         """Observations of (red, blue)."""
-        given = self.observation
-        return given if isinstance(given, tuple) else (given, given)
+        observation = self.observation
+        return observation if isinstance(observation, tuple) else (observation, observation)
 
     @property
     def _controllers(self) -> tuple[Controller, ...]:

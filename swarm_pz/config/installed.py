@@ -20,11 +20,11 @@ def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
 
 def _where() -> tuple[tuple[str, float], ...]:
     """Return the folders that packages are installed in, and when each was last modified."""
-    found = []
+    folders = []
     for folder in sys.path:
         with contextlib.suppress(OSError):  # the folder does not exist
-            found.append((folder, Path(folder).stat().st_mtime))
-    return tuple(found)
+            folders.append((folder, Path(folder).stat().st_mtime))
+    return tuple(folders)
 
 
 @functools.lru_cache(maxsize=16)  # a look-up takes tens of milliseconds, and every name of a policy needs one
@@ -33,16 +33,16 @@ def _looked_up(
     group: str,
     where: tuple[tuple[str, float], ...],  # noqa: ARG001 - else what is installed meanwhile is not found
 ) -> tuple[importlib.metadata.EntryPoint, ...]:
-    found = [(origin(point), point) for point in look(group=group)]  # once each: `origin` reads a package's metadata
-    return tuple(point for name, point in sorted(found, key=lambda it: (it[0] != "swarm-pz", it[0], it[1].value)))
+    pairs = [(origin(point), point) for point in look(group=group)]  # once each: `origin` reads a package's metadata
+    return tuple(point for name, point in sorted(pairs, key=lambda it: (it[0] != "swarm-pz", it[0], it[1].value)))
 
 
 def registered_in(group: str) -> dict[str, importlib.metadata.EntryPoint]:
     """Return the entry points of a group by name; if several share a name, swarm-pz's own or else the first."""
-    found: dict[str, importlib.metadata.EntryPoint] = {}
+    points: dict[str, importlib.metadata.EntryPoint] = {}
     for point in entry_points(group):
-        found.setdefault(point.name, point)
-    return found
+        points.setdefault(point.name, point)
+    return points
 
 
 def origin(point: importlib.metadata.EntryPoint) -> str:

@@ -26,20 +26,20 @@ def registered() -> dict[str, importlib.metadata.EntryPoint]:
 
 def faults() -> dict[str, str]:
     """Return errors of registered systems: of broken ones by name, of duplicates by name and package."""
-    known, found = registered(), {}
+    known, errors = registered(), {}
     for point in entry_points(GROUP):
         if point != known[point.name]:
             taken = origin(known[point.name])
-            found[f"{point.name} of {origin(point)}"] = f"{_said(point)}: {taken} has a system of that name already"
+            errors[f"{point.name} of {origin(point)}"] = f"{_label(point)}: {taken} has a system of that name already"
             continue
         try:
             system_of(point.name)
         except ConfigError as error:
-            found[point.name] = str(error).removeprefix("controllers: ")
-    return found
+            errors[point.name] = str(error).removeprefix("controllers: ")
+    return errors
 
 
-def _said(point: importlib.metadata.EntryPoint) -> str:
+def _label(point: importlib.metadata.EntryPoint) -> str:
     return f"control system {point.name!r} of {origin(point)} ({point.value})"
 
 
@@ -47,28 +47,28 @@ def _said(point: importlib.metadata.EntryPoint) -> str:
 def system_class(name: str) -> type[ControlSystem]:
     """Return the class of an installed control system; raise a ConfigError if it is unknown or broken."""
     point = _find(name)
-    said = f"controllers: {_said(point)}"
+    label = f"controllers: {_label(point)}"
     try:
-        found = point.load()
+        kind = point.load()
     except FAULTS as error:
-        raise ConfigError(f"{said} cannot be imported: {repr_of(error)}") from error
-    if not (isinstance(found, type) and issubclass(found, ControlSystem)):
-        raise ConfigError(f"{said} must be a subclass of swarm_pz.systems.ControlSystem, got {found!r}")
-    if found.name != name:
-        raise ConfigError(f"{said} must say name = {name!r} as its entry point does, got {found.name!r}")
+        raise ConfigError(f"{label} cannot be imported: {repr_of(error)}") from error
+    if not (isinstance(kind, type) and issubclass(kind, ControlSystem)):
+        raise ConfigError(f"{label} must be a subclass of swarm_pz.systems.ControlSystem, got {kind!r}")
+    if kind.name != name:
+        raise ConfigError(f"{label} must say name = {name!r} as its entry point does, got {kind.name!r}")
     if _NAMES.fullmatch(name) is None:
-        raise ConfigError(f"{said} must have a name of letters, digits, _, - and inner dots: it names files")
-    _check_class(found, said, may_have_kernel=is_own(point))
-    return found
+        raise ConfigError(f"{label} must have a name of letters, digits, _, - and inner dots: it names files")
+    _check_class(kind, label, may_have_kernel=is_own(point))
+    return kind
 
 
-def _check_class(found: type[ControlSystem], said: str, *, may_have_kernel: bool = False) -> None:
-    if "__dataclass_fields__" not in vars(found) or not found.__dataclass_params__.frozen:  # type: ignore[attr-defined]
-        raise ConfigError(f"{said} must be a frozen dataclass: put @dataclass(frozen=True, kw_only=True) above it")
-    if found.kernel and not may_have_kernel:
-        raise ConfigError(f"{said} must fly by its own solve: kernel is for swarm-pz's own, got {found.kernel!r}")
-    if not isinstance(getattr(found, "takes", None), str):
-        raise ConfigError(f"{said} must say by takes = '...' which kind of commands it takes")
+def _check_class(kind: type[ControlSystem], label: str, *, may_have_kernel: bool = False) -> None:
+    if "__dataclass_fields__" not in vars(kind) or not kind.__dataclass_params__.frozen:  # type: ignore[attr-defined]
+        raise ConfigError(f"{label} must be a frozen dataclass: put @dataclass(frozen=True, kw_only=True) above it")
+    if kind.kernel and not may_have_kernel:
+        raise ConfigError(f"{label} must fly by its own solve: kernel is for swarm-pz's own, got {kind.kernel!r}")
+    if not isinstance(getattr(kind, "takes", None), str):
+        raise ConfigError(f"{label} must say by takes = '...' which kind of commands it takes")
 
 
 def is_installed(kind: type[ControlSystem]) -> bool:
@@ -91,15 +91,15 @@ def system_of(choice: str | ControlSystem) -> ControlSystem:
     """Return a control system by its name, with default parameters; an object is returned as it is."""
     if not isinstance(choice, str):
         return choice
-    return _make(system_class(choice), lambda: _said(_find(choice)))
+    return _make(system_class(choice), lambda: _label(_find(choice)))
 
 
-def _make(kind: type[ControlSystem], said: Callable[[], str]) -> ControlSystem:
-    """Return a control system with default parameters; `said` returns its name for an error."""
+def _make(kind: type[ControlSystem], label: Callable[[], str]) -> ControlSystem:
+    """Return a control system with default parameters; `label` returns its name for an error."""
     try:
         return kind()
     except FAULTS as error:
-        raise ConfigError(f"controllers: {said()} cannot be made: {repr_of(error)}") from error
+        raise ConfigError(f"controllers: {label()} cannot be made: {repr_of(error)}") from error
 
 
 def about(name: str) -> str:
@@ -128,12 +128,12 @@ def read_choice(choice: Any) -> str | ControlSystem:
             f"controllers must be the name of a control system, one of them, or a pair of these, got {choice!r}; "
             f"{nearest(str(choice), registered())}"
         )
-    said = f"controllers: {type(choice).__qualname__}"
+    label = f"controllers: {type(choice).__qualname__}"
     if not isinstance(choice.name, str) or _UNINSTALLED.fullmatch(choice.name) is None:
-        raise ConfigError(f"{said} must have a name of letters, digits, _, -, . and :, got {choice.name!r}")
+        raise ConfigError(f"{label} must have a name of letters, digits, _, -, . and :, got {choice.name!r}")
     if is_installed(type(choice)):
         return choice.name if choice == type(choice)() else choice
     if choice.name in registered():
-        raise ConfigError(f"{said} must have a name of its own: {choice.name!r} is {_said(_find(choice.name))}")
-    _check_class(type(choice), said)
+        raise ConfigError(f"{label} must have a name of its own: {choice.name!r} is {_label(_find(choice.name))}")
+    _check_class(type(choice), label)
     return choice

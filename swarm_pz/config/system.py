@@ -144,5 +144,5 @@ def serves_densities(system: ControlSystem, config: GameConfig) -> bool:
     except CommandError as error:
         raise ConfigError(f"controllers: {system.name} {error}") from error
     except FAULTS as error:
-        said = f"controllers: {system.name} cannot serve densities by from_densities: {repr_of(error)}"
-        raise ConfigError(said) from error
+        message = f"controllers: {system.name} cannot serve densities by from_densities: {repr_of(error)}"
+        raise ConfigError(message) from error

@@ -37,8 +37,8 @@ def check_values(
     plain = type(given) is np.ndarray and given.dtype.kind in "biuf"  # these cast without the checks of `as_floats`
     values = np.array(given, np.float64, order="C") if plain else as_floats(given, _expected(name, shape, low, high))
     if values.shape != shape:
-        came = describe(given) if values.ndim == 0 else f"shape {values.shape}"
-        raise CommandError(f"{_expected(name, shape, low, high)}, got {came}")
+        received = describe(given) if values.ndim == 0 else f"shape {values.shape}"
+        raise CommandError(f"{_expected(name, shape, low, high)}, got {received}")
     if not values.size:
         return values
     least, largest = values.item(values.argmin()), values.item(values.argmax())  # NaN if any value is; quicker than min
@@ -82,11 +82,11 @@ def as_floats(given: Any, expected: str) -> NDArray[np.float64]:
     Raises a CommandError that begins with `expected` otherwise.
     """
     try:
-        found = np.asanyarray(given)
-        if found.dtype.kind in "cmM" or isinstance(found, np.ma.MaskedArray):
-            kind = "a masked array" if isinstance(found, np.ma.MaskedArray) else f"numbers of type {found.dtype}"
+        array = np.asanyarray(given)
+        if array.dtype.kind in "cmM" or isinstance(array, np.ma.MaskedArray):
+            kind = "a masked array" if isinstance(array, np.ma.MaskedArray) else f"numbers of type {array.dtype}"
             raise CommandError(f"{expected}, got {kind}: give plain real numbers")
-        return np.array(found, np.float64, order="C")  # sums must not depend on memory order
+        return np.array(array, np.float64, order="C")  # sums must not depend on memory order
     except CommandError:
         raise
     except (TypeError, ValueError, OverflowError) as error:

@@ -30,8 +30,8 @@ class PolicyBundle:
     def of(cls, folder: Path) -> PolicyBundle:
         """Read a folder; raise a PolicyError if it is too large or cannot be read."""
         try:
-            found = (path for path in folder.iterdir() if path.is_file() and not path.name.startswith("."))
-            paths = sorted(found, key=lambda path: (path.suffix == ".json", path.name))  # the card last
+            files = (path for path in folder.iterdir() if path.is_file() and not path.name.startswith("."))
+            paths = sorted(files, key=lambda path: (path.suffix == ".json", path.name))  # the card last
             size = sum(path.stat().st_size for path in paths)
             if size > MOST_BYTES:
                 raise PolicyError(
@@ -71,9 +71,9 @@ class VerifyingLoader:
         except FAULTS as error:  # this forfeits no game
             raise WorkerError(f"{platform.node()} cannot load {name}: {error!r}") from error
         expected = self.digests.get(name)
-        if expected is not None and (found := digest_of(name, player)) != expected:
+        if expected is not None and (digest := digest_of(name, player)) != expected:
             raise WorkerError(
-                f"{name} changed on {platform.node()}: expected digest {expected}, got {found}; undo the change, or "
+                f"{name} changed on {platform.node()}: expected digest {expected}, got {digest}; undo the change, or "
                 "begin again under another name"
             )
         return player
@@ -83,7 +83,7 @@ class VerifyingLoader:
 def unpacked_policy(name: str, game: GameConfig, digest: str | None, bundle: PolicyBundle | None) -> Iterator[str]:
     """Yield a policy's name, or the folder of its unpacked bundle; raise a WorkerError if its digest differs."""
     with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
-        here = name if bundle is None else str(bundle.unpack(Path(place)))
+        policy = name if bundle is None else str(bundle.unpack(Path(place)))
         if digest is not None or bundle is not None:
-            VerifyingLoader(load, {} if digest is None else {here: digest}, {})(here, game)
-        yield here
+            VerifyingLoader(load, {} if digest is None else {policy: digest}, {})(policy, game)
+        yield policy

@@ -69,10 +69,10 @@ G = TypeVar("G", bound=_OfPair)
 
 def distinct(games: Iterable[G]) -> list[list[G]]:
     """Return lists of games that each count once; only identical games of a pair share a list."""
-    found: dict[tuple[int, str], list[G]] = {}
+    groups: dict[tuple[int, str], list[G]] = {}
     for game in games:
-        found.setdefault((game.number // 2, game.fingerprint), []).append(game)
-    return list(found.values())
+        groups.setdefault((game.number // 2, game.fingerprint), []).append(game)
+    return list(groups.values())
 
 
 @contextlib.contextmanager

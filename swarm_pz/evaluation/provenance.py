@@ -35,11 +35,11 @@ def _version(name: str) -> str | None:
 @functools.cache
 def required_versions() -> dict[str, str]:
     """Return the versions that must agree on machines that share work: of packages, plug-ins, swarm-pz's source."""
-    found = {name: version for name, version in versions().items() if name != "python"}
-    found["swarm-pz"] = f"{found.get('swarm-pz', 'in a folder')}, source {_source()}"
+    required = {name: version for name, version in versions().items() if name != "python"}
+    required["swarm-pz"] = f"{required.get('swarm-pz', 'in a folder')}, source {_source()}"
     for group in (GROUP, FOLDERS, SYSTEMS):
-        found |= {p.dist.name: p.dist.version for p in entry_points(group) if p.dist is not None and not is_own(p)}
-    return found
+        required |= {p.dist.name: p.dist.version for p in entry_points(group) if p.dist is not None and not is_own(p)}
+    return required
 
 
 def _source() -> str:

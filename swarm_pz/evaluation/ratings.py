@@ -192,17 +192,17 @@ def nash_average(shares: Array) -> tuple[Array, Array]:
             table = np.column_stack([rows, -1.0 * is_open])
             for slack in _SLACKS:
                 limits = np.where(is_open, 0.0, levels + slack)
-                found = linprog(cost, table, limits, total, [1.0], bounds, options=_LP)
-                if found.success:
+                solution = linprog(cost, table, limits, total, [1.0], bounds, options=_LP)
+                if solution.success:
                     break
             else:
                 raise ResultsError(
-                    f"Nash averaging must solve a linear program of {n} players, and SciPy failed: {found.message}; "
+                    f"Nash averaging must solve a linear program of {n} players, and SciPy failed: {solution.message}; "
                     "play more games, or leave a player out"
                 )
             # A row with a dual value is equal in all solutions; dual values of open rows sum to -1.
-            is_tight = is_open & (found.ineqlin.marginals < -_TIGHT)
-            levels[is_tight], mixture = found.fun, np.maximum(found.x[:n], 0.0)
+            is_tight = is_open & (solution.ineqlin.marginals < -_TIGHT)
+            levels[is_tight], mixture = solution.fun, np.maximum(solution.x[:n], 0.0)
             is_open &= ~is_tight
     mixture /= mixture.sum()
     return mixture, np.asarray(advantage @ mixture)

@@ -106,19 +106,19 @@ class RayPool(ThreadPoolExecutor):
             while not self._ray.wait([ref], timeout=_LOOK_S)[0]:
                 if self._is_over:
                     self._ray.cancel(ref, force=True)
-            host, found, result = self._ray.get(ref)
+            host, versions, result = self._ray.get(ref)
         except self._ray.exceptions.RayTaskError as error:
             raise (error.cause if isinstance(error.cause, Exception) else error) from None
         except self._ray.exceptions.RayError as error:
             raise LostTaskError(f"its workers died: {error}") from error
         finally:
             self._running.discard(ref)
-        if found is None:
+        if versions is None:
             return result
         differing = [
-            f"{name} {found.get(name, 'not at all')}, here {version}"
+            f"{name} {versions.get(name, 'not at all')}, here {version}"
             for name, version in self._expected.items()
-            if found.get(name) != version
+            if versions.get(name) != version
         ]
         raise WorkerError(
             f"{host} has {', '.join(differing)}: install the same versions there, and start its Ray again; what is "
@@ -141,9 +141,9 @@ def _make_runner() -> Callable[..., tuple[str, dict[str, str] | None, Any]]:
             from swarm_pz.evaluation.provenance import required_versions
         except ImportError:  # missing, or another version
             return host, {}, None
-        found = required_versions()
-        if any(found.get(name) != version for name, version in expected.items()):
-            return host, found, None
+        versions = required_versions()
+        if any(versions.get(name) != version for name, version in expected.items()):
+            return host, versions, None
         os.environ["OMP_NUM_THREADS"] = "1"  # as in `prepare_process`
         function, arguments, keywords = pickle.loads(work)  # noqa: S301 - from the driver, as all that Ray runs
         for place, bundle in zip(places, bundles, strict=True):
@@ -167,14 +167,14 @@ def _handlers_kept() -> Iterator[None]:
 
 
 def _connect(ray: Any, address: str) -> None:
-    found = re.fullmatch(r"([^/\s]+):(\d{1,5})", address)
-    if address != "auto" and found is None:
+    match = re.fullmatch(r"([^/\s]+):(\d{1,5})", address)
+    if address != "auto" and match is None:
         raise WorkerError(f"ray must be 'auto' or HOST:PORT of a cluster that this machine is part of, got {address!r}")
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     os.environ.setdefault("RAY_task_oom_retries", str(_RETRIES))  # else Ray retries forever
     try:
-        if found is not None:  # Ray itself would try for minutes
-            socket.create_connection((found[1], int(found[2])), timeout=10).close()
+        if match is not None:  # Ray itself would try for minutes
+            socket.create_connection((match[1], int(match[2])), timeout=10).close()
         ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (OSError, OverflowError, RuntimeError, ValueError, AssertionError) as error:
         reason = " ".join(str(error).split())

@@ -43,21 +43,21 @@ class Entries:
     @classmethod
     def read(cls, season: Path, game: GameConfig, *, allow_programs: bool) -> Entries:
         """Read the folders in `entries`, leaving out those that cannot play; raise a ResultsError if it is missing."""
-        place, found, played = season / ENTRIES, cls(), recorded_digests(season)
+        place, entries, played = season / ENTRIES, cls(), recorded_digests(season)
         if not place.is_dir():
             raise ResultsError(f"{season} must hold a folder {ENTRIES}, with a folder of each entry in it")
         for folder in sorted(path for path in place.iterdir() if not path.name.startswith(".")):
             try:
                 card = _check(folder, allow_programs=allow_programs)
-                found.folders[folder.name], found.cards[folder.name] = folder, card
-                player = found._made[folder.name] = found(folder.name, game)
+                entries.folders[folder.name], entries.cards[folder.name] = folder, card
+                player = entries._made[folder.name] = entries(folder.name, game)
                 if played.get(folder.name, digest := digest_of(folder.name, player)) != digest:
                     raise ResultsError("it changed since its games were played: send a new version under another name")
             except (SwarmError, OSError) as error:
-                found.left_out[folder.name] = str(error)
-                found.folders.pop(folder.name, None)
-                found._made.pop(folder.name, None)
-        return found
+                entries.left_out[folder.name] = str(error)
+                entries.folders.pop(folder.name, None)
+                entries._made.pop(folder.name, None)
+        return entries
 
     def __call__(self, name: str, game: GameConfig) -> Player:
         """Make a player."""
@@ -99,12 +99,12 @@ def _check(folder: Path, *, allow_programs: bool) -> dict[str, str]:
 
 def reasons_of(games: Iterable[PlayedGame]) -> dict[str, list[tuple[str, int]]]:
     """Return the most frequent reasons for each player's forfeits, with numbers of games."""
-    found: dict[str, Counter[str]] = {}
+    by_loser: dict[str, Counter[str]] = {}
     for game in games:
         if game.forfeit:
             loser = game.one if game.outcome == "loss" else game.other
-            found.setdefault(loser, Counter())[game.forfeit.removeprefix(f"{loser}: ")[:_MOST_LETTERS]] += 1
-    return {name: counts.most_common(_MOST_REASONS) for name, counts in found.items()}
+            by_loser.setdefault(loser, Counter())[game.forfeit.removeprefix(f"{loser}: ")[:_MOST_LETTERS]] += 1
+    return {name: counts.most_common(_MOST_REASONS) for name, counts in by_loser.items()}
 
 
 def upsets(
@@ -113,7 +113,7 @@ def upsets(
     """Return winner, loser, command and game of the greatest upsets, at most one of two players, without programs."""
     programs = {name for name, card in entries.cards.items() if "exec" in card}
     ratings = {entry["player"]: entry["rating"] for entry in ladder["players"]}
-    found: dict[tuple[str, str], PlayedGame] = {}
+    by_pair: dict[tuple[str, str], PlayedGame] = {}
     for game in sorted(games, key=lambda game: game.seconds):
         winner, loser = (game.one, game.other) if game.outcome == "win" else (game.other, game.one)
         if (
@@ -122,9 +122,9 @@ def upsets(
             and not programs & {winner, loser}
             and ratings[winner] < ratings[loser]
         ):
-            found.setdefault((winner, loser), game)
-    greatest = sorted(found, key=lambda pair: ratings[pair[0]] - ratings[pair[1]])[:_MOST_UPSETS]
-    return [(*pair, _command(found[pair], ladder["seed"], entries), found[pair]) for pair in greatest]
+            by_pair.setdefault((winner, loser), game)
+    greatest = sorted(by_pair, key=lambda pair: ratings[pair[0]] - ratings[pair[1]])[:_MOST_UPSETS]
+    return [(*pair, _command(by_pair[pair], ladder["seed"], entries), by_pair[pair]) for pair in greatest]
 
 
 def _command(game: PlayedGame, seed: int, entries: Entries) -> str:

@@ -87,19 +87,19 @@ class TwoSides(*library_classes("multi_agent_env", "MultiAgentEnv", ("jaxmarl",)
 
     def reset(self, key: Array) -> tuple[dict[str, Any], State]:
         """Begin a game."""
-        seen, state = reset(key, self.params)
-        return self._show(seen), state
+        observations, state = reset(key, self.params)
+        return self._show(observations), state
 
     def step(self, key: Array, state: State, actions: dict[str, Array], reset_state: State | None = None) -> Any:
         """As `step_env`; if the game ends, return observations and state of `reset_state`, or of a new game."""
         to_opponent, to_next = jax.random.split(key)
-        seen, after, rewards, dones, infos = self.step_env(to_opponent, state, actions)
+        observations, after, rewards, dones, infos = self.step_env(to_opponent, state, actions)
         if self._has_final:
-            infos["final_observation"] = jnp.stack([seen[agent] for agent in self.agents])
+            infos["final_observation"] = jnp.stack([observations[agent] for agent in self.agents])
         begun = self.reset(to_next) if reset_state is None else (self.get_obs(reset_state), reset_state)
         done = dones["__all__"]
-        seen, after = jax.tree.map(lambda new, old: jnp.where(done, new, old), begun, (seen, after))
-        return seen, after, rewards, dones, infos
+        observations, after = jax.tree.map(lambda new, old: jnp.where(done, new, old), begun, (observations, after))
+        return observations, after, rewards, dones, infos
 
     def step_env(self, key: Array, state: State, actions: dict[str, Array]) -> Any:
         """As `swarm_pz.jax.step_once`, for this environment's agents."""
@@ -108,20 +108,20 @@ class TwoSides(*library_classes("multi_agent_env", "MultiAgentEnv", ("jaxmarl",)
             player = self._opponent
             shown = see(state, dataclasses.replace(self.params, grid=player.grid, motion=player.motion))[_BLUE]
             densities[_BLUE] = player.act(key, shown)
-        seen, after, rewards, dones, infos = step_once(state, densities, self.params)
+        observations, after, rewards, dones, infos = step_once(state, densities, self.params)
         rewards = {agent: rewards[agent] for agent in self.agents}
         dones = {agent: dones[agent] for agent in (*self.agents, "__all__")}
         infos = {name: values[: self.num_agents] for name, values in infos.items()}
-        return self._show(seen), after, rewards, dones, infos
+        return self._show(observations), after, rewards, dones, infos
 
     def get_obs(self, state: State) -> dict[str, Any]:
         """Return the observations of all agents."""
         return self._show(see(state, self.params))
 
-    def _show(self, seen: dict[str, Any]) -> dict[str, Any]:
+    def _show(self, observations: dict[str, Any]) -> dict[str, Any]:
         if not self._is_vector:
-            return {agent: seen[agent] for agent in self.agents}
-        red, blue = (seen[agent].reshape(-1) / jnp.float32(255) for agent in AGENTS)
+            return {agent: observations[agent] for agent in self.agents}
+        red, blue = (observations[agent].reshape(-1) / jnp.float32(255) for agent in AGENTS)
         world = jnp.stack([jnp.concatenate([red, blue]), jnp.concatenate([blue, red])])
         return dict(zip(self.agents, (red, blue), strict=False)) | {"world_state": world[: self.num_agents]}
 
@@ -146,8 +146,8 @@ class OneSide:
 
     def reset(self, key: Array, params: Params | None = None) -> tuple[Any, State]:
         """Begin a game."""
-        seen, state = reset(key, params or self.default_params)
-        return seen[_RED], state
+        observations, state = reset(key, params or self.default_params)
+        return observations[_RED], state
 
     def step(
         self, key: Array, state: State, action: Array, params: Params | None = None
@@ -158,7 +158,7 @@ class OneSide:
         the next game, and `info["final_observation"]` to the one that ended.
         """
         env = TwoSides(params or self.default_params, opponent=self.opponent, final_observation=True)
-        seen, state, rewards, dones, infos = env.step(key, state, {_RED: action})
+        observations, state, rewards, dones, infos = env.step(key, state, {_RED: action})
         info = {name: values[0] for name, values in infos.items()}
         truncated = info["truncated"]
-        return seen[_RED], state, rewards[_RED], dones[_RED] & ~truncated, truncated, info
+        return observations[_RED], state, rewards[_RED], dones[_RED] & ~truncated, truncated, info

@@ -92,10 +92,10 @@ def step(
         blue: `size`, `captured`, `lost`, `recaptured`, `outcome` (1 won, -1 lost), `time_s`, `truncated` (time is up:
         a draw), and `clipped`, how many values of its command were not in [0, 1].
     """
-    seen, after, rewards, dones, infos = step_once(state, actions, params)
+    observations, after, rewards, dones, infos = step_once(state, actions, params)
     done, begun = dones["__all__"], reset(key, params)
-    seen, after = jax.tree.map(lambda new, old: jnp.where(done, new, old), begun, (seen, after))
-    return seen, after, rewards, dones, infos
+    observations, after = jax.tree.map(lambda new, old: jnp.where(done, new, old), begun, (observations, after))
+    return observations, after, rewards, dones, infos
 
 
 def step_once(
@@ -179,9 +179,9 @@ def _read(actions: dict[str, Array]) -> tuple[Array, Array]:
                 f"the action of {agent} must be a density of shape {(_CELLS, _CELLS)} for one game, got shape "
                 f"{jnp.shape(action)}: jax.vmap maps over many games"
             )
-    given = jnp.stack([jnp.asarray(actions[agent], jnp.float32) for agent in AGENTS])
-    kept = jnp.clip(jnp.nan_to_num(given, nan=0.0), 0.0, 1.0)
-    return kept, (kept != given).sum(axis=(1, 2), dtype=jnp.int32)
+    densities = jnp.stack([jnp.asarray(actions[agent], jnp.float32) for agent in AGENTS])
+    clipped = jnp.clip(jnp.nan_to_num(densities, nan=0.0), 0.0, 1.0)
+    return clipped, (clipped != densities).sum(axis=(1, 2), dtype=jnp.int32)
 
 
 def _targets(commands: Array) -> Array:

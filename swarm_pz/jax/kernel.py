@@ -132,10 +132,10 @@ def _play(*refs: Any, barrier: Any) -> None:
         size = 8 * lanes
         several = lax.iota(jnp.int32, size)
 
-        def look(i: Array, found: tuple[Array, Array]) -> tuple[Array, Array]:
+        def look(i: Array, best: tuple[Array, Array]) -> tuple[Array, Array]:
             cells = jnp.minimum(i * size + several, GRID_CELLS**2 - 1)
             values = value_at(jnp.int32(team), cells)
-            return jnp.maximum(found[0], values), jnp.where(values > found[0], cells, found[1])
+            return jnp.maximum(best[0], values), jnp.where(values > best[0], cells, best[1])
 
         values, cells = lax.fori_loop(
             0, -(-(GRID_CELLS**2) // size), look, (jnp.full(size, -1), jnp.zeros(size, jnp.int32))
@@ -175,11 +175,11 @@ def _play(*refs: Any, barrier: Any) -> None:
         now = game.tick + 1
 
         # The maximum is at least the value at the last peak: most tests fail already against that value.
-        asked, board = cells, jnp.where(moves, 1 - teams, RED)
+        tested, board = cells, jnp.where(moves, 1 - teams, RED)
         for team, peak in enumerate(game.peaks):
             is_peak = lane == lanes - 2 + team
-            asked, board = jnp.where(is_peak, peak, asked), jnp.where(is_peak, team, board)
-        values, captured, peaks = value_at(board, asked), moves & False, []
+            tested, board = jnp.where(is_peak, peak, tested), jnp.where(is_peak, team, board)
+        values, captured, peaks = value_at(board, tested), moves & False, []
         for team, peak in enumerate(game.peaks):
             reached = jnp.where(lane == lanes - 2 + team, values, 0).sum()
             theirs = moves & (teams == 1 - team)
@@ -190,8 +190,8 @@ def _play(*refs: Any, barrier: Any) -> None:
         again = captured & (now - game.capture_ticks <= TICKS_PER_SECOND)
         lax.cond(_any(captured), lambda: hand_over(captured, teams), lambda: None)
 
-        def gained(who: Array, before: tuple[Array, Array]) -> Any:
-            return tuple(before[team] + _count(who & (teams == 1 - team)) for team in (RED, BLUE))
+        def gained(drones: Array, before: tuple[Array, Array]) -> Any:
+            return tuple(before[team] + _count(drones & (teams == 1 - team)) for team in (RED, BLUE))
 
         return game._replace(
             tick=now,

@@ -52,23 +52,23 @@ def features_of(weights: Weights, images: Array) -> Array:
     axis = jnp.abs(jnp.linspace(-1.0, 1.0, grid))
     edge = jnp.broadcast_to(jnp.maximum(axis[:, None], axis)[..., None], (len(images), grid, grid, 1))
 
-    def convolve(name: str, seen: Array, *, is_block: bool = False) -> Array:
+    def convolve(name: str, inputs: Array, *, is_block: bool = False) -> Array:
         """Convolve (channels last) as a matrix product: in a loop on a CPU, XLA's convolutions are ten times slower."""
         weight, bias = weights[f"trunk.{name}.weight"], weights[f"trunk.{name}.bias"]
         kernel = weight.reshape(-1)[kernel_places(weight.shape).transpose(2, 3, 1, 0)]
-        count, rows, columns, channels = seen.shape
+        count, rows, columns, channels = inputs.shape
         size = len(kernel)
         if is_block:
-            blocks = seen.reshape(count, rows // size, size, columns // size, size, channels)
+            blocks = inputs.reshape(count, rows // size, size, columns // size, size, channels)
             parts = blocks.swapaxes(2, 3).reshape(count, rows // size, columns // size, -1)
         else:
-            framed = jnp.pad(seen, ((0, 0), (size // 2,) * 2, (size // 2,) * 2, (0, 0)))
+            framed = jnp.pad(inputs, ((0, 0), (size // 2,) * 2, (size // 2,) * 2, (0, 0)))
             shifts = [framed[:, y : y + rows, x : x + columns] for y in range(size) for x in range(size)]
             parts = jnp.concatenate(shifts, axis=-1)
         return parts @ kernel.reshape(-1, kernel.shape[-1]) + jnp.tile(bias, ORIENTATIONS)
 
-    seen = jnp.concatenate([jnp.moveaxis(images, 1, -1), edge], axis=-1)
-    near = jax.nn.relu(convolve("near.2", jax.nn.relu(convolve("near.0", seen, is_block=True))))
+    inputs = jnp.concatenate([jnp.moveaxis(images, 1, -1), edge], axis=-1)
+    near = jax.nn.relu(convolve("near.2", jax.nn.relu(convolve("near.0", inputs, is_block=True))))
     whole = convolve("whole.2", jax.nn.relu(convolve("whole.0", near, is_block=True)), is_block=True)
     return jnp.moveaxis(jax.nn.relu(convolve("around", near) + whole), -1, 1)
 

@@ -100,15 +100,15 @@ def _target(target: Array, grid: int) -> Array:
 
 def _entities(state: State, side: int, params: Params) -> dict[str, Array]:
     """List each side's drones in order, padded with zeros."""
-    seen = {}
+    entities = {}
     for name, team in (("own", side), ("opposing", 1 - side)):
         is_its = state.teams == team
         order = jnp.argsort(~is_its, stable=True)
         mask = is_its[order]
-        seen[f"{name}_positions"] = jnp.where(mask[:, None], state.positions[order], 0.0)
-        seen[f"{name}_velocities"] = jnp.where(mask[:, None], state.velocities[order], 0.0)
-        seen[f"{name}_mask"] = mask.astype(jnp.int8)
-    own = seen["own_mask"].sum(keepdims=True, dtype=jnp.float32)
-    seen["own_share"] = own / params.sizes.sum()
-    seen["time_left"] = 1.0 - jnp.minimum(state.tick / params.limit_ticks, 1.0).astype(jnp.float32)[None]
-    return seen
+        entities[f"{name}_positions"] = jnp.where(mask[:, None], state.positions[order], 0.0)
+        entities[f"{name}_velocities"] = jnp.where(mask[:, None], state.velocities[order], 0.0)
+        entities[f"{name}_mask"] = mask.astype(jnp.int8)
+    own = entities["own_mask"].sum(keepdims=True, dtype=jnp.float32)
+    entities["own_share"] = own / params.sizes.sum()
+    entities["time_left"] = 1.0 - jnp.minimum(state.tick / params.limit_ticks, 1.0).astype(jnp.float32)[None]
+    return entities

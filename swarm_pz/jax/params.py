@@ -103,7 +103,7 @@ def _images_of(observation: ObservationConfig | tuple[ObservationConfig, Observa
     """Return the images' cells a side (0 for lists of drones), and whether they show motion."""
     if isinstance(observation, ObservationConfig) and observation.kind == "entities":
         return 0, False
-    found = [
+    matches = [
         (grid, channels != CHANNELS)
         for grid in GRIDS
         for channels in (CHANNELS, CHANNELS + MOTION_CHANNELS)
@@ -113,5 +113,5 @@ def _images_of(observation: ObservationConfig | tuple[ObservationConfig, Observa
         f"the default channels, or these and then {', '.join(MOTION_CHANNELS)}, on a grid of "
         f"{', '.join(map(str, GRIDS))}, or entities, the same for both sides"
     )
-    check(bool(found), "observation", observation, expected)
-    return found[0]
+    check(bool(matches), "observation", observation, expected)
+    return matches[0]

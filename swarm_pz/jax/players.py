@@ -35,24 +35,24 @@ class Player(NamedTuple):
     """Whether it sees `MOTION_CHANNELS`, too."""
 
 
-def _uniform(key: Array, seen: Array) -> Array:
-    del key, seen
+def _uniform(key: Array, images: Array) -> Array:
+    del key, images
     return jnp.ones_like(_X)
 
 
-def _noise(key: Array, seen: Array) -> Array:
-    del seen
+def _noise(key: Array, images: Array) -> Array:
+    del images
     return jax.random.uniform(key, _X.shape)
 
 
-def _halo(key: Array, seen: Array) -> Array:
-    del key, seen
+def _halo(key: Array, images: Array) -> Array:
+    del key, images
     return _ring_around(0.5, 0.5, 0.15)
 
 
-def _ring(key: Array, seen: Array) -> Array:
+def _ring(key: Array, images: Array) -> Array:
     del key
-    image = seen[CHANNELS.index("opposing_positions")].astype(jnp.float32)
+    image = images[CHANNELS.index("opposing_positions")].astype(jnp.float32)
     places = (jnp.arange(image.shape[-1]) + 0.5) / image.shape[-1]
     total = image.sum()
     x, y = (jnp.where(total > 0, image.sum(axis=axis) @ places / jnp.maximum(total, 1.0), 0.5) for axis in (0, 1))
@@ -76,9 +76,9 @@ SCRIPTS = {
 def player_of(weights: Weights, grid: int, *, motion: bool = False) -> Player:
     """Return the player that plays a network's mean action."""
 
-    def act(key: Array, seen: Array) -> Array:
+    def act(key: Array, images: Array) -> Array:
         del key
-        return density_of(decide(weights, features_of(weights, seen[None] / np.float32(255.0)))[0])
+        return density_of(decide(weights, features_of(weights, images[None] / np.float32(255.0)))[0])
 
     return Player(grid, act, motion)
 

@@ -23,11 +23,11 @@ ActionKind = Literal["command", "modes", "discrete"]
 
 def library_classes(module: str, name: str, libraries: tuple[str, ...] = ("jaxmarl", "gymnax")) -> tuple[Any, ...]:
     """Return the class `name` of a module of each library that is installed."""
-    found = []
+    classes = []
     for library in libraries:
         with suppress(ImportError):
-            found.append(getattr(import_module(f"{library}.environments.{module}"), name))
-    return tuple(found)
+            classes.append(getattr(import_module(f"{library}.environments.{module}"), name))
+    return tuple(classes)
 
 
 class Box(*library_classes("spaces", "Box")):  # type: ignore[misc]

@@ -108,16 +108,16 @@ def play(
                     say(protocol.Acknowledge(frame.sequence))
                 if frame.tick >= next_tick:
                     number, next_tick = number + 1, frame.tick + round(period * TICKS_PER_SECOND)
-                    asked = _plain(tactic(frame, team))
+                    command = _plain(tactic(frame, team))
                     is_density = answers == "density"
-                    say(protocol.CommandMessage(number, **{"density" if is_density else "command": asked}))
+                    say(protocol.CommandMessage(number, **{"density" if is_density else "command": command}))
     raise PolicyError("the table closed the connection")
 
 
 def _opening(seat: protocol.Side, opponent: str | None, seed: int | None, settings: dict[str, Any]) -> protocol.Create:
     try:
-        given = {"seat": seat, "opponent": opponent, "seed": seed, "settings": settings}
-        return msgspec.convert(given, protocol.Create)
+        fields = {"seat": seat, "opponent": opponent, "seed": seed, "settings": settings}
+        return msgspec.convert(fields, protocol.Create)
     except msgspec.ValidationError as error:
         known = ", ".join(protocol.Settings.__struct_fields__)
         raise ConfigError(f"no room can be opened so: {error}; settings are {known}") from error

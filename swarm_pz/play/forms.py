@@ -71,12 +71,12 @@ def _exact(value: Any) -> float:
 
 def installed_systems(config: GameConfig) -> list[protocol.SystemInfo]:
     """Return the control systems that may fly a seat, without those that raise errors."""
-    found = []
+    systems = []
     for name in sorted(registered()):
         try:
             system = system_class(name)()
             serves_densities(system, config)  # may raise, too
         except FAULTS:  # `swarm-pz policies` reports it
             continue
-        found.append(protocol.SystemInfo(name=name, takes=system.takes))
-    return found
+        systems.append(protocol.SystemInfo(name=name, takes=system.takes))
+    return systems

@@ -168,9 +168,9 @@ class LiveGame:
         """
         game, team, waiting = self.config.game, command.team, self._waiting[command.team]
         if self.reader.systems[team].kernel != "ergodic":
-            asked, last = self.reader.packed(command).ravel(), self.simulator.games.commands[0, team]
+            packed, last = self.reader.packed(command).ravel(), self.simulator.games.commands[0, team]
             former = last if waiting is None else self.reader.packed(waiting).ravel()
-            return bool((asked == former[: asked.size]).all())
+            return bool((packed == former[: packed.size]).all())
         if not game.tells_sending:
             return False
         modes = game.controller.modes

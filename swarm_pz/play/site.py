@@ -50,8 +50,8 @@ def files_of(
     for name, path in weights.items():
         if f'"{name}"' in players:
             files[f"static/engine/{name}.safetensors"] = path.read_bytes()
-    here = {name: text for name, text in policies.items() if re.search(rf"\b{name}\b", players)}
-    files["static/engine/table.json"] = msgspec.json.encode(_table_file(here, cards))
+    playable = {name: text for name, text in policies.items() if re.search(rf"\b{name}\b", players)}
+    files["static/engine/table.json"] = msgspec.json.encode(_table_file(playable, cards))
     page = files.pop("static/index.html").decode().replace('"/static/', '"static/')
     page = page.replace(f'content="{_PICTURE}"', f'content="{html.escape(address)}{_PICTURE}"')
     files["index.html"] = page.replace("<head>\n", f"<head>\n{_HEAD}\n", 1).encode()

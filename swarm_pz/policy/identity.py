@@ -61,33 +61,33 @@ def _is_tactic(made: Any) -> bool:
 def source_digest(tactic: Any) -> str:
     """Return a digest of a tactic's code and of all own code that it calls, without comments and layout."""
     scripted = sys.modules[type(tactic).__module__]
-    seen: dict[str, Any] = {}
+    gathered: dict[str, Any] = {}
     for part in (tactic.play, scripted.View, scripted.ScriptedPolicy):
-        _gather(part, seen)
-    parts = [f"{name} {_canonical(value)}" for name, value in sorted(seen.items())]
+        _gather(part, gathered)
+    parts = [f"{name} {_canonical(value)}" for name, value in sorted(gathered.items())]
     parts.append(repr(tactic.observation.to_dict()))
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
 
 
-def _gather(part: Any, seen: dict[str, Any]) -> None:
+def _gather(part: Any, gathered: dict[str, Any]) -> None:
     """Add the syntax trees of a function or class and of all that it names, by module and name."""
     key = f"{part.__module__}.{part.__qualname__}"
-    if key in seen:
+    if key in gathered:
         return
     tree = ast.parse(textwrap.dedent(inspect.getsource(part))).body[0]
-    seen[key] = tree
+    gathered[key] = tree
     space = vars(sys.modules[part.__module__])
     for value in _named(tree, space):
         one = value.play if _is_tactic(value) else value
         if callable(one) and str(getattr(one, "__module__", "")).startswith(_OWN) and hasattr(one, "__qualname__"):
-            _gather(one, seen)
+            _gather(one, gathered)
     for name in _words(tree):
         value = space.get(name)
         if isinstance(value, tuple) and any(map(_is_tactic, value)):
             for one in value:
-                _gather(one.play, seen)
+                _gather(one.play, gathered)
         elif name.isupper() and isinstance(value, (int, float, str, tuple)):
-            seen[f"{part.__module__}.{name}"] = repr(value)
+            gathered[f"{part.__module__}.{name}"] = repr(value)
 
 
 def _words(tree: ast.AST) -> Iterator[str]:

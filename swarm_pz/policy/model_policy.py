@@ -101,7 +101,7 @@ def format_of(
     system: ControlSystem,
 ) -> tuple[ObservationConfig, dict[str, Any]]:
     """Return the observation and `Format` options for a model's spaces; arguments and errors as `ModelPolicy`."""
-    return _seen_of(observation_space, config, observation), _actions_of(action_space, config, system)
+    return _view_of(observation_space, config, observation), _actions_of(action_space, config, system)
 
 
 def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSystem) -> dict[str, Any]:
@@ -113,26 +113,26 @@ def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSys
     known += [{"action": "modes"}] if takes_densities else []
     known += [{"action": "discrete"}] if takes_densities or system.named(config) else []
     wanted = spaces.Box(space.low, space.high, dtype=np.float32) if isinstance(space, spaces.Box) else space
-    found: list[spaces.Space[Any]] = []
+    tried: list[spaces.Space[Any]] = []
     for options in known:
-        found.append(make_actions(config, system, options["action"], options.get("action_cells")).space)
-        if found[-1] == wanted:
+        tried.append(make_actions(config, system, options["action"], options.get("action_cells")).space)
+        if tried[-1] == wanted:
             return options
     if takes_densities:
         raise PolicyError(
             f"a model's actions must be densities Box(0, 1) or log-densities Box(-1, 1) of shape (a, a) with a from "
-            f"2 to {config.command_cells}, modes {found[-2]}, or {found[-1]}, got {space}"
+            f"2 to {config.command_cells}, modes {tried[-2]}, or {tried[-1]}, got {space}"
         )
     raise PolicyError(
-        f"a model's actions must be those of the control system {system.name}, one of {', '.join(map(str, found))}, "
+        f"a model's actions must be those of the control system {system.name}, one of {', '.join(map(str, tried))}, "
         f"got {space}"
     )
 
 
-def _seen_of(space: spaces.Space[Any], config: GameConfig, given: ObservationConfig | None) -> ObservationConfig:
+def _view_of(space: spaces.Space[Any], config: GameConfig, observation: ObservationConfig | None) -> ObservationConfig:
     """Return the observation that a space belongs to."""
-    if given is not None:
-        return given
+    if observation is not None:
+        return observation
     if isinstance(space, spaces.Dict):
         return ObservationConfig(kind="entities")
     shape = space.shape or ()

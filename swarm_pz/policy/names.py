@@ -41,7 +41,7 @@ _IN_FILE = re.compile(r"(?:--[\w.-]+=)?(.+\.py:\w+|exec:.*)")
 
 def allow_files(words: Sequence[str]) -> None:
     """Allow, from now on, only the files and programs on a command line."""
-    os.environ[_ALLOWED] = "\n".join(found[1] for word in words if (found := _IN_FILE.fullmatch(word)))
+    os.environ[_ALLOWED] = "\n".join(match[1] for word in words if (match := _IN_FILE.fullmatch(word)))
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,8 @@ def _source_digest(path: Path) -> str:
     """Return a digest of a Python file and of its imports from its folder."""
     finder = modulefinder.ModuleFinder([str(path.parent)], excludes=["swarm_pz"])
     finder.run_script(str(path))
-    found = (getattr(module, "__file__", None) for module in finder.modules.values())
-    files = sorted(file for file in found if file)
+    paths = (getattr(module, "__file__", None) for module in finder.modules.values())
+    files = sorted(file for file in paths if file)
     return hashlib.sha256(b"".join(hashlib.sha256(Path(file).read_bytes()).digest() for file in files)).hexdigest()
 
 
@@ -116,22 +116,22 @@ def registered() -> dict[str, importlib.metadata.EntryPoint]:
 
 def faults() -> dict[str, str]:
     """Return errors of entry points: of broken policies by name, of duplicates by name and package."""
-    found: dict[str, str] = {}
+    errors: dict[str, str] = {}
     known = registered()
     for point in entry_points(GROUP):
         where = f"policy {point.name!r} of {origin(point)} ({point.value})"
         if point != known[point.name]:
             taken = origin(known[point.name])
-            found[f"{point.name} of {origin(point)}"] = f"{where}: {taken} has a policy of that name already"
+            errors[f"{point.name} of {origin(point)}"] = f"{where}: {taken} has a policy of that name already"
             continue
         try:
             factory = point.load()
         except FAULTS as error:
-            found[point.name] = f"{where} cannot be imported: {error!r}"
+            errors[point.name] = f"{where} cannot be imported: {error!r}"
         else:
             if not callable(factory):
-                found[point.name] = f"{where} must be callable, got {factory!r}"
-    return found
+                errors[point.name] = f"{where} must be callable, got {factory!r}"
+    return errors
 
 
 def about(name: str) -> str:

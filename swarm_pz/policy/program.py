@@ -157,7 +157,7 @@ class Program:
 
     def _density(self, turn: int) -> NDArray[np.float64]:
         answer = self._pipe.receive(f"answer turn {turn}")
-        if not _is_number(found := answer.get("turn")) or found != turn:
+        if not _is_number(received := answer.get("turn")) or received != turn:
             raise self._pipe.fault(f'must answer "turn": {turn}, got {_shown(answer)}')
         density = answer.get("density", ())
         try:
@@ -186,11 +186,11 @@ def _read(name: str, line: str, place: Path) -> tuple[list[str], dict[str, str]]
         environment[key] = value
     if not words:
         raise PolicyError(f"expected a program after exec:, as exec:./bot, got {name!r}")
-    found = shutil.which(str(place / words[0]) if Path(words[0]).name != words[0] else words[0])
-    if found is None:
+    executable = shutil.which(str(place / words[0]) if Path(words[0]).name != words[0] else words[0])
+    if executable is None:
         hint = "; name the file as ./bot, and chmod +x it" if (place / words[0]).is_file() else ""
         raise PolicyError(f"there is no program {words[0]!r} that can be run; got {name!r}{hint}")
-    return [found, *words[1:]], environment
+    return [executable, *words[1:]], environment
 
 
 def _digest(line: str, place: Path, *, owns_place: bool) -> str:
@@ -205,10 +205,10 @@ def _digest(line: str, place: Path, *, owns_place: bool) -> str:
     folders = {place} if owns_place else {path.parent for path in files if place in path.parent.parents}
     for folder in folders:
         counting = (path for path in folder.rglob("*") if _counts(path.relative_to(folder).parts) and path.is_file())
-        found = list(itertools.islice(counting, _MOST_FILES + 1))
-        if len(found) > _MOST_FILES or sum(path.stat().st_size for path in found) > _MOST_BYTES:
+        paths = list(itertools.islice(counting, _MOST_FILES + 1))
+        if len(paths) > _MOST_FILES or sum(path.stat().st_size for path in paths) > _MOST_BYTES:
             raise PolicyError(f"{folder} must hold at most {_MOST_FILES:,} files of {_MOST_BYTES / 2**20:g} MiB in all")
-        files |= set(found)
+        files |= set(paths)
     for path in sorted(files):
         with path.open("rb") as file:
             content.update(hashlib.sha256(path.name.encode()).digest() + hashlib.file_digest(file, "sha256").digest())
@@ -248,8 +248,8 @@ def _plain(seen: Any) -> Any:
     return seen.tolist() if seen.dtype.kind in "iu" else np.round(seen.astype(np.float64), 6).tolist()
 
 
-def _shown(told: Any) -> str:
-    text = json.dumps(told)
+def _shown(content: Any) -> str:
+    text = json.dumps(content)
     return text if len(text) <= 80 else f"{text[:80]}..."
 
 
@@ -317,12 +317,12 @@ class Pipe:
         if not line:
             raise self.fault(f"must {what}, but {self._how_it_ended()}")
         try:
-            told = json.loads(line)
+            message = json.loads(line)
         except (ValueError, RecursionError):
-            told = None
-        if not isinstance(told, dict):
+            message = None
+        if not isinstance(message, dict):
             raise self.fault(f"must {what} with a JSON object, got {_shown(line.decode(errors='replace').strip())}")
-        return told
+        return message
 
     def _how_it_ended(self) -> str:
         try:
@@ -338,8 +338,8 @@ class Pipe:
         """End the program, and return an error with the last line of its standard error."""
         self._end()
         self._keeper.join(1.0)  # standard error ends with the program, and its last line may not have been read yet
-        said = f"; it wrote: {self._errors[-1]}" if self._errors else ""
-        self._fault = f"{self._name} {what}{said}"
+        output = f"; it wrote: {self._errors[-1]}" if self._errors else ""
+        self._fault = f"{self._name} {what}{output}"
         return ForfeitError(self._fault)
 
 

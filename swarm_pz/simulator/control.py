@@ -202,9 +202,9 @@ class Control:
                 if system.takes != "density":
                     if type(system).to_densities is ControlSystem.to_densities:
                         continue  # uniform, as `densities` is
-                    said, shape = "cannot show its commands as densities: they", (len(chosen), *self._densities)
+                    label, shape = "cannot show its commands as densities: they", (len(chosen), *self._densities)
                     with flight_errors(team, system, rows[chosen]):
-                        shown = check_densities(system.to_densities(shown, self.config), shape, said)
+                        shown = check_densities(system.to_densities(shown, self.config), shape, label)
                 densities[chosen, place] = shown
         return densities
 
@@ -236,11 +236,11 @@ class Control:
         broken = own & ~(np.abs(answer) <= _HARDEST).all(axis=2)  # in this form, since no comparison holds for NaN
         if broken.any():
             row, drone = np.argwhere(broken)[0]
-            said = (
+            reason = (
                 f"answered {answer[row, drone].tolist()} for drone {drone}: accelerations must be finite, "
                 f"in [-{_HARDEST:g}, {_HARDEST:g}]"
             )
-            raise flight_error(team, system, rows[broken.any(axis=1)], said)
+            raise flight_error(team, system, rows[broken.any(axis=1)], reason)
         games.given[rows] = np.where(own[:, :, None], answer, games.given[rows])
         spent = time.perf_counter() - began, time.thread_time() - busy
         self._time(team, system, rows, number, *((0.0, 0.0) if may_compile else spent))
@@ -277,10 +277,10 @@ class Control:
             spent.append((seconds / period, busy / period))
             if len(spent) < _SOLVES:
                 return
-            took = max(min(waited for waited, _ in spent), sum(worked for _, worked in spent) / _SOLVES)
-        if took > 1.0:
-            said = f"took {took * CONTROL_PERIOD:.2f} s for a solve of a game, for which it has {CONTROL_PERIOD:g} s"
-            raise flight_error(team, system, rows, said)
+            load = max(min(waited for waited, _ in spent), sum(worked for _, worked in spent) / _SOLVES)
+        if load > 1.0:
+            reason = f"took {load * CONTROL_PERIOD:.2f} s for a solve of a game, for which it has {CONTROL_PERIOD:g} s"
+            raise flight_error(team, system, rows, reason)
 
 
 @contextmanager
@@ -326,13 +326,13 @@ def command_shape(system: ControlSystem, config: GameConfig) -> tuple[int, ...]:
 
 
 @contextmanager
-def _refusing(system: ControlSystem, said: str) -> Iterator[None]:
+def _refusing(system: ControlSystem, failure: str) -> Iterator[None]:
     """Turn errors of a system into a ConfigError."""
     try:
         yield
     except FAULTS as error:
-        why = error if isinstance(error, SwarmError) else repr_of(error)
-        raise ConfigError(f"controllers: {system.name} {said}: {why}") from error
+        reason = error if isinstance(error, SwarmError) else repr_of(error)
+        raise ConfigError(f"controllers: {system.name} {failure}: {reason}") from error
 
 
 @contextmanager
@@ -343,14 +343,14 @@ def flight_errors(team: int, system: ControlSystem, rows: NDArray[np.int64]) -> 
     except FAULTS as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(last.filename).name}:{last.lineno}"
-        said = str(error) if isinstance(error, SwarmError) else f"raised {repr_of(error)} ({where})"
-        raise flight_error(team, system, rows, said) from error
+        reason = str(error) if isinstance(error, SwarmError) else f"raised {repr_of(error)} ({where})"
+        raise flight_error(team, system, rows, reason) from error
 
 
-def flight_error(team: int, system: ControlSystem, rows: NDArray[np.int64], said: str) -> FlightError:
+def flight_error(team: int, system: ControlSystem, rows: NDArray[np.int64], reason: str) -> FlightError:
     """Return a FlightError of a system that flies a team of some games."""
-    told = f"{system.name}, which flies {TEAM_NAMES[team]}, {said}"
-    return FlightError(team, system.name, tuple(rows.tolist()), told)
+    message = f"{system.name}, which flies {TEAM_NAMES[team]}, {reason}"
+    return FlightError(team, system.name, tuple(rows.tolist()), message)
 
 
 def serve_densities(

@@ -220,11 +220,11 @@ class Simulator:
 
     def _flown_by(self, swapped: ArrayLike, games: int) -> NDArray[np.int8]:
         """Return the numbers of the controllers of red and blue, (games, 2)."""
-        given = np.asarray(swapped)
-        if given.dtype != np.bool_ or given.shape not in ((), (games,)):
+        is_swapped = np.asarray(swapped)
+        if is_swapped.dtype != np.bool_ or is_swapped.shape not in ((), (games,)):
             raise CommandError(f"swapped must be True or False, once or for each of the {games} games, got {swapped!r}")
         numbers = np.array(self.control.numbers, np.int8)
-        return np.where(np.broadcast_to(given, games)[:, None], numbers[::-1], numbers)
+        return np.where(np.broadcast_to(is_swapped, games)[:, None], numbers[::-1], numbers)
 
     def command(
         self,
@@ -282,8 +282,8 @@ class Simulator:
         games = self.games
         if self.control.is_given:
             pictures = self.control.pictures(games, commands, rows, teams)  # first, since only this can fail
-            asked, now = commands.reshape(*commands.shape[:2], self.control.room), (games.ticks, games.flown_by)
-            take_up(asked, rows, teams, holds, *now, games.commands, games.former, games.commanded)
+            flat, now = commands.reshape(*commands.shape[:2], self.control.room), (games.ticks, games.flown_by)
+            take_up(flat, rows, teams, holds, *now, games.commands, games.former, games.commanded)
             commands = pictures
         make_targets(commands, rows, teams, self._aims._replace(holds=holds))
 
@@ -335,9 +335,9 @@ class Simulator:
         densities: NDArray[np.float64] | None = None,
         report: Report = NO_REPORT,
     ) -> None:
-        given = self._no_densities if densities is None else densities
+        new_densities = self._no_densities if densities is None else densities
         parameters = (self.rules, self.controller, self._variants)
-        self.call(step_games, self.games, rows, ticks, *parameters, given, self._aims, report)
+        self.call(step_games, self.games, rows, ticks, *parameters, new_densities, self._aims, report)
 
     def call(self, kernel: Callable[..., None], *arguments: Any) -> None:
         """Call an entry point with arguments of the same types at every call for these games, and arrays in C order."""

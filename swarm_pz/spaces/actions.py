@@ -53,9 +53,9 @@ def make_actions(config: GameConfig, system: ControlSystem, kind: ActionKind, ce
             raise ConfigError(f"action='discrete' is a number: leave out action_cells, got {cells!r}")
         return _Numbers(config, system)
     if not takes_densities and (cells is not None or kind == "modes"):
-        given = f"action={kind!r}" if cells is None else f"action_cells={cells!r}"
+        option = f"action={kind!r}" if cells is None else f"action_cells={cells!r}"
         raise ConfigError(
-            f"{given} is for densities, and the control system {system.name} takes commands of kind {system.takes!r}: "
+            f"{option} is for densities, and the control system {system.name} takes commands of kind {system.takes!r}: "
             f"use action='command' or 'normalised'"
         )
     if kind == "modes":

@@ -92,7 +92,7 @@ class DroneView:
         """
         games = simulator.games
         images = observe(simulator, self._images, np.full(len(rows), RED), rows)
-        seen = np.zeros((len(rows), self._drones, *self.space.shape), np.float32)
+        observations = np.zeros((len(rows), self._drones, *self.space.shape), np.float32)
         see(
             games.positions,
             games.velocities,
@@ -104,9 +104,9 @@ class DroneView:
             self._speed,
             self._neighbours,
             self._patch,
-            seen,
+            observations,
         )
-        return seen
+        return observations
 
 
 class DroneActions:

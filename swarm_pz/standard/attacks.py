@@ -51,13 +51,13 @@ def learn(
             imitate(name, learner, copied, games=robust.recorded_games, seed=seed)
         starts = {IMITATION: str(copied), NOTHING: None, robust.best: robust.best}
         learned = exploit(name, runs, learner, starts, steps=robust.steps, seed=seed, should_stop=should_stop)
-        told = {name: learned.card["training"][name] for name in ("game", "total_steps", "seed")}
-        start = next(start for start, given in starts.items() if given == learned.card["training"]["start_from"])
-        card = learned.card | {"seconds": 0.0, "command": "", "training": told, "about": f"began from {start}"}
+        training = {name: learned.card["training"][name] for name in ("game", "total_steps", "seed")}
+        start = next(start for start, policy in starts.items() if policy == learned.card["training"]["start_from"])
+        card = learned.card | {"seconds": 0.0, "command": "", "training": training, "about": f"began from {start}"}
         for name in ("digest", ANCESTORS):
             card.pop(name, None)
         out = Path(place, "exploiter")
-        LearnedPolicy(card, learned.weights(), GameConfig.from_dict(told["game"]), out.name).write(out)
+        LearnedPolicy(card, learned.weights(), GameConfig.from_dict(training["game"]), out.name).write(out)
         return PolicyBundle.of(out)
 
 
@@ -79,8 +79,8 @@ class Learning:
         """Begin the training, unless it is finished."""
         if not self._is_there:
             target = _target(self._policy, self._protocol, is_elsewhere=self._background.is_elsewhere)
-            asked = should_stop if self._background.is_here else never
-            self._background.send(self._name, learn, target, self._seed, self._protocol, self._folder, asked)
+            callback = should_stop if self._background.is_here else never
+            self._background.send(self._name, learn, target, self._seed, self._protocol, self._folder, callback)
 
     def end(self, should_stop: Callable[[], bool]) -> str:
         """Wait for the exploiter, and return its digest."""
@@ -115,9 +115,9 @@ def find(
 
     path, robust = work / f"search-{number}.json", protocol.robust
     if path.exists():
-        found: list[str] = json.loads(path.read_text())
-        return found
-    found = search_against(
+        patterns: list[str] = json.loads(path.read_text())
+        return patterns
+    patterns = search_against(
         _target(policy, protocol, is_elsewhere=bool(getattr(pool, "elsewhere", False))),
         games=robust.search_games,
         generations=robust.generations,
@@ -128,5 +128,5 @@ def find(
         should_stop=should_stop,
     )
     with draft_of(path) as draft:
-        draft.write_text(json.dumps(found) + "\n")
-    return found
+        draft.write_text(json.dumps(patterns) + "\n")
+    return patterns

@@ -64,11 +64,11 @@ class Results:
 
     def drawn(self, track: str, generator: np.random.Generator, count: int) -> Array:
         """Return bootstrap scores (count,) of the only policy; pairs of games are resampled for each opponent."""
-        found = []
+        scores = []
         for games in self.of(track, 0).values():
             pairs = np.array([game.share for game in games]).reshape(-1, 2).mean(axis=1)
-            found.append(pairs[generator.integers(len(pairs), size=(count, len(pairs)))].mean(axis=1))
-        return np.asarray(np.mean(found, axis=0))
+            scores.append(pairs[generator.integers(len(pairs), size=(count, len(pairs)))].mean(axis=1))
+        return np.asarray(np.mean(scores, axis=0))
 
     def intervals(self) -> tuple[Array, Array]:
         """Return the ends (tracks + 1,) of the intervals of all tracks, and of their mean last.
@@ -165,12 +165,12 @@ def _attack(results: Results, policy: int) -> dict[str, Any]:
 
 def _open_loop(results: Results, track: str) -> dict[str, Any] | None:
     """Return the scores of open-loop players, and the entry's gain over the best of them."""
-    told = results.protocol.open_loop.get(track)
-    if told is None:
+    players = results.protocol.open_loop.get(track)
+    if players is None:
         return None
-    found = {kind: {name: one[name] for name in ("score", "score_ci95")} for kind, one in told.items()}
+    scores = {kind: {name: one[name] for name in ("score", "score_ci95")} for kind, one in players.items()}
     score = results.scores[:, results.tracks.index(track)].mean()
-    return found | {"gain": _short(score - max(one["score"] for one in told.values()))}
+    return scores | {"gain": _short(score - max(one["score"] for one in players.values()))}
 
 
 def forfeits_of(figures: dict[str, Any]) -> tuple[int, int, str]:

@@ -17,8 +17,8 @@ Point = tuple[float, float]
 
 def render(report: dict[str, Any], head: str = "") -> str:
     """Return the page of a report; `head` is HTML for its head element."""
-    said, cost = report["figures"], report["cost"]
-    uniform = said["uniform"]
+    figures, cost = report["figures"], report["cost"]
+    uniform = figures["uniform"]
     longest = 1.0 if uniform is None else max(uniform["curve"]["seconds"][-1], 1.0)
     page: str = _template().render(
         report=report,
@@ -32,22 +32,22 @@ def render(report: dict[str, Any], head: str = "") -> str:
                 f"{_number(track['worst']['score'])} ({track['worst']['opponent']})",
                 "" if track["late"] is None else _number(track["late"]),
             )
-            for name, track in said["tracks"].items()
+            for name, track in figures["tracks"].items()
         ],
         longest=longest,
         not_won=[] if uniform is None else _steps(uniform["curve"], longest),
         attacks=[
             (policy["name"], *_opponent(one["worst"]), *_opponent(one["itself"] | {"opponent": ""})[-1:])
-            for policy, one in zip(report["policies"], said["attacks"], strict=True)
+            for policy, one in zip(report["policies"], figures["attacks"], strict=True)
         ],
         open_loop=[
-            (name, *(_open_loop(told[kind]) for kind in open_loop.KINDS), f"{told['gain']:+.3f}")
-            for name, track in said["tracks"].items()
-            if (told := track["open_loop"])
+            (name, *(_open_loop(scores[kind]) for kind in open_loop.KINDS), f"{scores['gain']:+.3f}")
+            for name, track in figures["tracks"].items()
+            if (scores := track["open_loop"])
         ],
         kinds=kinds_of(report),
         field_seed=None if is_try(report) else report["seeds"].get("field"),
-        opponents={name: list(map(_opponent, track["opponents"])) for name, track in said["tracks"].items()},
+        opponents={name: list(map(_opponent, track["opponents"])) for name, track in figures["tracks"].items()},
         costs=[
             (policy["name"], *(_cost(one, name) for name in ("commands", "seconds", "processor", "parameters")))
             for policy, one in zip(report["policies"], cost["policies"], strict=True)

@@ -150,8 +150,8 @@ class Protocol:
     @property
     def open_loop(self) -> dict[str, dict[str, Any]]:
         """Scores of the best open-loop players in each track: see `open_loop.BESTS`."""
-        found: dict[str, dict[str, Any]] = self.plain.get("open_loop", {})
-        return found
+        scores: dict[str, dict[str, Any]] = self.plain.get("open_loop", {})
+        return scores
 
     @cached_property
     def digest(self) -> str:
@@ -188,10 +188,10 @@ class Protocol:
         if self.plain["rules_hash"] != GameConfig.from_dict(self.plain["rules"]).rules_hash:
             raise ResultsError(f"the rules of protocol {self.version} have another hash here: use a released swarm-pz")
         changed = [
-            f"{trial.player} (expected {trial.digest}, got {found})"
+            f"{trial.player} (expected {trial.digest}, got {digest})"
             for track in self.tracks
             for trial in track.trials
-            if (found := trial.found(track.game(self.game))) != trial.digest
+            if (digest := trial.found(track.game(self.game))) != trial.digest
         ]
         if changed:
             raise ResultsError(
@@ -205,10 +205,10 @@ def refresh(path: Path = FILE) -> None:
     protocol, plain = Protocol.read(path), json.loads(path.read_text())
     plain["rules_hash"] = GameConfig.from_dict(plain["rules"]).rules_hash
     for track in protocol.tracks:
-        for trial, told in zip(track.trials, plain["tracks"][track.name]["trials"], strict=True):
-            told["digest"] = trial.found(track.game(protocol.game))
+        for trial, entry in zip(track.trials, plain["tracks"][track.name]["trials"], strict=True):
+            entry["digest"] = trial.found(track.game(protocol.game))
     text = json.dumps(plain, indent=1)
     for _ in range(2):  # join what fits on one line
-        text = re.sub(r"[\[{][^\[\]{}]+[\]}]|(?<=: )\{[^{}]{1,400}\}", lambda found: " ".join(found[0].split()), text)
+        text = re.sub(r"[\[{][^\[\]{}]+[\]}]|(?<=: )\{[^{}]{1,400}\}", lambda match: " ".join(match[0].split()), text)
     with draft_of(path) as draft:
         draft.write_text(text + "\n")

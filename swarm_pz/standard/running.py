@@ -95,29 +95,29 @@ def run(
     check_folder(out)
     work = out / WORK
     with folder_lock(work):
-        told = [
+        identities = [
             {"name": Path(policy).name, "kind": sort_of(player), "digest": identity_of(policy, player)}
             for policy, player in zip(entry.policies, players, strict=True)
         ]
-        digests = [one["digest"] for one in told]
+        digests = [one["digest"] for one in identities]
         _claim(work / _ENTRY, {"protocol": protocol.digest, "policies": digests})
         policies = entry.policies
         each = protocol.robust.exploiters_each(len(policies))
         exploiters = tuple(str(out / EXPLOITERS / str(number)) for number in range(each * len(policies)))
-        how: dict[str, Any] = {"pool": pool if pool is not None else SerialExecutor(), "should_stop": should_stop}
+        execution: dict[str, Any] = {"pool": pool if pool is not None else SerialExecutor(), "should_stop": should_stop}
         played: list[TrackGames] = []
 
-        def play(track: Track, players: PlayerFactory, **met: Any) -> None:
-            games = TrackGames(track, protocol, players, work / track.name, command=command, **met)
-            games.play(progress=progress, **how)
+        def play(track: Track, players: PlayerFactory, **keywords: Any) -> None:
+            games = TrackGames(track, protocol, players, work / track.name, command=command, **keywords)
+            games.play(progress=progress, **execution)
             played.append(games)
 
-        with BackgroundTasks(how["pool"]) as background:
+        with BackgroundTasks(execution["pool"]) as background:
             # Exploiters begin first: each occupies one worker for long, while the other workers play.
             learning = []
             for number, place in enumerate(exploiters):
                 of, seed = divmod(number, each)
-                say(f"track robust: learning to beat {told[of]['name']}, {protocol.robust.steps:,} commands")
+                say(f"track robust: learning to beat {identities[of]['name']}, {protocol.robust.steps:,} commands")
                 learning.append(attacks.Learning(background, protocol, work, Path(place), policies[of], seed))
                 learning[-1].begin(should_stop)
             for track in protocol.tracks:
@@ -128,8 +128,8 @@ def run(
                         play(one, PlayerFactory(policies, track.trials))
             searched = []
             for number, policy in enumerate(policies):
-                say(f"track robust: searching for what beats {told[number]['name']}")
-                searched.append(attacks.find(policy, number, protocol, work, show=progress, **how))
+                say(f"track robust: searching for what beats {identities[number]['name']}")
+                searched.append(attacks.find(policy, number, protocol, work, show=progress, **execution))
             digested = [one.end(should_stop) for one in learning]
             say("track robust: games of all attackers")
             choice = choice_of(protocol)
@@ -147,25 +147,25 @@ def run(
                 for number in range(len(policies))
             ]
         lines = [line for games in played for line in games.lines()]
-        said = figures(Results(lines, protocol, len(policies)))
+        summary = figures(Results(lines, protocol, len(policies)))
         report = {
             "format": FORMAT,
             "protocol": {"version": protocol.version, "digest": protocol.digest},
             "name": entry.name,
-            "policies": told,
+            "policies": identities,
             "attacks": attacked,
             "seeds": {track.name: track.seed for track in protocol.tracks} | {"robust": protocol.robust.seed},
             "config_hash": protocol.game.hash,
             "rules_hash": protocol.game.rules_hash,
             "versions": versions(),
             "games": len(lines),
-            "figures": said,
+            "figures": summary,
             COST: {
                 "policies": [cost_of(player) for player in players],
                 "ms_a_command": round(float(np.mean([ms for games in played for ms in games.thinking_ms()])), 3),
                 "measured_on": machine()["processor"],
                 "processor": processor(),
-                "processes": getattr(how["pool"], "count", None),
+                "processes": getattr(execution["pool"], "count", None),
                 "seconds_of_this_sitting": round(time.monotonic() - began, 1),
                 "command": command,
             },
@@ -189,38 +189,38 @@ def meet(
     has the same name, the report must be made again. Otherwise their results are put into it.
     """
     choice, names = choice_of(protocol), tuple(newcomers)
-    met = [(policy, name) for policy in range(len(policies)) for name in names]
+    meetings = [(policy, name) for policy in range(len(policies)) for name in names]
     factory = PlayerFactory(tuple(policies), others=tuple(newcomers.items()))
-    games = TrackGames(choice, protocol, factory, out, meetings=met)
+    games = TrackGames(choice, protocol, factory, out, meetings=meetings)
     games.play(pool=pool)
     lines = games.lines()
-    by = {pair: [line for line in lines if (line.policy, line.opponent) == pair] for pair in met}
-    found = [result_of(name, [by[policy, name] for policy in range(len(policies))]) for name in names]
+    by = {pair: [line for line in lines if (line.policy, line.opponent) == pair] for pair in meetings}
+    results = [result_of(name, [by[policy, name] for policy in range(len(policies))]) for name in names]
     robust = report["figures"]["tracks"][ROBUST]
     before = {one["opponent"]: one["scores"] for one in robust["opponents"]}
     for policy, attacked in enumerate(report["figures"]["attacks"]):
         worst = attacked["worst"]["opponent"]
-        if worst in names or min(one["scores"][policy] for one in found) < before[worst][policy]:
+        if worst in names or min(one["scores"][policy] for one in results) < before[worst][policy]:
             return False
-    robust["opponents"] = [one for one in robust["opponents"] if one["opponent"] not in names] + found
+    robust["opponents"] = [one for one in robust["opponents"] if one["opponent"] not in names] + results
     robust["worst"] = worst_of(robust["opponents"])
     report["games"] += choice.games * len(policies) * len(set(names) - set(before))
     return True
 
 
-def _claim(path: Path, what: dict[str, Any]) -> None:
+def _claim(path: Path, digests: dict[str, Any]) -> None:
     """Write the entry's digests to a file; raise a ResultsError if it holds others."""
     if path.exists():
         try:
             before = json.loads(path.read_text())
         except (OSError, ValueError, RecursionError) as error:
             raise ResultsError(f"{path} is corrupt or foreign ({error!r}); use another folder") from error
-        if before != what:
+        if before != digests:
             raise ResultsError(
                 f"{path.parent.parent} holds the report of other policies or of another protocol; use another folder"
             )
     with draft_of(path) as draft:
-        draft.write_text(json.dumps(what) + "\n")
+        draft.write_text(json.dumps(digests) + "\n")
 
 
 def cost_of(player: Player) -> dict[str, Any]:
@@ -231,13 +231,13 @@ def cost_of(player: Player) -> dict[str, Any]:
     from swarm_pz.policies.learned import lineage
 
     card = getattr(player, "card", None)
-    told = card if isinstance(card, dict) else {}
+    fields = card if isinstance(card, dict) else {}
     weights = getattr(player, "weights", None)
     parameters = sum(int(np.prod(values.shape)) for values in weights().values()) if weights is not None else None
-    trainings, sums, at_least = lineage(told), {}, []
+    trainings, sums, at_least = lineage(fields), {}, []
     for name, field in (("commands", "steps"), ("seconds", "seconds")):
         known = [one[field] for one in trainings if one[field] is not None]
         sums[name] = round(sum(known), 1) if known else None
         if 0 < len(known) < len(trainings):
             at_least.append(name)
-    return {**sums, "at_least": at_least, "processor": told.get("processor"), "parameters": parameters}
+    return {**sums, "at_least": at_least, "processor": fields.get("processor"), "parameters": parameters}

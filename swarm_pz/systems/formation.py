@@ -127,25 +127,25 @@ class Formation(ControlSystem):
         values = check_values(commands, (count, *space.shape), space.low, space.high, name)
         return _spell_out(values, self.space(config).shape[0])
 
-    def _parse_mapping(self, given: Mapping[Any, Any], config: GameConfig, name: str) -> NDArray[np.float64]:
+    def _parse_mapping(self, mapping: Mapping[Any, Any], config: GameConfig, name: str) -> NDArray[np.float64]:
         known = {"shape", "points", *_USUAL}
-        for key in given:
+        for key in mapping:
             if key not in known:
                 raise CommandError(f"{name}: a formation has no {key!r}; {nearest(str(key), known)}")
-        if ("shape" in given) == ("points" in given):
-            raise CommandError(f"{name}: a formation has either a shape or points, got {sorted(given)}")
-        said: dict[str, Any] = {**_USUAL, **given}
+        if ("shape" in mapping) == ("points" in mapping):
+            raise CommandError(f"{name}: a formation has either a shape or points, got {sorted(mapping)}")
+        fields: dict[str, Any] = {**_USUAL, **mapping}
         command = np.zeros(self.space(config).shape)
-        command[1:3] = check_values(said["centre"], (2,), 0.0, 1.0, f"{name}'s centre")
-        command[3] = check_values(said["size"], (), 0.0, _LARGEST, f"{name}'s size")
-        command[4] = math.remainder(float(check_values(said["turn"], (), -1e6, 1e6, f"{name}'s turn")), 2 * math.pi)
-        if "shape" in given:
-            shape = said["shape"]
+        command[1:3] = check_values(fields["centre"], (2,), 0.0, 1.0, f"{name}'s centre")
+        command[3] = check_values(fields["size"], (), 0.0, _LARGEST, f"{name}'s size")
+        command[4] = math.remainder(float(check_values(fields["turn"], (), -1e6, 1e6, f"{name}'s turn")), 2 * math.pi)
+        if "shape" in mapping:
+            shape = fields["shape"]
             if not isinstance(shape, str) or shape not in SHAPES:
                 raise CommandError(f"{name}: there is no shape {shape!r}; {nearest(str(shape), SHAPES)}")
             command[0] = SHAPES.index(shape)
             return command
-        points, room = given["points"], _room(config)
+        points, room = mapping["points"], _room(config)
         count = len(points) if hasattr(points, "__len__") else 0
         if not 1 <= count <= room:
             raise CommandError(f"{name}'s points must be 1 to {room} pairs (x, y), got {describe(points)}")

@@ -114,10 +114,10 @@ class LeaderFollower(ControlSystem):
             )
         return super().parse(command, config, name)
 
-    def _in_order(self, given: Mapping[Any, Any], name: str) -> list[Any]:
+    def _in_order(self, mapping: Mapping[Any, Any], name: str) -> list[Any]:
         expected = f"{name} must have a place for each of the leaders 0 to {self.leaders - 1}"
         places: dict[int, Any] = {}
-        for key, place in given.items():
+        for key, place in mapping.items():
             number = int(key) if isinstance(key, str) and key.isdecimal() and len(key) < 9 else key  # JSON's keys
             if not isinstance(number, (int, np.integer)) or not 0 <= number < self.leaders:
                 raise CommandError(f"{expected}, got one for {key!r}: that leader does not exist")

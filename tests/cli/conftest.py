@@ -16,9 +16,9 @@ def refused(capsys):
         capsys.readouterr()
         with pytest.raises(SystemExit, match="2"):
             run(words)
-        said = capsys.readouterr()
-        assert not said.out
-        return said.err
+        printed = capsys.readouterr()
+        assert not printed.out
+        return printed.err
 
     return refused
 
@@ -29,5 +29,5 @@ def served(monkeypatch):
     calls = []
     for command in ("play", "studies"):
         monkeypatch.setattr(f"swarm_pz.cli.{command}.known", lambda: {"uniform": "everywhere"})
-    monkeypatch.setattr(serve, "serve", lambda loader, policies, **how: calls.append((loader, policies, how)))
+    monkeypatch.setattr(serve, "serve", lambda loader, policies, **options: calls.append((loader, policies, options)))
     return calls

@@ -48,11 +48,11 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(capsys):
     tiny = "--total-steps 64 --num-envs 4 --rollout 8 --width 8 --evaluation-games 2 --threads 1 --games 6"
     run(f"train --out run {tiny} {SHORT}")
     printed = capsys.readouterr().out
-    for said in (
+    for part in (
         "training for 64 steps in run", f"rules: {RULES.rules_hash}\n", "share above untrained", "share above noise",
         "(5.0 s, red ", "evaluate run --opponent ring)\n",
     ):  # fmt: skip
-        assert said in printed, said
+        assert part in printed, part
     for name in ("learning_curve.png", "game.mp4", "policy.safetensors"):
         assert Path("run", name).stat().st_size > 0, name
     for name in ("evaluation.json", "policy.json", "history.json"):
@@ -84,11 +84,11 @@ def test_bench_measures_every_api(capsys, monkeypatch):
 
 
 def test_a_learned_policy_is_exported_for_a_game(monkeypatch, capsys):
-    given = []
-    monkeypatch.setattr(exporting, "export_learned", lambda *named: given.extend(named))
+    arguments = []
+    monkeypatch.setattr(exporting, "export_learned", lambda *named: arguments.extend(named))
     run(f"export champion mine {SHORT}")
     assert "evaluate mine" in capsys.readouterr().out
-    assert (given[0].name, *given[1:]) == ("champion", RULES, RULES.team_systems[0], Path("mine"))
+    assert (arguments[0].name, *arguments[1:]) == ("champion", RULES, RULES.team_systems[0], Path("mine"))
 
 
 def test_a_pickle_is_not_opened_before_it_is_trusted(monkeypatch, refused):

@@ -26,15 +26,15 @@ HERE = "--host 127.0.0.2 --port 0"
 def test_a_table_is_served_as_it_was_asked_for(served):
     options = f"{HERE} --min-command-interval 0.75 --out games --countdown 1.5 --game.command-period 2 --record-labels"
     run(f"play --opponent ring {options} --embed https://lab.example http://localhost:3000")
-    ((loader, policies, how),) = served
+    ((loader, policies, args),) = served
     game = GameConfig(command_period=2.0)
     assert loader is load and policies == {"uniform": "everywhere", "ring": about("ring")}
-    assert (how["host"], how["port"], how["folder"], how["page"]) == ("127.0.0.2", 0, Path("games"), "play=ring")
-    assert (how["countdown_s"], how["record_labels"]) == (1.5, True)
-    assert how["embedders"] == ("https://lab.example", "http://localhost:3000")
-    assert how["table"].game == game and how["table"].min_command_interval == 0.75
-    assert "█" in how["draw_code"]("http://127.0.0.2:8000/") and how["say"].func is print
-    assert how["greeting"].startswith(f"rules: {game.rules_hash} ")
+    assert (args["host"], args["port"], args["folder"], args["page"]) == ("127.0.0.2", 0, Path("games"), "play=ring")
+    assert (args["countdown_s"], args["record_labels"]) == (1.5, True)
+    assert args["embedders"] == ("https://lab.example", "http://localhost:3000")
+    assert args["table"].game == game and args["table"].min_command_interval == 0.75
+    assert "█" in args["draw_code"]("http://127.0.0.2:8000/") and args["say"].func is print
+    assert args["greeting"].startswith(f"rules: {game.rules_hash} ")
 
 
 def test_factors_are_read_before_anybody_plays(served, refused):
@@ -53,9 +53,9 @@ def test_a_recording_is_only_verified_filmed_or_written_if_that_is_asked(
     monkeypatch.setattr(Playback, "film", lambda _, *given: filmed.append(given[:2]))
     record(tmp_path / "a.jsonl", ticks=30)
     run("replay a.jsonl --verify --film a.gif --speed 3 --mcap bags/a.mcap --positions a.csv")
-    said = capsys.readouterr().out
-    assert "verified: 11 frames" in said
-    assert filmed == [(Path("a.gif"), 3.0)] and "film: a.gif" in said and "messages: bags/a.mcap" in said
+    printed = capsys.readouterr().out
+    assert "verified: 11 frames" in printed
+    assert filmed == [(Path("a.gif"), 3.0)] and "film: a.gif" in printed and "messages: bags/a.mcap" in printed
     assert Path("bags/a.mcap").read_bytes().startswith(b"\x89MCAP0")
     table = np.genfromtxt("a.csv", delimiter=",", skip_header=1, usecols=(0, 1, 3, 4))
     frame = [*Recording.read(Path("a.jsonl")).frames()][1]
@@ -74,8 +74,8 @@ def test_a_recording_that_plays_differently_here_or_breaks_off_is_an_error(tmp_p
     later = next(i for i, line in enumerate(lines) if line.get("tick") == lines[place]["tick"] + 6)
     moved = lines[place] | {"tick": lines[place]["tick"] + 3}
     write_lines(tmp_path / "b.jsonl", [*lines[:place], *lines[place + 1 : later], moved, *lines[later:-1]])
-    said = refused("replay b.jsonl --verify")
-    assert "had to come into force at tick" in said and "it is unfinished: it breaks off after" in said
+    error = refused("replay b.jsonl --verify")
+    assert "had to come into force at tick" in error and "it is unfinished: it breaks off after" in error
     write_lines(tmp_path / "b.jsonl", [lines[0] | {"seed": 2}, *lines[1:]])
     for only in ("--verify", "--positions b.csv"):
         assert "plays differently here from tick 0" in refused(f"replay b.jsonl {only}")
@@ -117,11 +117,11 @@ def study(tmp_path):
 def test_a_study_is_served_from_its_folder(served, tmp_path, capsys):
     written(tmp_path)
     run("study run study.toml --port 0 --folder data --host 127.0.0.2 --countdown 1")
-    ((loader, _, how),) = served
-    assert loader is load and how["study"].study.title == "Two interfaces" and not how["record_labels"]
-    assert (how["folder"], how["host"], how["countdown_s"]) == (Path("data/games"), "127.0.0.2", 1.0)
-    told = capsys.readouterr()
-    assert "the participants' codes are in data/codes.txt" in told.out and "warning" not in told.err
+    ((loader, _, args),) = served
+    assert loader is load and args["study"].study.title == "Two interfaces" and not args["record_labels"]
+    assert (args["folder"], args["host"], args["countdown_s"]) == (Path("data/games"), "127.0.0.2", 1.0)
+    printed = capsys.readouterr()
+    assert "the participants' codes are in data/codes.txt" in printed.out and "warning" not in printed.err
     run("study run study.toml --port 0 --folder data")  # the first run released the folder
     assert len(served) == 2
 
@@ -147,8 +147,8 @@ def test_a_study_has_a_status_an_export_and_participants_who_withdraw(study, cap
     assert "false alarms" in capsys.readouterr().out
     run("study status data")
     printed = capsys.readouterr().out
-    for said in ("Two interfaces", "0 of 4 participants", "has not come", "start.form", "line 1"):
-        assert said in printed, said
+    for part in ("Two interfaces", "0 of 4 participants", "has not come", "start.form", "line 1"):
+        assert part in printed, part
     assert "no study has run in" in refused("study status .")
     run("study export data --out out")
     printed = capsys.readouterr()

@@ -75,16 +75,16 @@ def guests(monkeypatch):
     monkeypatch.setitem(sys.modules, "guests", module)
     installed, points = importlib.metadata.entry_points, []
 
-    def add(name, found, package="guests"):
-        if not isinstance(found, str):
-            setattr(module, place := name.strip("./"), found)
-            found = f"guests:{place}"
-        point = importlib.metadata.EntryPoint(name, found, GROUP)
+    def add(name, value, package="guests"):
+        if not isinstance(value, str):
+            setattr(module, place := name.strip("./"), value)
+            value = f"guests:{place}"
+        point = importlib.metadata.EntryPoint(name, value, GROUP)
         vars(point)["dist"] = types.SimpleNamespace(name=package)
         points.append(point)
 
-    for name, (found, _) in REFUSED.items():
-        add(name, found)
+    for name, (value, _) in REFUSED.items():
+        add(name, value)
     for name, (members, _) in SENSELESS.items():
         add(name, guest(name, **members))
     for name in ("magnet", "ergodic"):
@@ -102,18 +102,18 @@ def guests(monkeypatch):
 
 @pytest.mark.parametrize("name", REFUSED | SENSELESS)
 def test_a_system_that_cannot_fly_or_whose_commands_make_no_sense_is_refused_with_what_is_wrong(name):
-    said = rf"'{name}' of guests .*{REFUSED[name][1]}" if name in REFUSED else f"{name} .*{SENSELESS[name][1]}"
-    with pytest.raises(ConfigError, match=said):
+    message = rf"'{name}' of guests .*{REFUSED[name][1]}" if name in REFUSED else f"{name} .*{SENSELESS[name][1]}"
+    with pytest.raises(ConfigError, match=message):
         Simulator(GameConfig(controllers=name))
 
 
 def test_the_own_system_stays_where_another_package_takes_its_name_and_else_the_first():
     assert registered()["ergodic"].value == "swarm_pz.systems.ergodic:Ergodic"
     assert system_class("magnet") is Magnet
-    found = faults()
-    assert set(found) == {*REFUSED, "ergodic of guests", "magnet of latecomers"}
-    assert "swarm-pz has a system of that name" in found["ergodic of guests"]
-    assert "guests has a system of that name" in found["magnet of latecomers"]
+    reasons = faults()
+    assert set(reasons) == {*REFUSED, "ergodic of guests", "magnet of latecomers"}
+    assert "swarm-pz has a system of that name" in reasons["ergodic of guests"]
+    assert "guests has a system of that name" in reasons["magnet of latecomers"]
 
 
 def test_what_is_installed_is_listed_and_broken_ones_are_named(capsys):

@@ -74,8 +74,8 @@ def test_how_a_game_ended_is_told_once():
     assert (first.terminated.tolist(), first.truncated.tolist()) == ([True, False, False], [False, True, False])
     assert first.rewards[0].tolist() == [2.0, -2.0]
     second = step(batch)
-    for told in (second.rewards, second.terminated, second.truncated, second.captured, second.recaptured):
-        assert not told[:2].any()
+    for values in (second.rewards, second.terminated, second.truncated, second.captured, second.recaptured):
+        assert not values[:2].any()
     assert [batch.outcome(row, 1) for row in range(3)] == ["loss", "draw", None]
 
 
@@ -166,8 +166,8 @@ def test_one_call_a_step_gives_what_periods_one_by_one_give(options):
     while one.running.any():
         sides = [[space.low + (space.high - space.low) * generator.random(space.shape) ** 4 for _ in range(3)]
                  for space in (system.space(config) for system in config.team_systems)]  # fmt: skip
-        given = (sides[0], sides[1]) if one.simulator.control.is_given else np.stack(sides, axis=1)
-        for mine, its in zip(one.step(given), other.step(given, lambda: None), strict=True):
+        commands = (sides[0], sides[1]) if one.simulator.control.is_given else np.stack(sides, axis=1)
+        for mine, its in zip(one.step(commands), other.step(commands, lambda: None), strict=True):
             np.testing.assert_array_equal(mine, its)
             assert mine.dtype == its.dtype and not np.signbit(mine[mine == 0]).any()
         for mine, its in zip(one.simulator.games, other.simulator.games, strict=True):

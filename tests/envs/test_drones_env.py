@@ -122,13 +122,13 @@ class Noted:
     observation = ObservationConfig(grid=10)
 
     def __init__(self):
-        self.asked = 0
+        self.count = 0
 
     def reset(self, seeds, rows):
         pass
 
     def act(self, observations, rows):
-        self.asked += len(rows)
+        self.count += len(rows)
         return np.ones((len(rows), 10, 10))
 
 
@@ -136,11 +136,11 @@ def test_an_opponents_command_holds_for_the_command_period():
     noted = Noted()
     environment = drones_env(opponent=noted, drones_per_team=2, command_period=1.0, action_period=0.2)
     environment.reset(seed=0)
-    asked = []
+    counts = []
     for _ in range(11):
         environment.step(choose(environment, np.random.default_rng(0)))
-        asked.append(noted.asked)
-    assert asked == [1] * 5 + [2] * 5 + [3]
+        counts.append(noted.count)
+    assert counts == [1] * 5 + [2] * 5 + [3]
 
 
 def test_mistakes_are_said_and_change_nothing():
@@ -149,7 +149,7 @@ def test_mistakes_are_said_and_change_nothing():
         environment.step({})
     environment.reset(seed=0)
     good = choose(environment, np.random.default_rng(0))
-    for actions, said in (
+    for actions, message in (
         ({"red_0_drone_0": [0, 0]}, "missing blue_0_drone_0"),
         (good | {"red_0_drone_7": [0, 0]}, "unknown red_0_drone_7"),
         ([[0, 0]], "got list in place of a mapping"),
@@ -157,14 +157,14 @@ def test_mistakes_are_said_and_change_nothing():
         (good | {"red_0_drone_0": [1.5, 0]}, "red_0_drone_0's action"),
         (good | {"red_0_drone_0": 3}, "red_0_drone_0's action"),
     ):
-        with pytest.raises(CommandError, match=said):
+        with pytest.raises(CommandError, match=message):
             environment.step(actions)
     assert environment.batch.simulator.time_s[0] == 0.0
     environment.step(good)
 
 
 def test_options_that_make_no_sense_are_refused():
-    for options, said in (
+    for options, message in (
         ({"side": "green"}, "side must be 'random' or 'red' or 'blue' or 'both'"),
         ({"action_period": 0.3}, "a whole part of command_period"),
         ({"action_period": 0.05}, "action_period must be a number in"),
@@ -173,7 +173,7 @@ def test_options_that_make_no_sense_are_refused():
         ({"neighbour": 3}, "did you mean 'neighbours'"),
         ({"render_mode": "3d"}, "there is no render mode"),
     ):
-        with pytest.raises(ConfigError, match=said):
+        with pytest.raises(ConfigError, match=message):
             drones_env(**options)
     with pytest.raises(PolicyError, match="there is no policy 'rin'"):
         drones_env(opponent="rin")

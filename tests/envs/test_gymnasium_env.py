@@ -128,8 +128,8 @@ def test_it_does_what_gymnasiums_own_vector_env_does_with_single_environments(mo
 
 def test_the_class_says_how_games_restart_and_so_does_what_is_made():
     assert DuelVectorEnv.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
-    for asked in ("SameStep", AutoresetMode.SAME_STEP):
-        made = gymnasium.make_vec(ID, num_envs=2, autoreset_mode=asked)
+    for mode in ("SameStep", AutoresetMode.SAME_STEP):
+        made = gymnasium.make_vec(ID, num_envs=2, autoreset_mode=mode)
         assert made.metadata["autoreset_mode"] == AutoresetMode.SAME_STEP
         assert DuelVectorEnv.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
     with pytest.raises(ConfigError, match="autoreset_mode must be 'NextStep' or"):

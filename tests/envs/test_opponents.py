@@ -19,13 +19,13 @@ class Diary:
     observation = ObservationConfig(grid=10, channels=("own_share",))
 
     def __init__(self, cell=None):
-        self.cell, self.begun, self.asked, self.shown = cell, {}, [], []
+        self.cell, self.begun, self.rows, self.shown = cell, {}, [], []
 
     def reset(self, seeds, rows):
         self.begun |= dict(zip(rows.tolist(), seeds, strict=True))
 
     def act(self, observations, rows):
-        self.asked += rows.tolist()
+        self.rows += rows.tolist()
         self.shown += observations[:, 0, 0, 0].tolist()
         return np.eye(100)[rows if self.cell is None else [self.cell] * len(rows)].reshape(-1, 10, 10)
 
@@ -86,10 +86,10 @@ def test_each_opponent_gets_the_streams_of_its_own_games_and_is_one_object_asked
     for row, stream in (first.begun | second.begun).items():
         np.testing.assert_array_equal(stream.generate_state(2), alone.begun[row].generate_state(2))
     step(duel)
-    assert (first.asked, second.asked) == ([0, 2, 4], [1, 3])
+    assert (first.rows, second.rows) == ([0, 2, 4], [1, 3])
     twice = begun(games=4, opponent=[first, "uniform", first])
     step(twice)
-    assert first.asked[3:] == [0, 2, 3] and twice.opponent_names == ["Diary", "uniform"]
+    assert first.rows[3:] == [0, 2, 3] and twice.opponent_names == ["Diary", "uniform"]
 
 
 @pytest.mark.parametrize("side", [0, 1])
@@ -115,8 +115,8 @@ def test_who_sits_where_sees_commands_is_rewarded_and_told_as_its_own_side(side)
 
 @pytest.mark.parametrize("name", [name for name in registered() if is_constant(name)])
 def test_an_opponent_that_never_changes_is_asked_once_a_game(name, monkeypatch):
-    asked, act = [], ScriptedPolicy.act
-    monkeypatch.setattr(ScriptedPolicy, "act", lambda self, seen, rows: asked.append(self) or act(self, seen, rows))
+    calls, act = [], ScriptedPolicy.act
+    monkeypatch.setattr(ScriptedPolicy, "act", lambda self, images, rows: calls.append(self) or act(self, images, rows))
     once, always = (begun(games=3, opponent=opponent) for opponent in (name, load(name, SMALL)))
     for number in range(4):
         for duel in (once, always):
@@ -125,7 +125,7 @@ def test_an_opponent_that_never_changes_is_asked_once_a_game(name, monkeypatch):
             step(duel)
     for array, same in zip(once.batch.simulator.games, always.batch.simulator.games, strict=True):
         np.testing.assert_array_equal(array, same)
-    assert len(asked) == 2 + 4
+    assert len(calls) == 2 + 4
 
 
 def test_opponents_are_not_asked_about_games_that_have_ended():
@@ -133,7 +133,7 @@ def test_opponents_are_not_asked_about_games_that_have_ended():
     duel = begun(games=3, opponent=diary)
     duel.batch.running[1] = False
     result = step(duel)
-    assert diary.asked == [0, 2]
+    assert diary.rows == [0, 2]
     assert duel.batch.simulator.time_s.tolist() == [1.0, 0.0, 1.0]
     assert result.rewards[1] == 0.0 and not (result.terminated[1] or result.truncated[1])
     duel.batch.running[:] = False
@@ -147,7 +147,7 @@ def test_a_deal_is_for_the_games_that_begin_and_running_ones_keep_their_opponent
     duel.deal(third, ["third"])
     duel.reset(np.random.SeedSequence(1).spawn(1), np.array([2]))
     step(duel)
-    assert (first.asked, second.asked, list(third.begun), third.asked) == ([0], [1, 3], [2], [2])
+    assert (first.rows, second.rows, list(third.begun), third.rows) == ([0], [1, 3], [2], [2])
     targets = duel.batch.simulator.targets[np.arange(4), 1 - duel.sides]
     assert targets.reshape(4, -1).argmax(axis=1).tolist() == [0, 1, 2, 1]
     assert names_met(duel) == ["Diary", "Diary", "third", "Diary"]

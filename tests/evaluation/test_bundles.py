@@ -30,10 +30,10 @@ def test_a_policy_whose_folder_is_gone_plays_from_its_bundle(folder):
     name, digest = str(folder), policies.load(str(folder), CONFIG.game).digest
     bundle = pickle.loads(pickle.dumps(PolicyBundle.of(folder)))  # noqa: S301
     assert [file for file, _ in bundle.files] == ["policy.safetensors", "policy.json"], "the card last"
-    there = play_block(policies.load, name, "ring", [0, 1], CONFIG)
+    expected = play_block(policies.load, name, "ring", [0, 1], CONFIG)
     shutil.rmtree(folder)
-    here = play_block(policies.load, name, "ring", [0, 1], CONFIG, {name: digest}, bundle, None)
-    assert [(game.key, game.fingerprint) for game in here] == [(game.key, game.fingerprint) for game in there]
+    games = play_block(policies.load, name, "ring", [0, 1], CONFIG, {name: digest}, bundle, None)
+    assert [(game.key, game.fingerprint) for game in games] == [(game.key, game.fingerprint) for game in expected]
 
 
 @pytest.mark.parametrize(

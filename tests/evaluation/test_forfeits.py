@@ -58,7 +58,7 @@ def flown(fault="raises", places=(0,)):
 @pytest.mark.parametrize("fault", ["raises", "shape", "nan"])
 def test_in_a_match_its_side_loses_and_the_other_games_are_those_of_a_match_without_faults(fault):
     finished = []
-    played = play_match("ring", "uniform", games=6, config=flown(fault), progress=lambda *how: finished.append(how))
+    played = play_match("ring", "uniform", games=6, config=flown(fault), progress=lambda *done: finished.append(done))
     failed = {(game.pair, game.side) for game in played.forfeits}
     assert 0 < len(failed) < 6, "teams begin in any corner, and fail at the right"
     for number, game in enumerate(played.games):

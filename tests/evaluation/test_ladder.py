@@ -12,8 +12,8 @@ from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
 
 
 def line(one, other, number, outcome, **more):
-    given = {"share": 0.5, "seconds": 8.0, "fingerprint": f"{one}{other}{number}"} | more
-    return PlayedGame(one=one, other=other, number=number, outcome=outcome, **given)
+    fields = {"share": 0.5, "seconds": 8.0, "fingerprint": f"{one}{other}{number}"} | more
+    return PlayedGame(one=one, other=other, number=number, outcome=outcome, **fields)
 
 
 PLAYERS = {
@@ -32,7 +32,7 @@ LINES = [
 
 
 @pytest.fixture
-def found(tmp_path, monkeypatch):
+def report(tmp_path, monkeypatch):
     """The figures of a tournament of three."""
     monkeypatch.setattr("swarm_pz.evaluation.ratings._RESAMPLES", 60)
     config = TournamentConfig(games=2, seed=5, budget_ms=70.0, game=GameConfig(drones_per_team=2))
@@ -42,17 +42,17 @@ def found(tmp_path, monkeypatch):
     return ladder.make_ladder(tournament)
 
 
-def test_the_figures_of_a_tournament_are_those_of_its_lines(found):
+def test_the_figures_of_a_tournament_are_those_of_its_lines(report):
     keys = ("player", "kind", "games", "wins", "draws", "losses", "forfeits", "median_seconds", "thinking_ms")
     keys += ("mixture_share", "points_against_mixture")
-    assert [tuple(entry[key] for key in keys) for entry in found["players"]] == [
+    assert [tuple(entry[key] for key in keys) for entry in report["players"]] == [
         ("a", "planned", 4, 3, 1, 0, 0, 5.0, 3.0, 1.0, 0.5),
         ("c", "scripted", 3, 0.5, 1, 1.5, 1, 7.5, 7.5, 0.0, 0.25),
         ("b", "learned", 3, 0.5, 0, 2.5, 0, 5.0, 4.0, 0.0, 0.0),
     ]
-    assert (found["seed"], found["budget_ms"], found["games_per_pairing"], found["anchor"]) == (5, 70.0, 2, None)
-    assert found["payoffs"] == [[None, 0.75, 1.0], [0.25, None, 0.5], [0.0, 0.5, None]]
-    assert np.mean([entry["rating"] for entry in found["players"]]) == pytest.approx(1000.0, abs=0.1)
-    for entry in found["players"]:
+    assert (report["seed"], report["budget_ms"], report["games_per_pairing"], report["anchor"]) == (5, 70.0, 2, None)
+    assert report["payoffs"] == [[None, 0.75, 1.0], [0.25, None, 0.5], [0.0, 0.5, None]]
+    assert np.mean([entry["rating"] for entry in report["players"]]) == pytest.approx(1000.0, abs=0.1)
+    for entry in report["players"]:
         low, high = entry["rating_ci95"]
         assert low < entry["rating"] < high

@@ -39,15 +39,15 @@ def game(pair, side, outcome, end, **more):
 
 
 def result(*games, **more):
-    given = {"policy": "a", "opponent": "b", "seed": 0, "config": SHORT, "limit_s": 30.0} | more
-    return MatchResult(games=list(games), **given)
+    fields = {"policy": "a", "opponent": "b", "seed": 0, "config": SHORT, "limit_s": 30.0} | more
+    return MatchResult(games=list(games), **fields)
 
 
 def starts_of(policy, opponent, **match):
     """Play a match; return the seeds of its starts."""
     starts, reset = [], BatchEnv.reset
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(BatchEnv, "reset", lambda env, seeds, **how: starts.extend(seeds) or reset(env, seeds, **how))
+        patch.setattr(BatchEnv, "reset", lambda env, seeds, **more: starts.extend(seeds) or reset(env, seeds, **more))
         play_match(policy, opponent, **match)
     return starts
 
@@ -93,12 +93,12 @@ def test_a_summary_says_of_every_number_whose_it_is():
         seed=7,
         privileged=("b",),
     )
-    found = match.summary()
-    low, high = found.pop("win_rate_ci95")
+    summary = match.summary()
+    low, high = summary.pop("win_rate_ci95")
     assert 0.0 <= low < 0.2 < high <= 1.0
-    low, high = found.pop("mean_share_ci95")
+    low, high = summary.pop("mean_share_ci95")
     assert 0.4 <= low < 0.5 < high <= 0.6  # pairs' means are 0.5, 0.6 and 0.4
-    assert found == {
+    assert summary == {
         "policy": "a", "opponent": "b", "privileged": ["b"], "seed": 7, "games": 5, "unique_games": 4,
         "wins": 1, "draws": 3, "losses": 1, "win_rate": 0.2, "mean_share": pytest.approx(3.0 / 6),
         "median_seconds": 30.0, "restricted_mean_seconds": pytest.approx((9.0 + 3 * 30.0 + 8.0) / 5),
@@ -146,8 +146,8 @@ def test_differences_are_paired_where_opponent_seeds_and_rules_are_the_same():
     difference, low, high = paired_difference(ring, noise)
     assert low <= difference <= high and difference == pytest.approx((shares[0] - shares[1]).mean())
     assert paired_difference(ring, noise) == (difference, low, high)
-    seen = dataclasses.replace(noise, config=SHORT.replace(observation=ObservationConfig(grid=10)))
-    assert paired_difference(noise, seen) == (0.0, 0.0, 0.0), "what is seen is no rule"
+    coarse = dataclasses.replace(noise, config=SHORT.replace(observation=ObservationConfig(grid=10)))
+    assert paired_difference(noise, coarse) == (0.0, 0.0, 0.0), "what is seen is no rule"
     for other in ({"opponent": "ring"}, {"seed": 1}, {"games": noise.games[:18]}, {"config": TINY}):
         with pytest.raises(CommandError, match="must share"):
             paired_difference(ring, dataclasses.replace(noise, **other))

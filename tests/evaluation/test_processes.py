@@ -43,8 +43,8 @@ def compile_slowly():
     from numba.core.compiler_lock import global_compiler_lock
 
     with global_compiler_lock:
-        exec(SLOWLY, given := {})  # noqa: S102
-    return given["done"]
+        exec(SLOWLY, namespace := {})  # noqa: S102
+    return namespace["done"]
 
 
 def import_slowly():
@@ -84,8 +84,8 @@ def test_code_that_an_import_calls_is_interrupted(tmp_path, monkeypatch):
 
 
 def test_time_spent_waiting_for_a_processor_does_not_count(tmp_path, monkeypatch):
-    told, clock = tmp_path / "schedstat", [0.0]
-    monkeypatch.setattr("swarm_pz.evaluation.processes._WAITS", told)
+    path, clock = tmp_path / "schedstat", [0.0]
+    monkeypatch.setattr("swarm_pz.evaluation.processes._WAITS", path)
     monkeypatch.setattr("swarm_pz.evaluation.processes.time.monotonic", lambda: clock[0])
 
     def work(waited):
@@ -93,31 +93,31 @@ def test_time_spent_waiting_for_a_processor_does_not_count(tmp_path, monkeypatch
         with alarm(5.0):
             clock[0] += 7.0
             if waited is not None:
-                told.write_text(f"5 {waited * 10**9} 3\n")
+                path.write_text(f"5 {waited * 10**9} 3\n")
 
-    told.write_text("5 1000000000 3\n")
+    path.write_text("5 1000000000 3\n")
     work(9)
     with pytest.raises(TimeoutError):
         work(9)
-    told.unlink()  # as on systems without it
+    path.unlink()  # as on systems without it
     with pytest.raises(TimeoutError):
         work(None)
 
 
 def test_where_no_alarm_can_ring_late_code_is_told_afterwards():
-    said = []
+    messages = []
 
     def work():
         try:
             with alarm(0.01):
                 time.sleep(0.02)
         except TimeoutError as error:
-            said.append(str(error))
+            messages.append(str(error))
 
     thread = threading.Thread(target=work)
     thread.start()
     thread.join()
-    assert said == ["no command within 0.01 s"]
+    assert messages == ["no command within 0.01 s"]
 
 
 PARENT = """

@@ -66,8 +66,8 @@ def test_without_an_anchor_the_mean_is_1000_and_only_intervals_depend_on_the_see
     ids=["ladder", "undecided", "decided", "two cycles"],
 )
 def test_cycles_among_decided_pairings_are_counted(shares, found):
-    told = intransitivity(field(shares, 50, "abc" if len(shares) == 3 else "abcdef"))
-    assert (told.cycles, told.triples, told.strongest) == found
+    measured = intransitivity(field(shares, 50, "abc" if len(shares) == 3 else "abcdef"))
+    assert (measured.cycles, measured.triples, measured.strongest) == found
 
 
 def test_the_cyclic_share_is_told_beside_what_chance_would_give():
@@ -121,12 +121,12 @@ def test_eight_clones_change_ranks_by_ratings_but_none_by_nash_averaging(steps, 
     """Catches ranks that depend on copies of a player, or on which equilibrium a solver chooses."""
     upper = np.triu(np.random.default_rng(seed).integers(0, steps + 1, (12, 12)) / steps, 1)
     shares = upper + np.tril(1.0 - upper.T, -1) + np.eye(12) / 2.0
-    who = np.random.default_rng(1).permutation([*range(12), *[0] * 8])
-    cloned = np.where(who[:, None] == who, 0.5, shares[np.ix_(who, who)])
-    first = np.array([list(who).index(player) for player in range(12)])
+    players = np.random.default_rng(1).permutation([*range(12), *[0] * 8])
+    cloned = np.where(players[:, None] == players, 0.5, shares[np.ix_(players, players)])
+    first = np.array([list(players).index(player) for player in range(12)])
     mixture, skills = nash_average(cloned)
     assert mixture.min() >= 0.0 and mixture.sum() == pytest.approx(1.0) and skills.max() < 1e-6
     np.testing.assert_allclose(skills[first], nash_average(shares)[1], atol=1e-6)
-    assert np.ptp(mixture[who == 0]) < 1e-6
+    assert np.ptp(mixture[players == 0]) < 1e-6
     rated, again = (strengths((40.0 * table + 0.5) * (1.0 - np.eye(len(table)))) for table in (shares, cloned))
     assert np.argsort(rated).tolist() != np.argsort(again[first]).tolist()

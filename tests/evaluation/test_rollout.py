@@ -34,12 +34,12 @@ class Events:
     """Keeps one game's state after every control period."""
 
     def __init__(self, row):
-        self.row, self.seen = row, []
+        self.row, self.states = row, []
 
     def __call__(self, rollout):
         now = b"".join(np.ascontiguousarray(array[self.row]).tobytes() for array in rollout.simulator.games)
-        if not self.seen or now != self.seen[-1]:  # an ended game stays as it is
-            self.seen.append(now)
+        if not self.states or now != self.states[-1]:  # an ended game stays as it is
+            self.states.append(now)
 
 
 @pytest.mark.parametrize(("policy", "opponent"), [("champion", "ring"), ("noise", "exploring champion")])
@@ -60,7 +60,7 @@ def test_the_game_shown_is_the_game_evaluated_bit_for_bit(policy, opponent):
         alone = Events(0)
         one = Rollout(player(policy), player(opponent), [number], seed=6, config=SHORT)
         one.play(after_control_period=alone)
-        assert alone.seen == events.seen
+        assert alone.states == events.states
         assert one.games() == [unwatched[number]]
     assert [(unwatched[number].pair, unwatched[number].side) for number in numbers] == [
         (5, "red"), (5, "blue"), (3, "blue"),
@@ -68,11 +68,11 @@ def test_the_game_shown_is_the_game_evaluated_bit_for_bit(policy, opponent):
 
 
 def test_a_game_goes_on_where_it_was_left_and_says_how_it_stands():
-    seen, steps = [], []
+    times, steps = [], []
     config = GameConfig(drones_per_team=1, time_limit=3.0, capture=CaptureConfig(enabled=False))
     game = Rollout("uniform", "halo", [0, 1], config=config)
     watch = {
-        "after_control_period": lambda game: seen.append(float(game.simulator.time_s[0])),
+        "after_control_period": lambda game: times.append(float(game.simulator.time_s[0])),
         "after_step": lambda game: steps.append(game.rows.tolist()),
     }
     game.play(1.5, **watch)
@@ -80,7 +80,7 @@ def test_a_game_goes_on_where_it_was_left_and_says_how_it_stands():
     with pytest.raises(CommandError, match="unfinished"):
         game.games()
     game.play(**watch)
-    np.testing.assert_allclose(seen, np.arange(1, 31) / 10)
+    np.testing.assert_allclose(times, np.arange(1, 31) / 10)
     assert steps == [[0, 1]] * 3 and game.standing(1) == "a draw (3.0 s, red 1, blue 1)"
     assert (game.names(0), game.names(1)) == (("uniform", "halo"), ("halo", "uniform"))
 
@@ -100,11 +100,11 @@ def test_a_game_that_ends_early_has_its_own_end_among_others_that_go_on(monkeypa
     config = GameConfig(drones_per_team=2, time_limit=3.0, command_period=0.5, controller=still)
     game = Rollout(Ones(3), Ones(5), [0, 3, 5], config=config)
     game.batch.reset(range(3), scenario={"positions": [[0.1, 0.1], [0.9, 0.1], [0.1, 0.9], [0.9, 0.9]]})
-    seen = []
+    rows = []
 
     def take_over(game):
-        seen.append(game.rows.tolist())
-        if len(seen) == 6:  # at 0.6 s: blue takes all in the first game, red in the second
+        rows.append(game.rows.tolist())
+        if len(rows) == 6:  # at 0.6 s: blue takes all in the first game, red in the second
             game.simulator.games.teams[0], game.simulator.games.teams[1] = BLUE, RED
 
     game.play(1.2, after_control_period=take_over)
@@ -112,14 +112,14 @@ def test_a_game_that_ends_early_has_its_own_end_among_others_that_go_on(monkeypa
     standings = ["blue won (0.6 s, red 0, blue 4)", "red won (0.6 s, red 4, blue 0)"]
     assert [game.standing(row) for row in range(3)] == [*standings, "unfinished (1.5 s, red 2, blue 2)"]
     game.play(after_control_period=take_over)
-    assert seen[9:11] == [[0, 1, 2], [2]]
+    assert rows[9:11] == [[0, 1, 2], [2]]
     assert [game.standing(row) for row in range(3)] == [*standings, "a draw (3.0 s, red 2, blue 2)"]
     assert [game.names(row)[0] for row in range(3)] == ["thinks 3 ms", "thinks 5 ms", "thinks 5 ms"]
-    found = game.games()
-    assert [(one.outcome, one.share, one.seconds) for one in found] == [
+    games = game.games()
+    assert [(one.outcome, one.share, one.seconds) for one in games] == [
         ("loss", 0.0, pytest.approx(0.6)),
         ("loss", 0.0, pytest.approx(0.6)),  # with the policy as blue
         ("draw", 0.5, pytest.approx(3.0)),
     ]
-    assert [one.sizes for one in found] == [[2, 2, 0], [2, 2, 4], [2] * 7]
-    assert all(one.thinking_ms == pytest.approx((3.0, 5.0)) for one in found)
+    assert [one.sizes for one in games] == [[2, 2, 0], [2, 2, 4], [2] * 7]
+    assert all(one.thinking_ms == pytest.approx((3.0, 5.0)) for one in games)

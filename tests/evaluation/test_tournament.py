@@ -116,9 +116,9 @@ def test_an_interrupted_tournament_goes_on_without_losing_or_repeating_a_game(wh
         pytest.raises(ResultsError, match=f"played in by process {os.getpid()} on .* use another folder"),
     ):
         played(folder)
-    told = []
-    Tournament(FOUR, CONFIG, folder, load).play(1, lambda *now: told.append(now))
-    assert told == [(done, 12) for done in range(0, 13, 2)], "among all games that were missing"
+    progress = []
+    Tournament(FOUR, CONFIG, folder, load).play(1, lambda *now: progress.append(now))
+    assert progress == [(done, 12) for done in range(0, 13, 2)], "among all games that were missing"
     assert lines(folder)[: len(kept)] == kept
     assert without_times(folder) == without_times(whole.folder)
     before = (folder / GAMES).read_bytes()
@@ -330,10 +330,10 @@ def test_ctrl_c_ends_a_tournament_with_the_line_that_goes_on(tmp_path):
             assert process.poll() is None
             time.sleep(0.1)
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of them
-        said = process.communicate()[1]
-    assert process.returncode == 130 and "Traceback" not in said
-    assert f"games are in {folder}" in said
-    assert f"go on with: swarm-pz {shlex.join(words)}\n" in said
+        printed = process.communicate()[1]
+    assert process.returncode == 130 and "Traceback" not in printed
+    assert f"games are in {folder}" in printed
+    assert f"go on with: swarm-pz {shlex.join(words)}\n" in printed
     game = Tournament(FOUR, CONFIG.replace(games=int(count)), folder, load).games["halo", "noise", 0]
     (again,) = play_block(load, "halo", "noise", [0], CONFIG)
     assert dataclasses.replace(game, thinking_ms=again.thinking_ms) == again

@@ -44,11 +44,11 @@ class Held(Executor):
     slots, ended = 3, 0
 
     def __init__(self):
-        self.given = []
+        self.futures = []
 
     def submit(self, fn, /, *args):
         future = Future()
-        self.given.append(future)
+        self.futures.append(future)
         if args == ("lost",):
             future.set_exception(LostTaskError("three died"))
         elif args == ("done",):
@@ -61,7 +61,7 @@ class Held(Executor):
 
     def end(self):
         self.ended += 1
-        for future in self.given:
+        for future in self.futures:
             if not future.done():
                 future.set_exception(LostTaskError("ended"))
 
@@ -70,14 +70,14 @@ def test_a_lost_task_is_named_alone_and_others_that_began_are_kept():
     pool, kept = Held(), []
     with pytest.raises(WorkerError, match=r"these were played: \('lost',\);"):
         share(pool, str, [("begun",), ("lost",), ("queued",), ("never",)], lambda task, _: kept.append(task))
-    assert kept == [("begun",)] and len(pool.given) == 3 and pool.given[2].cancelled()
+    assert kept == [("begun",)] and len(pool.futures) == 3 and pool.futures[2].cancelled()
 
 
 def test_work_that_should_stop_gives_out_no_more_and_keeps_what_was_begun():
     pool, kept = Held(), []
     tasks = [("begun",), ("done",), ("queued",), ("never",)]
     share(pool, str, tasks, lambda task, _: kept.append(task), should_stop=lambda: bool(kept))
-    assert sorted(kept) == [("begun",), ("done",)] and len(pool.given) == 3 and pool.given[2].cancelled()
+    assert sorted(kept) == [("begun",), ("done",)] and len(pool.futures) == 3 and pool.futures[2].cancelled()
 
 
 def test_an_interrupt_ends_the_pool_at_once():
@@ -113,8 +113,8 @@ def test_background_tasks_that_were_lost_are_named_and_those_that_should_stop_ar
     assert pool.ended == 0
     with BackgroundTasks(pool) as background:
         background.send("the exploiter", str, "queued")
-        pool.given[-1].set_running_or_notify_cancel()
+        pool.futures[-1].set_running_or_notify_cancel()
         background.send("later", str, "queued")
         with pytest.raises(Stopped, match="the exploiter is under way"):
             background.fetch("the exploiter", lambda: True)
-    assert pool.ended == 1 and pool.given[-1].cancelled()
+    assert pool.ended == 1 and pool.futures[-1].cancelled()

@@ -78,8 +78,8 @@ def play(seed, seconds):
             commands = np.stack([random_density(generator) for _ in range(2)])
         before = state_of(env.simulator.games)
         result = env.step(commands[None])
-        seen = [[env.observe(observation, side) for side in (0, 1)] for observation in SEEN]
-        periods.append((before, commands, state_of(env.simulator.games), result, seen))
+        views = [[env.observe(observation, side) for side in (0, 1)] for observation in SEEN]
+        periods.append((before, commands, state_of(env.simulator.games), result, views))
     return rules, periods
 
 
@@ -99,8 +99,8 @@ def stacked(trees):
     return jax.tree.map(lambda *leaves: np.stack(leaves), *every)
 
 
-def compare(seed, seconds, found, *, pallas=False):
-    """Compare a game, and count the differences in `found`.
+def compare(seed, seconds, counts, *, pallas=False):
+    """Compare a game, and count the differences in `counts`.
 
     Rounding can put a drone into a neighbouring cell. Such a step is a tie: it is counted and not compared.
     """
@@ -109,8 +109,8 @@ def compare(seed, seconds, found, *, pallas=False):
     for begin in range(0, len(periods), PERIODS):
         befores, commands, afters, results, views = zip(*periods[begin : begin + PERIODS], strict=True)
         count, theirs = len(befores), stacked(afters)
-        given = step_all(stacked(befores), stacked(commands), params)
-        mine, rewards, dones, infos = jax.tree.map(np.asarray, given)
+        stepped = step_all(stacked(befores), stacked(commands), params)
+        mine, rewards, dones, infos = jax.tree.map(np.asarray, stepped)
         differing = mine.trails != theirs.trails
         cells = np.abs(mine.trails.astype(int) - theirs.trails)[differing]
         assert np.isin(cells, (1, GRID_CELLS)).all(), f"game {seed}: a drone is in another part of the board"
@@ -118,56 +118,56 @@ def compare(seed, seconds, found, *, pallas=False):
         # A captured drone loses its memory at once in the simulator, and at the next solve in JAX.
         is_old = theirs.capture_ticks <= theirs.tick[:, None] - TICKS_PER_CONTROL_PERIOD
         knows = {"memory": (is_old & (theirs.teams >= 0))[:, None, None], "memory_weight": is_old & (theirs.teams >= 0)}
-        found["periods"] += count
-        found["ties"] += count - len(same)
+        counts["periods"] += count
+        counts["ties"] += count - len(same)
         for name, one, other in zip(State._fields, mine, theirs, strict=True):
             far = np.abs(one[same].astype(float) - other[same])
             if name.startswith("memory"):
                 far = far * knows[name][same]
             if name in CLOSE:
-                found[f"most of {name}"] = max(found[f"most of {name}"], float(far.max(initial=0.0)))
+                counts[f"most of {name}"] = max(counts[f"most of {name}"], float(far.max(initial=0.0)))
             elif name != "targets":
-                found[f"other {name}"] += int((far > 0).reshape(len(far), -1).any(axis=1).sum())
+                counts[f"other {name}"] += int((far > 0).reshape(len(far), -1).any(axis=1).sum())
         for row in same:
             result, red = results[row], float(rewards[AGENTS[0]][row])
             ends = bool(result.terminated[0]), bool(result.truncated[0])
-            found["other rewards"] += abs(red - result.rewards[0, 0]) > 1e-6 or red != -rewards[AGENTS[1]][row]
-            found["other ends"] += (bool(dones["__all__"][row]), infos["truncated"][row].all()) != (any(ends), ends[1])
+            counts["other rewards"] += abs(red - result.rewards[0, 0]) > 1e-6 or red != -rewards[AGENTS[1]][row]
+            counts["other ends"] += (bool(dones["__all__"][row]), infos["truncated"][row].all()) != (any(ends), ends[1])
             for name in ("captured", "recaptured"):
-                found["other infos"] += (infos[name][row] != getattr(result, name)[0]).any()
-            found["ends"] += any(ends)
-            found["captures"] += int(result.captured.sum())
+                counts["other infos"] += (infos[name][row] != getattr(result, name)[0]).any()
+            counts["ends"] += any(ends)
+            counts["captures"] += int(result.captured.sum())
         for number, observation in enumerate(SEEN):
-            shown = see_all(theirs, make_params(rules.replace(observation=observation), drones=PLACES))
+            observed = see_all(theirs, make_params(rules.replace(observation=observation), drones=PLACES))
             for side, agent in enumerate(AGENTS):
                 for row, view in enumerate(views):
-                    one = jax.tree.map(lambda values, row=row: np.asarray(values[row]), shown[agent])
-                    compare_views(one, jax.tree.map(lambda values: values[0], view[number][side]), observation, found)
-    return found
+                    one = jax.tree.map(lambda values, row=row: np.asarray(values[row]), observed[agent])
+                    compare_views(one, jax.tree.map(lambda values: values[0], view[number][side]), observation, counts)
+    return counts
 
 
-def compare_views(mine, theirs, observation, found):
+def compare_views(mine, theirs, observation, counts):
     """Compare a side's observations; halves may be rounded either way, depending on the processor."""
     if isinstance(theirs, dict):
         for name, values in theirs.items():
-            shown = mine[name][: len(values)]
-            found["other lists"] += not np.allclose(shown, values, rtol=0, atol=1e-6) or mine[name][len(values) :].any()
+            ours = mine[name][: len(values)]
+            counts["other lists"] += not np.allclose(ours, values, rtol=0, atol=1e-6) or mine[name][len(values) :].any()
         return
     for channel, one, other in zip(observation.channels, mine, theirs, strict=True):
         far = np.abs(one.astype(int) - other)
         if channel.endswith(("capture_field", "own_target", "now", "soon")):
-            found[f"{channel}, by 1"] += int((far == 1).sum())
+            counts[f"{channel}, by 1"] += int((far == 1).sum())
             far = far * (far > 1)
-        found[f"other {channel}"] += bool(far.any())
+        counts[f"other {channel}"] += bool(far.any())
 
 
-def check(found):
+def check(counts):
     """Check that all differences come from rounding."""
-    assert found["ties"] <= 0.01 * found["periods"]
-    assert not {name: count for name, count in found.items() if name.startswith("other") and count}
-    assert all(found[f"most of {name}"] <= most for name, most in CLOSE.items())
+    assert counts["ties"] <= 0.01 * counts["periods"]
+    assert not {name: count for name, count in counts.items() if name.startswith("other") and count}
+    assert all(counts[f"most of {name}"] <= most for name, most in CLOSE.items())
     # Values half-way between two integers may be rounded either way.
-    assert sum(found[name] for name in found if name.endswith("by 1")) < 3 * found["periods"]
+    assert sum(counts[name] for name in counts if name.endswith("by 1")) < 3 * counts["periods"]
 
 
 def main():
@@ -177,10 +177,10 @@ def main():
     parser.add_argument("--seconds", type=int, default=60)
     parser.add_argument("--pallas", action="store_true", help="play by the kernel of Pallas")
     options = parser.parse_args()
-    found = Counter()
+    counts = Counter()
     for seed in range(options.games):
-        compare(seed, options.seconds, found, pallas=options.pallas)
-        print(seed + 1, dict(found), flush=True)
+        compare(seed, options.seconds, counts, pallas=options.pallas)
+        print(seed + 1, dict(counts), flush=True)
 
 
 if __name__ == "__main__":

@@ -37,18 +37,18 @@ def test_steps_have_the_shapes_of_the_spaces(options, agents, shape):
     assert env.agents == list(agents) and env.num_agents == count
     actions = {agent: env.action_space(agent).sample(KEY) for agent in agents}
     assert all(env.action_space(agent).contains(action) for agent, action in actions.items())
-    seen, state = jax.eval_shape(env.reset, KEY)
-    for given in (jax.eval_shape(env.step, KEY, state, actions), jax.eval_shape(env.step_env, KEY, state, actions)):
-        again, after, rewards, dones, infos = given
-        assert again == seen == jax.eval_shape(env.get_obs, state) and after == state
+    views, state = jax.eval_shape(env.reset, KEY)
+    for step in (jax.eval_shape(env.step, KEY, state, actions), jax.eval_shape(env.step_env, KEY, state, actions)):
+        again, after, rewards, dones, infos = step
+        assert again == views == jax.eval_shape(env.get_obs, state) and after == state
         assert set(rewards) == set(agents) and set(dones) == {*agents, "__all__"}
         last = infos.pop("final_observation", None)
         assert last is None or last.shape == (count, *shape)
         assert all(info.shape == (count,) for info in jax.tree.leaves(infos)), "trainers reshape them by agents"
     space = env.observation_space("red_0")
-    assert all((seen[agent].shape, seen[agent].dtype) == (space.shape, space.dtype) for agent in agents)
+    assert all((views[agent].shape, views[agent].dtype) == (space.shape, space.dtype) for agent in agents)
     if "observation" in options:
-        assert seen["world_state"].shape == (count, env.world_state_size())
+        assert views["world_state"].shape == (count, env.world_state_size())
         assert {agent: mask.tolist() for agent, mask in env.get_avail_actions(state).items()} == dict.fromkeys(
             agents, [True] * 57
         )
@@ -56,12 +56,12 @@ def test_steps_have_the_shapes_of_the_spaces(options, agents, shape):
 
 @pytest.mark.parametrize("kind", ["modes", "discrete"])
 def test_actions_become_the_densities_of_the_other_wrappers(kind):
-    known = simulator_actions(GAME, GAME.team_systems[0], kind, None)
+    form = simulator_actions(GAME, GAME.team_systems[0], kind, None)
     actions, read = np.arange(57), make_actions(kind).read
     if kind == "modes":
         actions = np.random.default_rng(0).uniform(-2.0, 2.0, (20, 5)).astype(np.float32)
         assert jnp.allclose(read(2 * actions[0]), read(np.clip(2 * actions[0], -2.0, 2.0)))
-    expected = known.read(actions, len(actions), "action")
+    expected = form.read(actions, len(actions), "action")
     assert np.abs(np.stack([read(action) for action in actions]) - expected).max() < 1e-5
     if kind == "discrete":
         assert (read(jnp.array([9])) == read(9)).all(), "trainers of JaxMARL hand over arrays (1,)"
@@ -82,9 +82,9 @@ def test_the_spaces_are_of_the_libraries_that_are_installed(monkeypatch):
         monkeypatch.setitem(sys.modules, library, SimpleNamespace())
         monkeypatch.setitem(sys.modules, f"{library}.environments", SimpleNamespace())
         monkeypatch.setitem(sys.modules, f"{library}.environments.spaces", kinds[library])
-    found = runpy.run_path(spaces.__file__)
-    box = found["make_observations"](PARAMS, is_vector=True)
-    number = found["make_actions"]("discrete").space
+    namespace = runpy.run_path(spaces.__file__)
+    box = namespace["make_observations"](PARAMS, is_vector=True)
+    number = namespace["make_actions"]("discrete").space
     assert all(isinstance(box, kind.Box) and isinstance(number, kind.Discrete) for kind in kinds.values())
     assert (box.shape, box.low, box.high, box.dtype, number.n) == ((900,), 0.0, 1.0, jnp.float32, 57)
 
@@ -118,13 +118,13 @@ def test_values_beyond_a_density_are_clipped_and_counted_by_side(both_sides):
 def test_a_learner_meets_the_player_and_sees_the_end(both_sides):
     both, state, _ = both_sides
     corner = jnp.zeros((10, 10)).at[0, 0].set(1.0)
-    env = OneSide(Player(25, lambda key, seen: corner * (seen.shape == (13, 25, 25)), motion=True))
+    env = OneSide(Player(25, lambda key, views: corner * (views.shape == (13, 25, 25)), motion=True))
     mine, step = env.action_space(PARAMS).sample(KEY), jax.jit(env.step)
     _, after, reward, terminated, truncated, info = step(KEY, state, mine, PARAMS)
     _, expected, rewards, _, _ = both(state, mine, corner)
     assert all(jnp.array_equal(a, b) for a, b in zip(after, expected, strict=True)) and reward == rewards["red_0"]
     assert not terminated and not truncated and info["size"] == 2
-    seen, fresh, _, terminated, truncated, info = step(KEY, after, mine, PARAMS)
+    views, fresh, _, terminated, truncated, info = step(KEY, after, mine, PARAMS)
     last = np.asarray(info["final_observation"])
-    assert truncated and not terminated and fresh.tick == 0 and (np.asarray(seen) != last).any()
+    assert truncated and not terminated and fresh.tick == 0 and (np.asarray(views) != last).any()
     assert (last[CHANNELS.index("time_left")] == 0).all()

@@ -48,13 +48,13 @@ def examples():
 def test_what_is_trained_plays_the_same_everywhere(examples, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["jax_ppo.py", "--commands", "16", "--games", "2", "--out", str(tmp_path)])
     examples[0].main()
-    said = capsys.readouterr().out
-    assert " of 2 games won, " in said, "three seconds end in the second of two updates of two seconds"
-    assert "\ncommands seen: 16\n" in said and "\nagainst uniform: " in said
+    out = capsys.readouterr().out
+    assert " of 2 games won, " in out, "three seconds end in the second of two updates of two seconds"
+    assert "\ncommands seen: 16\n" in out and "\nagainst uniform: " in out
     policy, weights = load(str(tmp_path), GAME), load_file(tmp_path / "policy.safetensors")
     assert isinstance(policy, LearnedPolicy) and policy.card["steps"] == 16
     assert abs(np.linalg.norm(weights["head.weight"]) - 0.01) > 1e-5, "as long as it was before it learned"
-    answer = jax.jit(lambda seen: density_of(decide(weights, features_of(weights, seen / np.float32(255)))))
+    answer = jax.jit(lambda images: density_of(decide(weights, features_of(weights, images / np.float32(255)))))
     assert np.abs(np.asarray(answer(SEEN)) - policy.act(SEEN, np.arange(len(SEEN)))).max() <= 1e-5
 
 
@@ -79,19 +79,19 @@ def test_nothing_is_expected_after_an_end(examples):
 
 def test_ippo_learns_and_plays(examples, monkeypatch, capsys):
     _, ippo, _ = examples
-    found, make_train = [], ippo.make_train
+    trained, make_train = [], ippo.make_train
 
-    def kept(env, updates, **options):
+    def noted(env, updates, **options):
         train = make_train(env, updates, **options)
-        return lambda key: found.append(train(key)) or found[0]
+        return lambda key: trained.append(train(key)) or trained[0]
 
-    monkeypatch.setattr(ippo, "make_train", kept)
+    monkeypatch.setattr(ippo, "make_train", noted)
     monkeypatch.setattr(sys, "argv", ["jax_ippo.py", "--commands", "24", "--games", "2", "--world-state"])
     ippo.main()
-    said = capsys.readouterr().out
-    assert said.startswith("2 updates: ") and "\nagainst uniform: 0 won, 0 lost of 2\n" in said, "three seconds: a draw"
-    ((network, told),) = found
-    assert network["critic"][0][0].shape == (1800, 64) and told["wins"].shape == (2,)
+    out = capsys.readouterr().out
+    assert out.startswith("2 updates: ") and "\nagainst uniform: 0 won, 0 lost of 2\n" in out, "three seconds: a draw"
+    ((network, metrics),) = trained
+    assert network["critic"][0][0].shape == (1800, 64) and metrics["wins"].shape == (2,)
     assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(network))
     assert all(np.abs(bias).max() > 0 for _, bias in network["actor"]), "a bias is 0 until it has learned"
     env = ippo.TwoSides(ippo.make_params(GAME), action="discrete", observation="vector")
@@ -104,9 +104,9 @@ def test_a_league_meets_patterns_and_policies_as_they_are(examples):
     league, game = examples[2], examples[2].CONFIG.game
     network = league.widened("hunter", league.CONFIG, np.random.default_rng(0))
     assert network["head.weight"].shape[1] == 8 and network["trunk.near.0.weight"].shape[1] == 14
-    seen = np.random.default_rng(1).integers(0, 256, (4, 13, 10, 10), dtype=np.uint8)
-    answer = jax.jit(lambda seen: density_of(decide(network, features_of(network, seen / np.float32(255)))))
-    assert np.abs(np.asarray(answer(seen)) - load("hunter", game).act(seen[:, :9], np.arange(4))).max() <= 1e-5
+    boards = np.random.default_rng(1).integers(0, 256, (4, 13, 10, 10), dtype=np.uint8)
+    answer = jax.jit(lambda boards: density_of(decide(network, features_of(network, boards / np.float32(255)))))
+    assert np.abs(np.asarray(answer(boards)) - load("hunter", game).act(boards[:, :9], np.arange(4))).max() <= 1e-5
 
     numbers, rows = np.array([list(kind.values()) for kind in KINDS.values()]), np.arange(len(KINDS))
     cells = np.random.default_rng(2).integers(0, 25, (20, 2))  # at centres of cells, where images show the exact mean
@@ -128,13 +128,13 @@ def test_a_league_meets_patterns_and_policies_as_they_are(examples):
 
 
 def test_a_league_deals_counts_and_leaves_a_player(examples, tmp_path, monkeypatch, capsys):
-    asked = ["--commands", "128", "--opponents", "hunter", "veteran", "--games", "16", "--out", str(tmp_path)]
-    monkeypatch.setattr(sys, "argv", ["jax_league.py", *asked])
+    arguments = ["--commands", "128", "--opponents", "hunter", "veteran", "--games", "16", "--out", str(tmp_path)]
+    monkeypatch.setattr(sys, "argv", ["jax_league.py", *arguments])
     examples[2].main()
-    said = capsys.readouterr().out
-    assert "128 commands" in said and "3 patterns" in said and "2 exploiters" in said
+    out = capsys.readouterr().out
+    assert "128 commands" in out and "3 patterns" in out and "2 exploiters" in out
     policy, warden = load(str(tmp_path), GAME), load("warden", GAME)
-    seen = np.random.default_rng(1).integers(0, 256, (4, 13, 10, 10), dtype=np.uint8)
-    far = np.abs(policy.act(seen, np.arange(4)) - warden.act(seen, np.arange(4))).max()
+    boards = np.random.default_rng(1).integers(0, 256, (4, 13, 10, 10), dtype=np.uint8)
+    far = np.abs(policy.act(boards, np.arange(4)) - warden.act(boards, np.arange(4))).max()
     assert 1e-6 < far < 0.3, "it begins with warden, and learns"
     assert policy.card["steps"] == 128 and policy.card["ancestors"][0]["name"] == "warden"

@@ -18,11 +18,11 @@ UNIFORM = dict.fromkeys(AGENTS, jnp.ones((10, 10)))
 
 
 def test_every_control_period_is_the_simulators():
-    found = Counter()
+    counts = Counter()
     for seed in (0, 3):
-        compare(seed, 12, found)
-    assert found["captures"] > 100 and found["ends"] > 0 and found["periods"] > 150
-    check(found)
+        compare(seed, 12, counts)
+    assert counts["captures"] > 100 and counts["ends"] > 0 and counts["periods"] > 150
+    check(counts)
 
 
 def test_games_of_other_sizes_times_and_thresholds_share_what_was_compiled_and_begin_anew():
@@ -41,21 +41,21 @@ def test_games_of_other_sizes_times_and_thresholds_share_what_was_compiled_and_b
 
         def one(states, key):
             keys = jax.random.split(key, len(rules))
-            seen, states, _, dones, infos = jax.vmap(step)(keys, states, actions, params)
-            return states, (states.tick, states.teams, dones["__all__"], infos, seen["red_0"])
+            views, states, _, dones, infos = jax.vmap(step)(keys, states, actions, params)
+            return states, (states.tick, states.teams, dones["__all__"], infos, views["red_0"])
 
         return jax.lax.scan(one, states, jax.random.split(keys[0], 12))[1]
 
     params = jax.tree.map(lambda *leaves: jnp.stack(leaves), *(make_params(one, drones=4) for one in rules))
     keys = jax.random.split(jax.random.key(0), len(rules))
-    ticks, teams, ends, infos, seen = jax.tree.map(np.asarray, play(keys, params))
+    ticks, teams, ends, infos, views = jax.tree.map(np.asarray, play(keys, params))
     assert ticks[:, 0].tolist() == [3, 6, 9, 12, 15, 18, 21, 24, 27, 0, 3, 6]
     assert ticks[:, 1].tolist() == [6, 12, 0, 6, 12, 0, 6, 12, 0, 6, 12, 0]
     assert ends[:, :2].T.nonzero()[1].tolist() == [9, 2, 5, 8, 11] and infos["truncated"][:, :2][ends[:, :2]].all()
     assert ((np.diff(ticks[:, 2]) == 30) | ends[1:, 2])[ticks[1:, 2] > 0].all()
     assert (np.sort(teams[0], axis=1) == [[0, 0, 1, 1], [0, 1, 1, 1], [-1, -1, 0, 1]]).all()
     assert infos["time_s"][2, 1].tolist() == [0.5, 0.5], "a step stops at the time limit"
-    shares = seen[0, :, CHANNELS.index("own_share"), 0, 0]
+    shares = views[0, :, CHANNELS.index("own_share"), 0, 0]
     assert shares.tolist() == [128, 64, 128], "shares are of the drones that are there, not of the places"
     play(keys, jax.tree.map(lambda *leaves: jnp.stack(leaves), *(make_params(one, drones=4) for one in rules[::-1])))
     assert len(traced) == 1
@@ -83,11 +83,11 @@ def test_starts_are_distributed_as_the_simulators():
 def test_wrong_shapes_and_missing_sides_are_told_when_traced():
     params = make_params(SMALL)
     _, state = jax.eval_shape(reset, jax.random.key(0), params)
-    for actions, said in (
+    for actions, message in (
         ({"red_0": UNIFORM["red_0"]}, "red_0 and blue_0"),
         ({"red_0": jnp.ones((5, 5)), "blue_0": jnp.ones((10, 10))}, r"red_0 .*\(10, 10\).*\(5, 5\).*jax.vmap"),
     ):
-        with pytest.raises(CommandError, match=said):
+        with pytest.raises(CommandError, match=message):
             jax.eval_shape(step_once, state, actions, params)
 
 

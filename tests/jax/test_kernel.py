@@ -10,10 +10,10 @@ from tests.jax.held import PLACES, check, compare, play, stacked, step_all
 
 
 def test_every_control_period_is_the_simulators():
-    found = Counter()
-    compare(0, 6, found, pallas=True)
-    assert found["captures"] > 20 and found["periods"] > 20
-    check(found)
+    counts = Counter()
+    compare(0, 6, counts, pallas=True)
+    assert counts["captures"] > 20 and counts["periods"] > 20
+    check(counts)
 
 
 def test_a_longer_period_is_several_short_ones_and_stops_where_it_is_decided():

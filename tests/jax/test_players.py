@@ -19,24 +19,24 @@ ALL = CHANNELS + MOTION_CHANNELS
 
 def seen_of(player, seconds=6):
     """Return both sides' observations of a game at some steps."""
-    env, seen = BatchEnv(GAME), []
+    env, images = BatchEnv(GAME), []
     observation = ObservationConfig(grid=player.grid, channels=ALL if player.motion else CHANNELS)
     env.reset([5])
     generator = np.random.default_rng(0)
     for _ in range(seconds):
         env.step(generator.random((1, 2, 10, 10)) ** 4)
-        seen += [env.observe(observation, side)[0] for side in (0, 1)]
-    return np.stack(seen)
+        images += [env.observe(observation, side)[0] for side in (0, 1)]
+    return np.stack(images)
 
 
 @pytest.mark.parametrize("name", ["uniform", "halo", "ring", "champion", "warden"])
 def test_answers_are_the_same(name):
     player, policy = load(name), load_policy(name, GAME)
-    seen, rows = seen_of(player), np.zeros(1, np.int64)
+    images, rows = seen_of(player), np.zeros(1, np.int64)
     assert player.grid == policy.observation.grid
     its = [ALL.index(channel) for channel in policy.observation.channels]
     policy.reset([0], rows)
-    for image in (*seen, np.zeros_like(seen[0])):
+    for image in (*images, np.zeros_like(images[0])):
         mine = np.asarray(player.act(jax.random.key(0), image))
         assert np.abs(mine - policy.act(image[None, its], rows)[0]).max() <= 1e-5
 

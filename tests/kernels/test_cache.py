@@ -124,8 +124,8 @@ def test_other_garbage_in_memory_and_another_layout_of_it_do_not_show():
     simulator = Simulator(num_games=2)
     simulator.reset(range(2))
     simulator.advance(90)
-    here = (simulator.games.memory.tobytes() + simulator.positions.tobytes()).hex()
-    assert run(PLAY, PACKAGE.parent, MALLOC_PERTURB_="85", MALLOC_TOP_PAD_="12345")[0] == [here]
+    expected = (simulator.games.memory.tobytes() + simulator.positions.tobytes()).hex()
+    assert run(PLAY, PACKAGE.parent, MALLOC_PERTURB_="85", MALLOC_TOP_PAD_="12345")[0] == [expected]
 
 
 def test_kernels_run_as_plain_python_for_debuggers(tmp_path):

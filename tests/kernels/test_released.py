@@ -56,9 +56,9 @@ def test_fields_are_of_the_density_that_a_teams_controller_expects(config):
         if simulator.decided[0]:
             break
     assert captured > 0 or config.team_controllers[0] == "flocking"
-    seen = ObservationConfig(channels=("own_capture_field", "opposing_capture_field"))
-    shown = observe(simulator, seen, np.array([0]), np.array([0]))[0]
-    np.testing.assert_array_equal(shown >= 192, simulator.captures_here[0])
+    observation = ObservationConfig(channels=("own_capture_field", "opposing_capture_field"))
+    fields = observe(simulator, observation, np.array([0]), np.array([0]))[0]
+    np.testing.assert_array_equal(fields >= 192, simulator.captures_here[0])
 
 
 # --- each option alone ------------------------------------------------------------------------------------------------

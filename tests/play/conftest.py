@@ -91,15 +91,15 @@ class Table(Server):
         """Return the figures at `/status`."""
         return json.loads(self.get("/status")[2])
 
-    def visit(self, token=None, **how):
+    def visit(self, token=None, **options):
         """Return a client that has said hello."""
-        return Client(self.address, token, **how)
+        return Client(self.address, token, **options)
 
 
 class Client:
     """One WebSocket connection to a table."""
 
-    def __init__(self, address, token=None, **how):
+    def __init__(self, address, token=None, **options):
         self._stack = contextlib.ExitStack()
         self.socket = self._stack.enter_context(
             connect(
@@ -108,7 +108,7 @@ class Client:
                 max_size=None,
                 compression=None,
                 close_timeout=1,
-                **how,
+                **options,
             )
         )
         self.frames, self.targets, self.messages = [], [], []
@@ -188,11 +188,11 @@ def own_table(tmp_path):
 @pytest.fixture(scope="session")
 def node():
     """Give the path of Node, or skip the test if it is too old to detect modules by itself."""
-    found = shutil.which("node")
-    told = subprocess.run([found, "--version"], capture_output=True, text=True, check=True).stdout if found else "none"  # noqa: S603
-    if tuple(map(int, re.findall(r"\d+", told)[:2])) < OLDEST_NODE:
-        pytest.skip(f"the page's modules are tested with Node {OLDEST_NODE} or later, here is {told.strip()}")
-    return found
+    path = shutil.which("node")
+    version = subprocess.run([path, "--version"], capture_output=True, text=True, check=True).stdout if path else "none"  # noqa: S603
+    if tuple(map(int, re.findall(r"\d+", version)[:2])) < OLDEST_NODE:
+        pytest.skip(f"the page's modules are tested with Node {OLDEST_NODE} or later, here is {version.strip()}")
+    return path
 
 
 # --- browsers -------------------------------------------------------------------------------------
@@ -202,9 +202,9 @@ FEW_PICTURES = "requestAnimationFrame = ((later) => (act) => setTimeout(() => la
 """About ten frames a second, to save time: without a GPU, the processor paints them."""
 
 
-def new_page(browser, width=360, height=640, **how):
+def new_page(browser, width=360, height=640, **options):
     """Return an empty page in its own browser context."""
-    page = browser.new_context(viewport={"width": width, "height": height}, **how).new_page()
+    page = browser.new_context(viewport={"width": width, "height": height}, **options).new_page()
     page.context.add_init_script(FEW_PICTURES)
     page.context.set_default_timeout(SLOW_MS)
     return page
@@ -215,8 +215,8 @@ def opening(chromium, *, hears_console=False):
     """Give a function that opens an address in its own browser context; errors on a page fail the test."""
     contexts, faults = [], []
 
-    def open_(address, script="", **how):
-        page = new_page(chromium, **how)
+    def open_(address, script="", **options):
+        page = new_page(chromium, **options)
         contexts.append(page.context)
         page.add_init_script(script)
         page.on("pageerror", lambda error: faults.append(str(error)))
@@ -239,8 +239,8 @@ def open_page(chromium, table):
     """
     with opening(chromium, hears_console=True) as open_at:
 
-        def open_(address="", **how):
-            page = open_at(f"{table.address}/{address}", **how)
+        def open_(address="", **options):
+            page = open_at(f"{table.address}/{address}", **options)
             page.wait_for_selector("#opponent option", state="attached")
             return page
 

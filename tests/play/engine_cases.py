@@ -89,31 +89,31 @@ def game_case(seed, *, seconds, every):
     players = [load(name, config) for name in PLAYERS]
     for player in players:
         player.reset([seed], ROW)
-    told = defaultdict(list)
+    log = defaultdict(list)
     for tick in range(seconds * TICKS_PER_SECOND + 1):
         for name in ("positions", "velocities", "teams"):
-            told[name].append(getattr(games, name)[0].copy())
-        told["fields"].append(capture_fields(games.occupancy[0]).astype(np.int32))
+            log[name].append(getattr(games, name)[0].copy())
+        log["fields"].append(capture_fields(games.occupancy[0]).astype(np.int32))
         if tick % every == 0:
-            images, halves = zip(*[seen_of(env, seen, team) for team in (0, 1) for seen in SEEN], strict=True)
-            told["seen"].append(np.concatenate([image.ravel() for image in images]))
-            told["halves"].append(np.float64(sum(halves)))
+            images, halves = zip(*[seen_of(env, view, team) for team in (0, 1) for view in SEEN], strict=True)
+            log["seen"].append(np.concatenate([image.ravel() for image in images]))
+            log["halves"].append(np.float64(sum(halves)))
         if tick % (ASKED_EVERY * TICKS_PER_SECOND) == 0:
             pairs = [(player, team) for player in players for team in (0, 1)]
             shown = [seen_of(env, player.observation, team)[0][None] for player, team in pairs]
-            told["answers"].append([player.act(image, ROW)[0] for (player, _), image in zip(pairs, shown, strict=True)])
+            log["answers"].append([player.act(image, ROW)[0] for (player, _), image in zip(pairs, shown, strict=True)])
         if simulator.decided[0] or tick == seconds * TICKS_PER_SECOND:
             break
         if tick % TICKS_PER_SECOND == 0:
-            told["commands"].append(np.stack([random_density(generator) for _ in range(2)]))
+            log["commands"].append(np.stack([random_density(generator) for _ in range(2)]))
             for team in (0, 1):
-                simulator.command(team, told["commands"][-1][None, team])
+                simulator.command(team, log["commands"][-1][None, team])
         if tick % TICKS_PER_CONTROL_PERIOD == 0:
-            told["memory"].append(games.memory[0, ..., : games.teams.shape[1]].transpose(2, 0, 1).copy())
-            told["weights"].append(games.memory_weight[0].copy())
+            log["memory"].append(games.memory[0, ..., : games.teams.shape[1]].transpose(2, 0, 1).copy())
+            log["weights"].append(games.memory_weight[0].copy())
         simulator.advance(1)
-        told["accelerations"].append(games.accelerations[0].copy())
-    arrays = {name: np.array(values) for name, values in told.items()}
+        log["accelerations"].append(games.accelerations[0].copy())
+    arrays = {name: np.array(values) for name, values in log.items()}
     arrays["teams"] = arrays["teams"].astype(np.uint8)
     arrays |= {"start": np.array([[*sizes, seed, games.ticks[0], every]], np.float64)}
     return save({name: np.ascontiguousarray(values) for name, values in arrays.items()})
@@ -144,12 +144,12 @@ def drawing_cases(count=12):
         yield {"strokes": strokes, "density": density.ravel().tolist(), "picture": picture.ravel().tolist()}
 
 
-def write_cases(folder, seeds, **how):
+def write_cases(folder, seeds, **options):
     """Write the games of some seeds and all drawings, as the tests in JavaScript read them."""
     for seed in seeds:
-        (folder / f"{seed}.game").write_bytes(game_case(seed, **how))
-    seen = [[observation.grid, observation.channels] for observation in SEEN]
-    cases = {"seen": seen, "players": PLAYERS, "drawings": list(drawing_cases())}
+        (folder / f"{seed}.game").write_bytes(game_case(seed, **options))
+    views = [[observation.grid, observation.channels] for observation in SEEN]
+    cases = {"seen": views, "players": PLAYERS, "drawings": list(drawing_cases())}
     (folder / "cases.json").write_text(json.dumps(cases))
 
 

@@ -14,8 +14,8 @@ FAULTS = ("raises", "nan", "sleeps", "exits")
 class Faulty:
     observation = ObservationConfig(grid=10)
 
-    def __init__(self, how):
-        self.how, self.count = how, 0
+    def __init__(self, fault):
+        self.fault, self.count = fault, 0
 
     def reset(self, seeds, rows):
         pass
@@ -24,13 +24,13 @@ class Faulty:
         self.count += 1
         answer = np.full((len(rows), 10, 10), 1.0 / self.count)
         if self.count == 3:  # the first is asked for when the policy is loaded
-            if self.how == "raises":
+            if self.fault == "raises":
                 raise RuntimeError("no idea")
-            if self.how == "nan":
+            if self.fault == "nan":
                 answer[:] = np.nan
-            if self.how == "sleeps":
+            if self.fault == "sleeps":
                 time.sleep(10)
-            if self.how == "exits":
+            if self.fault == "exits":
                 os._exit(3)
         return answer
 

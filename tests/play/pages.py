@@ -160,16 +160,16 @@ def commands(page, table, room, count):
     return eventually(
         page,
         lambda: (
-            (found := [one for one in latest(table, room, SeatCommand) if one.team == 0])
-            and len(found) >= count
-            and found
+            (lines := [one for one in latest(table, room, SeatCommand) if one.team == 0])
+            and len(lines) >= count
+            and lines
         ),
     )
 
 
-def heights(found):
+def heights(lines):
     """Return the heights at which the strokes of each command began."""
-    return [[round(stroke.points[0][1], 1) for stroke in line.strokes] for line in found]
+    return [[round(stroke.points[0][1], 1) for stroke in line.strokes] for line in lines]
 
 
 # --- what is wrong with a page --------------------------------------------------------------------

@@ -40,9 +40,9 @@ class StudyTable(Server):
         if self.process.returncode is None:
             self.kill()
 
-    def ask(self, path, said=None, **headers):
-        """Request a path, with `said` as a POST if given; return the status and the response."""
-        data = said if said is None or isinstance(said, bytes) else json.dumps(said).encode()
+    def ask(self, path, body=None, **headers):
+        """Request a path, with `body` as a POST if given; return the status and the response."""
+        data = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
         request = urllib.request.Request(f"http://{self.address}{path}", data=data, headers=headers)
         try:
             answer = urllib.request.urlopen(request, timeout=30)  # noqa: S310
@@ -54,8 +54,8 @@ class StudyTable(Server):
 
     def monitor(self):
         """Return the monitor's rows, by name."""
-        _, told = self.ask("/study/monitor/data", authorization=f"Bearer {self.token}")
-        return {row["name"]: row for row in told["rows"]}
+        _, response = self.ask("/study/monitor/data", authorization=f"Bearer {self.token}")
+        return {row["name"]: row for row in response["rows"]}
 
     @property
     def kept(self):
@@ -72,10 +72,10 @@ class Participant:
 
     def say(self, act, **more):
         """Post an action, and return the study's state for this participant."""
-        said = {"window": self.window, "loaded": self.loaded, **more}
-        status, told = self.table.ask(f"/study/{self.code}/{act}", said)
-        assert status == 200, told
-        return told
+        body = {"window": self.window, "loaded": self.loaded, **more}
+        status, state = self.table.ask(f"/study/{self.code}/{act}", body)
+        assert status == 200, state
+        return state
 
     def walk(self, until=lambda step: False):
         """Do step after step, until all are done or `until(step)` is true; return the last state."""
@@ -99,8 +99,8 @@ class Participant:
             self.play(step, state["game"])
             return
         time.sleep(step.get("seconds", 0.0))
-        told = {"answers": {item["id"]: answer_to(item) for item in step["items"]}} if step["kind"] == "form" else {}
-        after = self.say("done", step=step["id"], **told)
+        sent = {"answers": {item["id"]: answer_to(item) for item in step["items"]}} if step["kind"] == "form" else {}
+        after = self.say("done", step=step["id"], **sent)
         assert "refused" not in after, after
         self.done.append(step["id"])
 

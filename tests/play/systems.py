@@ -78,10 +78,10 @@ def install(monkeypatch, *systems):
     """Register control systems as other packages do."""
     points = importlib.metadata.entry_points
 
-    def found(**what):
+    def extended(**filters):
         more = [_Point(one) for one in systems]
-        return [*points(**what), *more] if what.get("group") == registry.GROUP else points(**what)
+        return [*points(**filters), *more] if filters.get("group") == registry.GROUP else points(**filters)
 
-    monkeypatch.setattr(importlib.metadata, "entry_points", found)
+    monkeypatch.setattr(importlib.metadata, "entry_points", extended)
     registry.system_class.cache_clear()
     registry._find.cache_clear()

@@ -25,11 +25,11 @@ def live():
 @pytest.mark.parametrize("name", sorted(registered()))
 def test_what_a_client_is_told_of_a_system_is_a_command_of_it(name):
     system = system_of(name)
-    told = commands_of(system, GAME)
-    assert (told.system, told.takes, told.shape) == (name, system.takes, list(system.space(GAME).shape))
-    default = read_form(told.default, system, GAME, "the default")
+    spec = commands_of(system, GAME)
+    assert (spec.system, spec.takes, spec.shape) == (name, system.takes, list(system.space(GAME).shape))
+    default = read_form(spec.default, system, GAME, "the default")
     np.testing.assert_array_equal(default, system.default(GAME))
-    shape, (low, high) = default.shape, (np.asarray(one, float) for one in (told.low, told.high))
+    shape, (low, high) = default.shape, (np.asarray(one, float) for one in (spec.low, spec.high))
     assert low.shape in ((), shape) and (low <= default + 1e-6).all() and (default <= high + 1e-6).all()
 
 
@@ -40,13 +40,13 @@ def test_what_is_no_command_is_refused(form):
 
 
 def test_whatever_a_system_of_others_does_with_a_command_is_an_error_of_the_command(monkeypatch):
-    asked = []
-    monkeypatch.setattr(Magnet, "parse", lambda self, command, config, name: asked.append(command) or np.zeros(2))
+    parsed = []
+    monkeypatch.setattr(Magnet, "parse", lambda self, command, config, name: parsed.append(command) or np.zeros(2))
     read_form({"0": [0.1, 0.2], "shape": 3, "99999": 1}, Magnet(), GAME, "a command")
-    assert asked == [{0: [0.1, 0.2], "shape": 3, "99999": 1}], "JSON has no numbers as keys"
-    for answer, told in ((lambda *_: 1 / 0, "ZeroDivisionError"), (lambda *_: [np.nan, 0.0], "all finite")):
+    assert parsed == [{0: [0.1, 0.2], "shape": 3, "99999": 1}], "JSON has no numbers as keys"
+    for answer, reason in ((lambda *_: 1 / 0, "ZeroDivisionError"), (lambda *_: [np.nan, 0.0], "all finite")):
         monkeypatch.setattr(Magnet, "parse", answer)
-        with pytest.raises(CommandError, match=f"magnet.*{told}"):
+        with pytest.raises(CommandError, match=f"magnet.*{reason}"):
             read_form([0.5, 0.5], Magnet(), GAME, "a command")
     with pytest.raises(ConfigError, match="unready does not say"):
         commands_of(Unready(), GAME)

@@ -75,8 +75,8 @@ def test_of_a_hidden_team_nothing_is_written_and_nothing_is_read():
     assert encode_frame(scene(hidden=0)) == GOLDEN_HIDDEN
     read = decode_frame(GOLDEN_HIDDEN)
     assert read.hidden == 0 and read.teams.tolist() == [1, 0, 1]
-    for told in (read.positions, read.velocities, read.altitudes[:, None]):
-        assert np.isnan(told[1]).all() and np.isfinite(told[[0, 2]]).all()
+    for array in (read.positions, read.velocities, read.altitudes[:, None]):
+        assert np.isnan(array[1]).all() and np.isfinite(array[[0, 2]]).all()
     assert encode_frame(read) == GOLDEN_HIDDEN
 
 

@@ -102,11 +102,11 @@ def test_who_has_every_drone_has_won_even_as_time_runs_out(team, outcome):
 
 @pytest.mark.parametrize("factor", [1.0, 1e-290])
 def test_what_is_followed_is_what_a_recording_can_hold_however_faint_it_was(factor):
-    game, asked = LiveGame(TableConfig(), seed=0), np.linspace(0.0, 0.5, 100).reshape(10, 10)
-    command = game.submit(BLUE, 7, factor * asked)
+    game, density = LiveGame(TableConfig(), seed=0), np.linspace(0.0, 0.5, 100).reshape(10, 10)
+    command = game.submit(BLUE, 7, factor * density)
     (event,) = game.advance()
     assert event.command is command and (command.team, command.number) == (BLUE, 7)
-    np.testing.assert_array_equal(command.values, np.round(asked / asked.max(), 8))
+    np.testing.assert_array_equal(command.values, np.round(density / density.max(), 8))
     np.testing.assert_allclose(game.simulator.targets[0, BLUE], command.values / command.values.sum(), rtol=1e-12)
     assert not game.submit(RED, 1, np.zeros((10, 10))).values.any(), "one of nothing stays one of nothing"
 

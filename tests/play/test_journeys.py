@@ -69,8 +69,8 @@ def test_each_kind_of_command_is_given_by_touch(open_page, table):
             page.click("#shelf")
         check_places(page, system)
         hand.draw((0.7, 0.7), (0.8, 0.8))
-        given = commands(page, table, room, 1)[0]
-        assert given.strokes if system == "ergodic" else given.command
+        command = commands(page, table, room, 1)[0]
+        assert command.strokes if system == "ergodic" else command.command
         eventually(page, lambda: latest(table, room, InForceMessage))  # noqa: B023
         if system != SYSTEMS[-1]:
             page.click("#leave")

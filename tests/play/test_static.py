@@ -156,8 +156,8 @@ def test_in_node(name, node, fixtures, tmp_path):
         check=False,
     )
     assert ran.returncode == 0, ran.stdout + ran.stderr
-    said = tmp_path / "said.jsonl"
-    for line in said.read_text().splitlines() if said.exists() else ():
+    requests = tmp_path / "said.jsonl"
+    for line in requests.read_text().splitlines() if requests.exists() else ():
         flown, text = line.split(" ", 1)
         message = protocol.decode_client(text)
         if isinstance(message, protocol.CommandMessage) and message.command is not None:
@@ -166,8 +166,8 @@ def test_in_node(name, node, fixtures, tmp_path):
         if isinstance(message, protocol.CommandMessage) and message.strokes is not None:
             strokes = [Stroke(brush=one.brush, width=one.width, points=tuple(one.points)) for one in message.strokes]
             assert np.isfinite(density_of(strokes, GRID_CELLS)).all()
-    told = tmp_path / "told.jsonl"
-    for line in told.read_text().splitlines() if told.exists() else ():
+    replies = tmp_path / "told.jsonl"
+    for line in replies.read_text().splitlines() if replies.exists() else ():
         protocol.decode_server(line)
     for path in tmp_path.glob("*Z-*.jsonl"):
         result = Playback(Recording.read(path)).verify()
@@ -186,9 +186,9 @@ def needed(name, files, found=()):
 
 def test_the_page_is_light():
     """Files before a first game stay small, from a server (compressed) and without one (as they are)."""
-    here = {f"static/{path.name}": path.read_bytes() for path in STATIC.iterdir() if path.is_file()}
-    first = {"static/index.html", "static/icon.svg", "static/style.css", *needed("static/main.js", here)}
-    assert sum(len(gzip.compress(here[name])) for name in first) < 60_000
+    files = {f"static/{path.name}": path.read_bytes() for path in STATIC.iterdir() if path.is_file()}
+    first = {"static/index.html", "static/icon.svg", "static/style.css", *needed("static/main.js", files)}
+    assert sum(len(gzip.compress(files[name])) for name in first) < 60_000
     site, first = site_files(), {"index.html", "static/icon.svg", "static/style.css", "static/engine/table.json"}
     for name in ("static/main.js", "static/engine/table.js", "static/engine/worker.js"):
         first |= {*needed(name, site)}

@@ -13,9 +13,9 @@ def line(*points, brush="attract", width=0.1):
     return Stroke(brush=brush, width=width, points=points)
 
 
-def ring(x, y, radius, **how):
+def ring(x, y, radius, **options):
     angles = np.linspace(0, 2 * np.pi, 60)
-    return line(*zip(x + radius * np.cos(angles), y + radius * np.sin(angles), strict=True), **how)
+    return line(*zip(x + radius * np.cos(angles), y + radius * np.sin(angles), strict=True), **options)
 
 
 def other_density(strokes, cells, untouched, smoothing, pixels=100):

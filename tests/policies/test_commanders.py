@@ -45,9 +45,9 @@ def test_answers_are_of_the_systems_space_and_depend_on_no_other_game(script, sy
     together, alone = (load(script.__name__, config) for _ in range(2))
     for policy in (together, alone):
         policy.reset([0, 1], rows)
-    space, seen = config.team_systems[0].space(config), batch.observe(DRONES, 0)
-    commands = together.act(seen, rows)
-    np.testing.assert_array_equal(commands, [alone.act(seen[[row]], rows[[row]])[0] for row in rows])
+    space, boards = config.team_systems[0].space(config), batch.observe(DRONES, 0)
+    commands = together.act(boards, rows)
+    np.testing.assert_array_equal(commands, [alone.act(boards[[row]], rows[[row]])[0] for row in rows])
     assert commands.shape == (2, *space.shape)
     assert (commands >= space.low - 1e-6).all() and (commands <= space.high + 1e-6).all()
     if script is not hold:  # without opponents, and without own drones
@@ -83,28 +83,28 @@ def test_a_commander_plays_its_own_drones_and_counts_the_steps_of_each_game():
         return state.system.default(state.config)
 
     policy = Commander(Script(note, "accelerations"), rules("direct", command_period=2.0))
-    seen = np.zeros((2, 7, 5), np.float32)
-    seen[:, :, :4] = np.random.default_rng(0).random((2, 7, 4))
-    seen[:, :, 4] = [[1, -1, 1, 1, -1, -1, -1], [-1, 1, 1, -1, -1, -1, -1]]
+    boards = np.zeros((2, 7, 5), np.float32)
+    boards[:, :, :4] = np.random.default_rng(0).random((2, 7, 4))
+    boards[:, :, 4] = [[1, -1, 1, 1, -1, -1, -1], [-1, 1, 1, -1, -1, -1, -1]]
     rows = np.array([3, 5])
     policy.reset([0, 1], rows)
-    policy.act(seen, rows)
-    policy.act(seen[1:], rows[1:])
+    policy.act(boards, rows)
+    policy.act(boards[1:], rows[1:])
     policy.reset([2], rows[:1])
-    policy.act(seen, rows)
+    policy.act(boards, rows)
     assert [state.step for state in states] == [0, 0, 1, 0, 2] and states[-1].seconds == 4.0
     assert states[0].numbers.tolist() == [0, 2, 3]
-    np.testing.assert_array_equal(states[0].own, seen[0, [0, 2, 3], :2].astype(float))
-    np.testing.assert_array_equal(states[0].velocities, seen[0, [0, 2, 3], 2:4].astype(float))
-    np.testing.assert_array_equal(states[0].opposing, seen[0, [1, 4, 5, 6], :2].astype(float))
+    np.testing.assert_array_equal(states[0].own, boards[0, [0, 2, 3], :2].astype(float))
+    np.testing.assert_array_equal(states[0].velocities, boards[0, [0, 2, 3], 2:4].astype(float))
+    np.testing.assert_array_equal(states[0].opposing, boards[0, [1, 4, 5, 6], :2].astype(float))
 
 
 def test_scripts_send_towards_the_weak_and_away_from_the_strong():
     alone, crowded = [0.1, 0.9], [0.8, 0.3]
-    seen = state(own=[[0.5, 0.5]], opposing=[alone, crowded, [0.85, 0.3], [0.8, 0.35]], system="flocking")
-    np.testing.assert_allclose(commanders.pounce.play(seen)[0], [0.8167, 0.3167, 100.0], atol=1e-4)
-    np.testing.assert_allclose(commanders.pick_off.play(seen)[0], [*alone, 100.0])
-    assert commanders.slip_away.play(seen)[0][2] == 75.0
+    scene = state(own=[[0.5, 0.5]], opposing=[alone, crowded, [0.85, 0.3], [0.8, 0.35]], system="flocking")
+    np.testing.assert_allclose(commanders.pounce.play(scene)[0], [0.8167, 0.3167, 100.0], atol=1e-4)
+    np.testing.assert_allclose(commanders.pick_off.play(scene)[0], [*alone, 100.0])
+    assert commanders.slip_away.play(scene)[0][2] == 75.0
     besieged = commanders.besiege.play(state(own=[], opposing=[[0.95, 0.5]] * 2, system="potential_field"))
     assert besieged[0, :, 5:].sum() > 2 * besieged[0, :, :5].sum() and not besieged[1].any(), "right of the middle"
     drawn, repelled = commanders.shun.play(state(opposing=[[0.1, 0.15]] * 3, system="potential_field"))
@@ -120,9 +120,9 @@ def test_direct_scripts_push_away_or_towards_and_brake_and_command_their_own_row
     )
     assert moving < still
     fast = [[3.0, 0.0], [0.0, 0.0]]
-    seen = state(own=[[0.1, 0.1], [0.7, 0.6]], opposing=[[0.5, 0.5]], velocities=fast, numbers=[7, 2])
+    scene = state(own=[[0.1, 0.1], [0.7, 0.6]], opposing=[[0.5, 0.5]], velocities=fast, numbers=[7, 2])
     for script in (commanders.tighten, commanders.hem_in, commanders.scatter):
-        command = script.play(seen)
+        command = script.play(scene)
         assert set(np.flatnonzero(command.any(axis=1))) == {2, 7}
         assert np.hypot(*command.T).max() <= 1.0 + 1e-12
 

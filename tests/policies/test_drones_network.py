@@ -11,14 +11,14 @@ from swarm_pz.policies.drones_network import DronesActor, head_of
 def test_the_head_follows_from_the_shape_and_the_order_of_the_drones_means_nothing(head, shape):
     assert head_of(shape, 6) == head
     torch.manual_seed(0)
-    actor, seen = DronesActor(shape, head, 8), torch.rand(3, 6, 5)
-    seen[..., 4] = torch.tensor([1.0, -1.0, 1.0, 1.0, -1.0, -1.0])
+    actor, boards = DronesActor(shape, head, 8), torch.rand(3, 6, 5)
+    boards[..., 4] = torch.tensor([1.0, -1.0, 1.0, 1.0, -1.0, -1.0])
     order = torch.tensor([4, 0, 5, 2, 1, 3])
-    first, other = actor(seen), actor(seen[:, order])
+    first, other = actor(boards), actor(boards[:, order])
     assert first.shape == (3, *shape)
     torch.testing.assert_close(other, first[:, order] if head == "drones" else first)
-    seen[..., 4] = -1.0  # a team without drones
-    assert torch.isfinite(actor(seen)).all()
+    boards[..., 4] = -1.0  # a team without drones
+    assert torch.isfinite(actor(boards)).all()
 
 
 def test_cells_of_an_image_stand_where_a_command_has_them():

@@ -65,17 +65,17 @@ def guests(monkeypatch, tmp_path):
 
 
 def install(folder, points, name="guests"):
-    told = folder / f"{name}-1.0.dist-info"
-    told.mkdir()
-    (told / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    dist = folder / f"{name}-1.0.dist-info"
+    dist.mkdir()
+    (dist / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
     lines = [f"{point} = {value}" for point, value in points.items()]
-    (told / "entry_points.txt").write_text("\n".join([f"[{GROUP}]", *lines]))
+    (dist / "entry_points.txt").write_text("\n".join([f"[{GROUP}]", *lines]))
 
 
 def test_broken_policies_are_named_with_their_package_and_error_and_commands_go_on(guests, capsys):
-    found = faults()
-    assert set(found) == {*BROKEN, "ring of guests"}
-    for name, fault in found.items():
+    reasons = faults()
+    assert set(reasons) == {*BROKEN, "ring of guests"}
+    for name, fault in reasons.items():
         assert "of guests (" in fault and BROKEN.get(name, ("", "has a policy of that name already"))[1] in fault
     assert registered()["ring"].value == "swarm_pz.policies.scripted:ring"  # ours stays
     assert [about(name) for name in ("gone", "crashes", "exits", "syntax")] == [""] * 4
@@ -91,9 +91,9 @@ def test_broken_policies_are_named_with_their_package_and_error_and_commands_go_
 
 def test_a_tournament_of_all_leaves_out_who_cannot_play(guests, capsys):
     field = able(GameConfig(drones_per_team=2))
-    said = capsys.readouterr().err
+    printed = capsys.readouterr().err
     for part in ("fails: policy 'fails'", "leaves: policy 'leaves'", "picky: this tactic wants ten drones"):
-        assert f"left out: {part}" in said
+        assert f"left out: {part}" in printed
     for_other_systems = {script.__name__ for script in commanders.SCRIPTS}
     left_out = {*BROKEN, *for_other_systems, "fails", "leaves", "picky"}
     assert set(registered()) - {*field, "trained"} == left_out and "works" in field

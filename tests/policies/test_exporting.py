@@ -26,9 +26,9 @@ ERGODIC = GAME.team_systems[0]
 
 def boards(policy, count, game=GAME):
     if policy.observation.kind == "drones":
-        seen = np.random.default_rng(0).random((count, 20, 5)).astype(np.float32)
-        seen[..., 4] = np.sign(seen[..., 4] - 0.5)
-        return seen
+        drones = np.random.default_rng(0).random((count, 20, 5)).astype(np.float32)
+        drones[..., 4] = np.sign(drones[..., 4] - 0.5)
+        return drones
     space = batch_space(observation_space(game, policy.observation), count)
     space.seed(0)
     return space.sample()
@@ -39,10 +39,10 @@ def test_a_policy_of_ours_answers_the_same_and_tells_nothing_of_this_machine(tmp
     game = GameConfig(controllers=system)
     ours = load(name, game)
     exporting.export_learned(ours, game, game.team_systems[0], tmp_path / "out")
-    theirs, seen = load(tmp_path / "out", game), boards(ours, 20, game)
+    theirs, batch = load(tmp_path / "out", game), boards(ours, 20, game)
     assert isinstance(theirs, OnnxPolicy)
     assert theirs.card.system == ("" if ours.answers == "density" else system) and ours.digest in theirs.card.origin
-    np.testing.assert_allclose(theirs.act(seen, np.arange(20)), ours.act(seen, np.arange(20)), atol=1e-5)
+    np.testing.assert_allclose(theirs.act(batch, np.arange(20)), ours.act(batch, np.arange(20)), atol=1e-5)
     model = onnx.load(tmp_path / "out" / MODEL)
     assert b"site-packages" not in model.SerializeToString()
     assert not any(node.doc_string or node.metadata_props for node in model.graph.node)
@@ -85,10 +85,10 @@ def test_the_network_that_is_exported_decides_and_limits_as_its_kind_of_model_do
         exporting.export_model(policy, GAME, ERGODIC, tmp_path / "out", "mine")
     space = batch_space(model.observation_space, 10)
     space.seed(0)
-    seen = space.sample()
-    expected, _ = model.predict(seen, deterministic=True)
+    batch = space.sample()
+    expected, _ = model.predict(batch, deterministic=True)
     with torch.no_grad():
-        answered = kept[0](torch.from_numpy(seen)).numpy()
+        answered = kept[0](torch.from_numpy(batch)).numpy()
     if make is DQN:  # it returns the value of each command, and the best one is sent
         np.testing.assert_array_equal(answered.argmax(axis=1), expected)
     else:
@@ -96,9 +96,9 @@ def test_the_network_that_is_exported_decides_and_limits_as_its_kind_of_model_do
 
 
 def test_a_model_of_sb3_that_sees_lists_and_remembers_each_game_answers_the_same_and_plays(tmp_path):
-    kinds, seen = {"lstm_hidden_size": 6, "n_lstm_layers": 2}, ObservationConfig(kind="entities")
+    kinds, lists = {"lstm_hidden_size": 6, "n_lstm_layers": 2}, ObservationConfig(kind="entities")
     model = RecurrentPPO(
-        "MultiInputLstmPolicy", DuelEnv(GAME, observation=seen, action="command", **COARSE), device="cpu", seed=0,
+        "MultiInputLstmPolicy", DuelEnv(GAME, observation=lists, action="command", **COARSE), device="cpu", seed=0,
         policy_kwargs={"net_arch": [8]} | kinds, **SHORT,
     )  # fmt: skip
     for part in model.policy.lstm_actor.parameters():

@@ -18,9 +18,9 @@ def played(kind, rows, seconds=12):
     grid, channels = policy.observation.grid, policy.observation.channels
     answers = []
     for second in range(seconds):
-        seen = np.zeros((len(rows), len(channels), grid, grid), np.uint8)
-        seen[np.arange(len(rows)), :, (rows + second) % grid, (3 * rows) % grid] = 64
-        answers.append(policy.act(seen, rows))
+        images = np.zeros((len(rows), len(channels), grid, grid), np.uint8)
+        images[np.arange(len(rows)), :, (rows + second) % grid, (3 * rows) % grid] = 64
+        answers.append(policy.act(images, rows))
     return np.stack(answers)
 
 

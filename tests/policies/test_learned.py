@@ -34,8 +34,8 @@ def boards(policy, count=1):
 
 def test_noise_is_of_the_size_that_is_asked_for_and_from_each_games_own_stream():
     policy, seeds = read(command_cells=6), {5: 11, 2: 12}
-    seen, rows = boards(policy, 2), np.array([5, 2])
-    means = policy.network()(torch.from_numpy(seen).float() / 255).detach().double().numpy()
+    images, rows = boards(policy, 2), np.array([5, 2])
+    means = policy.network()(torch.from_numpy(images).float() / 255).detach().double().numpy()
     streams = [np.random.default_rng(seed) for seed in seeds.values()]
     for noise in (0.0, 0.5):
         policy.noise = noise
@@ -44,7 +44,7 @@ def test_noise_is_of_the_size_that_is_asked_for_and_from_each_games_own_stream()
         for _ in range(2):
             drawn = np.stack([stream.normal(size=means.shape[1:]) for stream in streams]) if noise else 0.0
             expected = command_from_action(np.clip(means + noise * drawn, -1, 1), 6, is_log=True)
-            np.testing.assert_allclose(policy.act(seen, rows), expected, atol=1e-4)
+            np.testing.assert_allclose(policy.act(images, rows), expected, atol=1e-4)
 
 
 def test_writing_and_reading_change_nothing_and_results_change_the_card_alone(tmp_path):
@@ -53,9 +53,9 @@ def test_writing_and_reading_change_nothing_and_results_change_the_card_alone(tm
     policy.write(tmp_path / "copy")
     again = read(tmp_path / "copy")
     assert (again.digest, again.name) == (policy.digest, "copy")
-    told = policy.with_results({"won": 3})
-    assert told.card == policy.card | {"results": {"won": 3}} and told.digest != policy.digest
-    for other in (again, told):
+    updated = policy.with_results({"won": 3})
+    assert updated.card == policy.card | {"results": {"won": 3}} and updated.digest != policy.digest
+    for other in (again, updated):
         answers = [one.act(boards(one), np.zeros(1, int)) for one in (policy, other)]
         np.testing.assert_array_equal(*answers)
 

@@ -72,14 +72,14 @@ class Watching:
     observation = ObservationConfig(channels=("own_positions",))
 
     def __init__(self):
-        self.asked, self.seen = [], []
+        self.calls, self.observations = [], []
 
     def reset(self, seeds, rows):
-        self.asked.append(("reset", rows.tolist()))
+        self.calls.append(("reset", rows.tolist()))
 
     def act(self, observations, rows):
-        self.asked.append(("act", rows.tolist()))
-        self.seen.append(observations[0].copy())
+        self.calls.append(("act", rows.tolist()))
+        self.observations.append(observations[0].copy())
         commands = np.zeros((len(rows), 10, 10))
         commands[:, 8, 1] = 1.0
         return commands
@@ -92,9 +92,9 @@ def test_a_modelled_opponent_commands_its_own_side_once_a_second_and_begins_anew
     for _ in range(2):
         lookahead.try_out(batch.simulator.snapshot([1]), team, np.zeros((4, 10, 10)), model)
     everybody = list(range(4))
-    assert model.asked == 2 * [("reset", everybody), *3 * [("act", everybody)]]
+    assert model.calls == 2 * [("reset", everybody), *3 * [("act", everybody)]]
     assert lookahead._trials.simulator.games.ticks.tolist() == 4 * [90 + 75]
-    np.testing.assert_array_equal(model.seen[0], batch.observe(model.observation, 1 - team)[1])
+    np.testing.assert_array_equal(model.observations[0], batch.observe(model.observation, 1 - team)[1])
     targets = lookahead._trials.simulator.targets[0]
     assert np.ptp(targets[team]) < 1e-12 and targets[1 - team].argmax() == 81
 

@@ -42,16 +42,16 @@ def test_gradients_are_the_same_bits_in_every_thread_and_each_time():
     """Else no run could be repeated, and a resumed run would differ from an uninterrupted one."""
     torch.manual_seed(0)
     layer = GroupConv(8, 32, 5)  # PyTorch splits 2**15 entries or more between threads
-    asked = torch.randn(layer.get_buffer("places").shape)
-    threads, found = torch.get_num_threads(), set()
+    upstream = torch.randn(layer.get_buffer("places").shape)
+    threads, gradients = torch.get_num_threads(), set()
     try:
         for count in (1, *[2] * 8):
             torch.set_num_threads(count)
-            (gradient,) = torch.autograd.grad(layer._full_kernel(), layer.weight, asked)
-            found.add(gradient.numpy().tobytes())
+            (gradient,) = torch.autograd.grad(layer._full_kernel(), layer.weight, upstream)
+            gradients.add(gradient.numpy().tobytes())
     finally:
         torch.set_num_threads(threads)
-    assert len(found) == 1
+    assert len(gradients) == 1
 
 
 def test_a_frozen_network_plays_the_same_and_sees_how_far_from_the_centre_each_cell_is():

@@ -34,12 +34,12 @@ def boards(count):
 
 
 def test_a_folder_is_a_policy_that_answers_as_its_model_does_and_depends_on_nobody_beside(folder):
-    policy, seen = load(folder, GAME.replace(command_cells=5)), boards(19)
+    policy, images = load(folder, GAME.replace(command_cells=5)), boards(19)
     assert (policy.name, policy.answers, policy.observation) == ("follower", "density", SEEN)
-    together = policy.act(seen, np.arange(19))
-    np.testing.assert_allclose(together, seen[:, 0] / 255.0, atol=1e-6)
+    together = policy.act(images, np.arange(19))
+    np.testing.assert_allclose(together, images[:, 0] / 255.0, atol=1e-6)
     for places in ([7], [18, 2], list(range(9))):
-        np.testing.assert_array_equal(policy.act(seen[places], np.array(places)), together[places])
+        np.testing.assert_array_equal(policy.act(images[places], np.array(places)), together[places])
 
 
 def test_it_serves_systems_that_take_densities_or_the_one_that_it_was_made_for(folder):
@@ -64,8 +64,8 @@ def test_answers_are_clipped_logarithms_of_densities(tmp_path):
         """f = Cast<to = 1>(x) m = ReduceMean<keepdims = 0>(f, axes) c = Reshape(m, column) flat = MatMul(c, w)
         y = Reshape(flat, shape)""",
     )
-    seen = ObservationConfig(grid=5, channels=("own_positions", "time_left"))
-    write(tmp_path / "m", model, OnnxCard(name="m", observation=seen, action_cells=3))
+    observation = ObservationConfig(grid=5, channels=("own_positions", "time_left"))
+    write(tmp_path / "m", model, OnnxCard(name="m", observation=observation, action_cells=3))
     answered = load(tmp_path / "m", GAME).act(np.full((2, 2, 5, 5), 255, np.uint8), np.arange(2))
     assert answered[0, 0, 0] == answered.max() == 1.0  # 9 times a mean of 255 is clipped to 1
     assert answered[0, 9, 9] == pytest.approx(np.exp(-4.0))
@@ -84,9 +84,9 @@ def test_discrete_answers_are_numbers_of_commands_or_what_each_is_worth(tmp_path
         values = Slice(wide, from, to, axis) {last}""",
     )
     write(tmp_path / "m", model, OnnxCard(name="m", observation=SEEN, action="discrete"))
-    seen = np.zeros((2, 1, 5, 5), np.uint8)
-    seen[0, 0, 0, 3] = seen[1, 0, 0, 1] = 200
-    answered = load(tmp_path / "m", GAME).act(seen, np.arange(2))
+    images = np.zeros((2, 1, 5, 5), np.uint8)
+    images[0, 0, 0, 3] = images[1, 0, 0, 1] = 200
+    answered = load(tmp_path / "m", GAME).act(images, np.arange(2))
     np.testing.assert_array_equal(answered, named_commands(10)[[3, 1]])
 
 
@@ -103,8 +103,8 @@ def test_lists_of_drones_and_commands_of_other_systems_play(tmp_path):
         "int64[1] from = {0}, int64[1] to = {2}, int64[1] axis = {2}",
         "places = Slice(x, from, to, axis) y = Neg(places)",
     )
-    seen, direct = ObservationConfig(kind="entities"), GAME.replace(controllers="direct")
-    card = OnnxCard(name="lists", observation=seen, action="command", action_cells=2)
+    observation, direct = ObservationConfig(kind="entities"), GAME.replace(controllers="direct")
+    card = OnnxCard(name="lists", observation=observation, action="command", action_cells=2)
     write(tmp_path / "lists", lists, card, GAME)
     card = OnnxCard(name="rows", answers="accelerations", system="direct", observation=ObservationConfig(kind="drones"))
     write(tmp_path / "rows", rows, card, direct)
@@ -157,11 +157,11 @@ def say(*, is_signed=False, **fields):
     """Change fields of a card by hand; with `is_signed`, renew its digest, as a forger would."""
 
     def change(folder):
-        said = json.loads((folder / CARD).read_text()) | fields
+        content = json.loads((folder / CARD).read_text()) | fields
         if is_signed:
-            card = OnnxCard.from_dict({name: said[name] for name in said if name not in ("format", "digest")})
-            said["digest"] = onnx_policy.digest_of(card, (folder / MODEL).read_bytes())
-        (folder / CARD).write_text(json.dumps({name: value for name, value in said.items() if value is not ...}))
+            card = OnnxCard.from_dict({name: content[name] for name in content if name not in ("format", "digest")})
+            content["digest"] = onnx_policy.digest_of(card, (folder / MODEL).read_bytes())
+        (folder / CARD).write_text(json.dumps({name: value for name, value in content.items() if value is not ...}))
 
     return change
 

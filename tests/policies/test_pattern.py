@@ -13,17 +13,17 @@ SPOT = KINDS["spot"] | {"x": 0.5, "y": 0.5, "width": 0.05}
 
 
 def images(own=(2, 2), opposing=(12, 12)):
-    seen = np.zeros((1, 2, 25, 25), np.uint8)
-    seen[0, 0][own] = seen[0, 1][opposing] = 255
-    return seen
+    board = np.zeros((1, 2, 25, 25), np.uint8)
+    board[0, 0][own] = board[0, 1][opposing] = 255
+    return board
 
 
-def play(seen=None, commands=1, **numbers):
+def play(board=None, commands=1, **numbers):
     """Return the densities (commands, 25, 25) of a player: a spot in the middle, with `numbers` replaced."""
     player = PatternPlayer(np.array([list((SPOT | numbers).values())]), GAME)
     player.reset([0], np.zeros(1, np.int64))
-    seen = images() if seen is None else seen
-    return np.array([player.act(seen, np.zeros(1, np.int64))[0] for _ in range(commands)])
+    board = images() if board is None else board
+    return np.array([player.act(board, np.zeros(1, np.int64))[0] for _ in range(commands)])
 
 
 def brightest(density):

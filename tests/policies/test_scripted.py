@@ -92,18 +92,18 @@ def test_scripts_ask_for_what_their_formulas_say(cells):
 
 
 def test_a_game_keeps_its_traits_and_draws_numbers_of_its_own():
-    seen, rows = [], np.arange(2)
+    calls, rows = [], np.arange(2)
 
     @tactic(sees=("time_left",))
     def nothing(view):
-        seen.append((view.steps.tolist(), view.traits.copy(), view.random()))
+        calls.append((view.steps.tolist(), view.traits.copy(), view.random()))
         return np.zeros((2, 10, 10))
 
     policy = nothing(GameConfig())
     policy.reset(np.random.SeedSequence(5).spawn(2), rows)
     for _ in range(2):
         assert not policy.act(np.zeros((2, 1, 10, 10), np.uint8), rows).any()  # zeros stay zeros
-    (steps, traits, first), (next_steps, still, second) = seen
+    (steps, traits, first), (next_steps, still, second) = calls
     assert (steps, next_steps) == ([0, 0], [1, 1])
     np.testing.assert_array_equal(traits, still)
     drawn = np.concatenate([numbers.ravel() for numbers in (traits, first, second)])

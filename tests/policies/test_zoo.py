@@ -59,13 +59,13 @@ def test_a_tactic_plays_at_any_size_by_its_folder_and_a_game_depends_on_no_other
     config = GameConfig(drones_per_team=(1, 19), time_limit=5.0, command_cells=6)
     assert play_match(str(FOLDER / "champion"), "ring", games=2, config=config).summary()["games"] == 2
     policy, rows = policies.load("champion"), np.arange(70)
-    seen = np.random.default_rng(0).integers(0, 256, (70, 9, 10, 10)).astype(np.uint8)
+    images = np.random.default_rng(0).integers(0, 256, (70, 9, 10, 10)).astype(np.uint8)
     policy.noise = noise
     policy.reset(rows.tolist(), rows)
-    answers = policy.act(seen, rows)
+    answers = policy.act(images, rows)
     policy.reset(rows.tolist(), rows)
     for row in (0, 1, 31, 32, 63, 64, 69):
-        np.testing.assert_array_equal(policy.act(seen[row : row + 1], rows[row : row + 1])[0], answers[row])
+        np.testing.assert_array_equal(policy.act(images[row : row + 1], rows[row : row + 1])[0], answers[row])
 
 
 def test_all_that_is_shipped_is_tested():

@@ -37,8 +37,8 @@ def test_a_digest_holds_no_place_in_memory():
     """`generated` refers to a tuple of tactics, and the repr of a tactic holds its memory address."""
     words = "from swarm_pz import policies; from swarm_pz.policy import identity_of\n"
     words += "print(identity_of('generated', policies.load('generated')))"
-    seen = {subprocess.run([sys.executable, "-c", words], capture_output=True, check=True).stdout for _ in range(2)}  # noqa: S603
-    assert len(seen) == 1
+    digests = {subprocess.run([sys.executable, "-c", words], capture_output=True, check=True).stdout for _ in range(2)}  # noqa: S603
+    assert len(digests) == 1
 
 
 def test_what_a_script_calls_and_its_constants_count(monkeypatch):

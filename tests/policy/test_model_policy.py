@@ -28,11 +28,11 @@ class Model:
     def __init__(self, observation_space, action_space, action=None, state=None):
         self.observation_space, self.action_space = observation_space, action_space
         self.action, self.state = np.zeros(action_space.shape) if action is None else action, state
-        self.shown, self.asked = [], []
+        self.shown, self.deterministic = [], []
 
     def predict(self, observation, deterministic=False):
         self.shown.append(observation)
-        self.asked.append(deterministic)
+        self.deterministic.append(deterministic)
         count = len(next(iter(observation.values()))) if isinstance(observation, dict) else len(observation)
         return np.stack([self.action] * count), self.state
 
@@ -79,7 +79,7 @@ def test_a_model_plays_its_best_action_unless_it_is_to_draw_one_and_may_not_reme
     model = Model(IMAGES, LOG)
     for policy in (load(model, GAME), ModelPolicy(model, GAME, deterministic=False)):
         policy.act(np.zeros((1, 9, 50, 50), np.uint8), np.arange(1))
-    assert model.asked == [True, False]
+    assert model.deterministic == [True, False]
     with pytest.raises(PolicyError, match="has a memory"):
         against(Model(IMAGES, LOG, state=("h", "c")))
 
@@ -132,10 +132,10 @@ def test_what_it_sees_follows_from_what_either_side_of_the_game_sees_or_is_said(
     assert duel._dealt[0].player.observation == views[1], "of two sides with as many channels its own"
     with pytest.raises(PolicyError, match=r"ModelPolicy\(model, config, observation\)"):
         load(Model(one, LOG), GAME)
-    said = ObservationConfig(grid=10, channels=("own_share", "time_left"))
-    shown = Model(spaces.Box(0, 255, (2, 10, 10), np.uint8), LOG)
-    ModelPolicy(shown, GAME, said).act(np.full((1, 2, 10, 10), 51, np.uint8), np.arange(1))
-    np.testing.assert_array_equal(shown.shown[0], np.full((8, 2, 10, 10), 51))
+    observation = ObservationConfig(grid=10, channels=("own_share", "time_left"))
+    model = Model(spaces.Box(0, 255, (2, 10, 10), np.uint8), LOG)
+    ModelPolicy(model, GAME, observation).act(np.full((1, 2, 10, 10), 51, np.uint8), np.arange(1))
+    np.testing.assert_array_equal(model.shown[0], np.full((8, 2, 10, 10), 51))
 
 
 @pytest.mark.parametrize(

@@ -51,8 +51,8 @@ class Told:
 
     observation = ObservationConfig(grid=10)
 
-    def __init__(self, *given):
-        self.given = given
+    def __init__(self, *arguments):
+        self.arguments = arguments
 
     def reset(self, seeds, rows):
         pass
@@ -79,8 +79,8 @@ def guest(monkeypatch):
 
 def test_a_factory_is_given_the_game_and_all_that_stands_after_the_first_colon(guest):
     config = GameConfig(drones_per_team=3)
-    for name, given in {"told": (), "told:planner:ring": ("planner:ring",), "told:": ("",)}.items():
-        assert load(name, config).given == (config, *given)
+    for name, arguments in {"told": (), "told:planner:ring": ("planner:ring",), "told:": ("",)}.items():
+        assert load(name, config).arguments == (config, *arguments)
         assert about(name) == "A policy that keeps what its factory was given."
     assert about("nobody") == about("nobody:told") == ""
     guest.told = lambda config: 42
@@ -91,9 +91,9 @@ def test_a_factory_is_given_the_game_and_all_that_stands_after_the_first_colon(g
 def test_two_players_are_loaded_in_their_order_and_share_nothing(guest):
     config = GameConfig()
     first, second = load_players("told:first", "told:second", config)
-    assert (first.given[1], second.given[1]) == ("first", "second")
+    assert (first.arguments[1], second.arguments[1]) == ("first", "second")
     one = Told([])
-    for given, same in (((one, one), True), ((one, Told([])), False)):
-        mine, other = load_players(*given, config)
-        assert mine is one and other is not one and (other is given[1]) != same
-        assert other.given == ([],) and other.given[0] is not one.given[0]
+    for players, same in (((one, one), True), ((one, Told([])), False)):
+        mine, other = load_players(*players, config)
+        assert mine is one and other is not one and (other is players[1]) != same
+        assert other.arguments == ([],) and other.arguments[0] is not one.arguments[0]

@@ -97,14 +97,14 @@ def is_gone(process):
 @pytest.mark.parametrize("what", [*LATE, *WRONG])
 def test_a_program_that_misbehaves_forfeits_by_name_and_leaves_no_process(what, bad, monkeypatch):
     make, processes = bad
-    text, said = {**LATE, **WRONG}[what]
-    if "0.5 s" in said:
+    text, message = {**LATE, **WRONG}[what]
+    if "0.5 s" in message:
         monkeypatch.setattr(program, "SECONDS", 0.5)
     name = make(text)
     result = play_match(name, "noise", games=2, config=SHORT)
     assert [game.outcome for game in result.games] == ["loss", "loss"]
     assert all(game.forfeit.startswith(name) for game in result.forfeits) and len(result.forfeits) == 2
-    assert "0.5 s" in said or all(said in game.forfeit for game in result.forfeits), result.forfeits[0].forfeit
+    assert "0.5 s" in message or all(message in game.forfeit for game in result.forfeits), result.forfeits[0].forfeit
     gc.collect()
     assert processes() and all(map(is_gone, processes()))
 
@@ -204,11 +204,11 @@ def test_a_program_has_a_time_for_each_game_which_grows_with_its_commands(bad):
     player, rows = Program(SHORT, line, clock=lambda: float(next(now))), np.arange(2)
     player.reset([0, 1], rows)
     space = observation_space(SHORT, ObservationConfig(kind="entities"))
-    seen = {name: np.zeros((2, *part.shape), part.dtype) for name, part in space.items()}
+    observations = {name: np.zeros((2, *part.shape), part.dtype) for name, part in space.items()}
     for _ in range(2):
-        player.act(seen, rows)
+        player.act(observations, rows)
     with pytest.raises(ForfeitError, match=r"at most 20 s in a game and 0\.1 s more .* its time was over at turn 4"):
-        player.act(seen, rows)
+        player.act(observations, rows)
 
 
 def test_a_digest_covers_what_lies_beside_a_program(tmp_path, monkeypatch):
@@ -246,8 +246,8 @@ def test_a_digest_covers_what_lies_beside_a_program(tmp_path, monkeypatch):
 
 def test_it_inherits_only_what_is_named(monkeypatch):
     monkeypatch.setenv("SECRET", "1")
-    seen = "import json, os; print(json.dumps({'env': sorted(os.environ)}), flush=True)"
-    policy = Program(SHORT, f"GIVEN=1 {sys.executable} -c {json.dumps(seen)}")
+    code = "import json, os; print(json.dumps({'env': sorted(os.environ)}), flush=True)"
+    policy = Program(SHORT, f"GIVEN=1 {sys.executable} -c {json.dumps(code)}")
     with pytest.raises(PolicyError, match=r'got .*"GIVEN"') as error:
         policy.reset([0], np.zeros(1, np.int64))
     assert "SECRET" not in str(error.value) and "PATH" in str(error.value)
@@ -259,7 +259,7 @@ def test_names_of_programs_are_taken_from_the_command_line_alone(monkeypatch):
     with pytest.raises(PolicyError, match="command line alone"):
         load("exec:./bot", SHORT)
     allow_files(["exec:./no_such_bot", "exec:"])
-    for name, said in (("exec:./no_such_bot", "no program './no_such_bot'"), ("exec:", "expected a program")):
-        with pytest.raises(PolicyError, match=said):
+    for name, message in (("exec:./no_such_bot", "no program './no_such_bot'"), ("exec:", "expected a program")):
+        with pytest.raises(PolicyError, match=message):
             load(name, SHORT)
     assert os.environ["SWARM_PZ_FILES"]

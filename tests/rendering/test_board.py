@@ -77,7 +77,7 @@ def test_a_trail_is_where_its_drone_was_fades_and_is_in_the_colour_of_its_team()
         x, y = (np.array(places)[:, drone] * [SIDE, -SIDE] + [0, SIDE]).T.round().astype(int)
         assert np.ptp(x) > 100
         coloured = np.pad(np.maximum(redder, 0), 12)
-        seen = [coloured[j : j + 25, i : i + 25].max() for i, j in zip(x, y, strict=True)]
-        assert min(seen[-15:]) > 20 and np.mean(seen[:8]) < np.mean(seen[-8:]) / 2
+        peaks = [coloured[j : j + 25, i : i + 25].max() for i, j in zip(x, y, strict=True)]
+        assert min(peaks[-15:]) > 20 and np.mean(peaks[:8]) < np.mean(peaks[-8:]) / 2
         found_y, found_x = np.nonzero(redder > 5)
         assert np.hypot(found_x[:, None] - x, found_y[:, None] - y).min(axis=1).max() < 40

@@ -78,9 +78,9 @@ def test_an_overlay_is_of_its_own_team(mirrored, team):
     assert target[:, 20:60, lost].mean() > target[:, 180:240, lost].mean() + 10, "the denser the darker"
     assert coverage[:, :150].sum() > 1.5 * coverage[:, -150:].sum()
     heights, _ = potential(mirrored, 0, team, 30)
-    seen = ink("potential").max(axis=2).reshape(30, 20, 30, 20).mean(axis=(1, 3))[::-1]
+    brightness = ink("potential").max(axis=2).reshape(30, 20, 30, 20).mean(axis=(1, 3))[::-1]
     expected = heights if team == 0 else heights[:, ::-1]
-    assert np.corrcoef(seen.ravel(), expected.ravel())[0, 1] > 0.5
+    assert np.corrcoef(brightness.ravel(), expected.ravel())[0, 1] > 0.5
 
 
 def test_overlays_lie_in_their_order_and_those_that_nobody_could_read_are_refused():

@@ -9,14 +9,14 @@ from swarm_pz.rendering.window import Window
 
 
 def test_a_window_shows_the_picture_upright_under_its_title_keeps_its_rate_and_closes(monkeypatch):
-    asked = []
+    calls = []
 
     class Clock:
         def tick(self, rate):
-            asked.append(rate)
+            calls.append(rate)
 
     monkeypatch.setattr("pygame.time.Clock", Clock)
-    monkeypatch.setattr("pygame.event.pump", lambda: asked.append("answered"))
+    monkeypatch.setattr("pygame.event.pump", lambda: calls.append("answered"))
     window, picture = Window("a title", 50), np.arange(6 * 8 * 3, dtype=np.uint8).reshape(6, 8, 3)
     for shown in (picture, picture[::-1]):
         window.show(shown)
@@ -24,7 +24,7 @@ def test_a_window_shows_the_picture_upright_under_its_title_keeps_its_rate_and_c
         np.testing.assert_array_equal(on_screen, shown)
     assert pygame.display.get_caption()[0] == "a title"
     window.refresh()
-    assert asked == ["answered", 50] * 2 + ["answered"]
+    assert calls == ["answered", 50] * 2 + ["answered"]
     window.close()
     assert not pygame.display.get_init()
 

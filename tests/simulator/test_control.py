@@ -77,21 +77,21 @@ def test_each_row_takes_the_command_of_who_flies_there():
 def test_a_command_remembers_what_it_took_the_place_of_and_since_when(team):
     simulator = games(swapped=(team == 1,))
 
-    def told():
+    def history():
         flight = shown(simulator, team=team)
         return flight.former[0].tolist(), flight.commands[0].tolist(), float(flight.age[0])
 
     simulator.advance(30)
     simulator.command(team, [[0.2, 0.3]])
-    assert told() == ([0.5, 0.5], [0.2, 0.3], 0.0)
+    assert history() == ([0.5, 0.5], [0.2, 0.3], 0.0)
     simulator.advance(15)
     held = np.ones((1, 2, 100))
     held[0, team] = 0.0
     held[0, team, :2] = 0.2, 0.3
     simulator.advance(15, CheckedCommands(held))
-    assert told() == ([0.5, 0.5], [0.2, 0.3], 1.0), "a step holds what is in force"
+    assert history() == ([0.5, 0.5], [0.2, 0.3], 1.0), "a step holds what is in force"
     simulator.command(team, [[0.2, 0.3]])
-    assert told() == ([0.2, 0.3], [0.2, 0.3], 0.0), "who sends it again sends it"
+    assert history() == ([0.2, 0.3], [0.2, 0.3], 0.0), "who sends it again sends it"
 
 
 def test_a_system_is_told_of_its_own_drones_at_work_alone_and_who_hears_whom():

@@ -61,9 +61,9 @@ def test_the_potential_has_the_controllers_own_weights_and_the_metric_those_of_t
     assert values[7, 31] == pytest.approx(np.sum(weighted * reference.basis(place)), abs=1e-6)
     metric = ErgodicMetric(simulator, team=1)
     metric.observe()
-    seen = [reference.basis(place) for place in simulator.positions[0][simulator.teams[0] == 1]]
-    np.testing.assert_allclose(metric.coefficients[0], np.mean(seen, axis=0), atol=1e-9)
-    expected = reference.ergodic_metric(np.mean(seen, axis=0), simulator.games.coefficients[0, 1])
+    bases = [reference.basis(place) for place in simulator.positions[0][simulator.teams[0] == 1]]
+    np.testing.assert_allclose(metric.coefficients[0], np.mean(bases, axis=0), atol=1e-9)
+    expected = reference.ergodic_metric(np.mean(bases, axis=0), simulator.games.coefficients[0, 1])
     assert metric.value()[0] == pytest.approx(expected)
 
 
@@ -88,16 +88,16 @@ def test_the_metric_counts_every_drone_for_the_team_it_was_of_unless_it_had_fail
     simulator = Simulator(GameConfig(drones_per_team=4), num_games=2)
     simulator.reset([0, 1])
     simulator.command(1, np.stack([gaussian(0.2, 0.2, 0.1)] * 2))
-    metric, seen = ErgodicMetric(simulator, team=1), []
+    metric, bases = ErgodicMetric(simulator, team=1), []
     for tick in range(8):
         simulator.advance(1)
         simulator.games.teams[0, 0] = tick % 2
         simulator.games.failed[0, 5] = tick % 4 == 0
         metric.observe()
         counts = (simulator.teams[0] == 1) & ~simulator.failed[0]
-        seen.append([reference.basis(place) for place in simulator.positions[0][counts]])
+        bases.append([reference.basis(place) for place in simulator.positions[0][counts]])
     phi = simulator.games.coefficients[0, 1]
-    expected = reference.ergodic_metric(np.mean([place for moment in seen for place in moment], axis=0), phi)
+    expected = reference.ergodic_metric(np.mean([place for moment in bases for place in moment], axis=0), phi)
     assert metric.value()[0] == pytest.approx(expected, rel=1e-9)
 
 

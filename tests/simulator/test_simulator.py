@@ -92,7 +92,7 @@ def weights(simulator: Simulator, row: int = 0) -> list[float]:
     return simulator.games.memory_weight[row, [0, -1]].tolist()
 
 
-def asked(red, blue):
+def joined(red, blue):
     return np.concatenate([red, blue])[None]
 
 
@@ -132,7 +132,7 @@ def test_a_target_that_was_sent_has_its_mass_and_that_of_the_start_has_one():
     plain = Simulator(GameConfig(**PEACE))
     for one in (simulator, plain):
         one.reset([0])
-        one.advance(30, CheckedCommands(asked(UNIFORM, RAMP)))
+        one.advance(30, CheckedCommands(joined(UNIFORM, RAMP)))
     coefficients, of_mass_one = simulator.games.coefficients[0], plain.games.coefficients[0]
     np.testing.assert_array_equal(coefficients[RED], of_mass_one[RED])  # nobody sent red's target
     np.testing.assert_allclose(coefficients[BLUE], 10.0 * of_mass_one[BLUE], rtol=1e-6)
@@ -159,17 +159,17 @@ def test_games_without_seeds_are_all_different():
 
 def workers(simulator) -> set[threading.Thread]:
     """Share seven rows out among threads, each row once; return the threads."""
-    at_once, seen, done = threading.Barrier(simulator.threads, timeout=20.0), set(), []
+    at_once, threads, done = threading.Barrier(simulator.threads, timeout=20.0), set(), []
 
     def work(rows):
         if simulator.threads > 1 and len(rows) < 7:
             at_once.wait()
-        seen.add(threading.current_thread())
+        threads.add(threading.current_thread())
         done.extend(rows.tolist())
 
     simulator.for_rows(np.arange(7), work)
     assert sorted(done) == list(range(7))
-    return seen
+    return threads
 
 
 def test_threads_share_all_rows_and_copies_have_threads_of_their_own_unless_they_were_ended(monkeypatch):
@@ -179,13 +179,13 @@ def test_threads_share_all_rows_and_copies_have_threads_of_their_own_unless_they
         assert Simulator(small, games, threads).threads == expected
     simulator, me = Simulator(small, num_games=7, threads=2), threading.current_thread()
     twins = [copy.deepcopy(simulator), pickle.loads(pickle.dumps(simulator))]  # noqa: S301
-    seen = [workers(one) for one in (simulator, *twins)]
-    assert [len(one) for one in seen] == [2, 2, 2] and set.intersection(*seen) == {me}
+    groups = [workers(one) for one in (simulator, *twins)]
+    assert [len(one) for one in groups] == [2, 2, 2] and set.intersection(*groups) == {me}
     simulator.close()
     assert workers(simulator) == workers(copy.deepcopy(simulator)) == {me}
     for one in twins:
         one.close()
-    assert not any(thread.is_alive() for thread in set.union(*seen) - {me})
+    assert not any(thread.is_alive() for thread in set.union(*groups) - {me})
 
 
 def test_no_thread_goes_on_once_the_caller_has_an_exception(monkeypatch):
@@ -246,8 +246,8 @@ def two_games():
 
 @pytest.mark.parametrize("name", DOUBTFUL)
 def test_what_does_not_fit_changes_no_game(name, two_games):
-    call, said = DOUBTFUL[name]
-    with unchanged(two_games), pytest.raises(CommandError, match=said):
+    call, message = DOUBTFUL[name]
+    with unchanged(two_games), pytest.raises(CommandError, match=message):
         call(two_games)
 
 
@@ -337,9 +337,9 @@ def test_what_can_be_seen_cannot_be_changed_and_is_what_the_games_hold():
     simulator = Simulator(peaceful.replace(drones_per_team=(4, 0)), num_games=2)
     simulator.advance(4)
     for name in ("positions", "velocities", "failed", "altitudes", "teams", "targets"):
-        seen, held = getattr(simulator, name), getattr(simulator.games, name)
-        np.testing.assert_array_equal(seen, held)
-        assert not seen.flags.writeable and held.flags.writeable
+        view, held = getattr(simulator, name), getattr(simulator.games, name)
+        np.testing.assert_array_equal(view, held)
+        assert not view.flags.writeable and held.flags.writeable
     np.testing.assert_array_equal(simulator.speeds, simulator.velocities / 2)
     np.testing.assert_allclose(simulator.time_s, 4 / 30)
     assert simulator.velocities.any() and np.isfinite(simulator.positions).all()

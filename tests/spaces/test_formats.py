@@ -26,15 +26,15 @@ def test_every_action_reaches_the_game_as_its_space_says():
     action = np.random.default_rng(0).random((2, 10, 10))
     logs = 2 * action - 1
     softmax = np.exp(4 * (logs - logs.max(axis=(1, 2), keepdims=True)))
-    for form, given, expected, below in ((made(action="command"), action, action, -0.1), (made(), logs, softmax, -1.1)):
-        np.testing.assert_allclose(form.read(given, 2), expected)
-        np.testing.assert_allclose(form.read_one(given[1], "x"), expected[1])
+    for form, sent, expected, below in ((made(action="command"), action, action, -0.1), (made(), logs, softmax, -1.1)):
+        np.testing.assert_allclose(form.read(sent, 2), expected)
+        np.testing.assert_allclose(form.read_one(sent[1], "x"), expected[1])
         assert form.action_space.low.min() == np.ceil(below)
-        for bad in (np.full((10, 10), below), np.full((10, 10), 1.1), given):
+        for bad in (np.full((10, 10), below), np.full((10, 10), 1.1), sent):
             with pytest.raises(CommandError, match="red's command must be numbers"):
                 form.read_one(bad, "red's command")
         with pytest.raises(CommandError, match=r"of shape \(3, 10, 10\), got shape \(2, 10, 10\)"):
-            form.read(given, 3)
+            form.read(sent, 3)
 
 
 def test_coarse_actions_are_interpolated_before_they_are_taken_for_densities():

@@ -80,7 +80,7 @@ def test_entries_attack_each_other_and_games_are_played_once(tiny, tmp_path):
 def test_a_newcomer_attacks_and_only_whom_it_beats_most_is_measured_again(place, tiny, tmp_path):
     """Catches a newcomer whose attack is left out, or that becomes the worst attacker of an entry without a new run."""
     two = shutil.copytree(place, tmp_path / "all") / "two"
-    before, told = entries.read(two).report, []
+    before, lines = entries.read(two).report, []
 
     def attackers():
         return {one["opponent"] for one in entries.read(two).report["figures"]["tracks"]["robust"]["opponents"]}
@@ -88,15 +88,15 @@ def test_a_newcomer_attacks_and_only_whom_it_beats_most_is_measured_again(place,
     def attack(name):
         entries.add([name], tmp_path / "all" / name, CARD, tiny)
         with SerialExecutor() as pool:
-            entries.attack(tmp_path / "all", tiny, tmp_path / "work", name, pool=pool, say=told.append)
+            entries.attack(tmp_path / "all", tiny, tmp_path / "work", name, pool=pool, say=lines.append)
 
     attack("uniform")
     report = entries.read(two).report
     assert "uniform/0" in attackers() and report["games"] == before["games"] + 2 * tiny.robust.choice_games
-    assert report["figures"]["attacks"] == before["figures"]["attacks"] and not told
+    assert report["figures"]["attacks"] == before["figures"]["attacks"] and not lines
 
     attack("halo")
-    assert told[0] == "halo beats two more than anybody before"
+    assert lines[0] == "halo beats two more than anybody before"
     assert {"uniform/0", "halo/0"} <= attackers()
     assert "halo/0" in {one["worst"]["opponent"] for one in entries.read(two).report["figures"]["attacks"]}
 
@@ -119,11 +119,11 @@ def replace(old, new):
 
 SPOILT = {
     "another protocol": (
-        lambda folder: edit(folder, lambda told: told["protocol"].update(version="1")),
+        lambda folder: edit(folder, lambda report: report["protocol"].update(version="1")),
         "is of protocol",
     ),
     "another policy's report": (
-        lambda folder: edit(folder, lambda told: told["policies"][0].update(digest="0")),
+        lambda folder: edit(folder, lambda report: report["policies"][0].update(digest="0")),
         "of other policies",
     ),
     "a pickle": (lambda folder: (folder / "policy.pkl").touch(), "policy.pkl belongs to no entry"),
@@ -194,8 +194,8 @@ def shown(pages, chromium):
     """Open a page as a file, on a screen of some width, and note what is requested and what fails."""
     contexts, requested, failed = [], [], []
 
-    def show(name, width=1280, **how):
-        contexts.append(chromium.new_context(viewport={"width": width, "height": 900}, **how))
+    def show(name, width=1280, **options):
+        contexts.append(chromium.new_context(viewport={"width": width, "height": 900}, **options))
         opened = contexts[-1].new_page()
         opened.on("request", lambda request: requested.append(request.url))
         opened.on("console", lambda message: failed.append(message.text) if message.type == "error" else None)

@@ -15,7 +15,7 @@ SHARES = {"win": 1.0, "draw": 0.25, "loss": 0.0}
 
 def games(protocol, outcome_of, policies=1):
     """Return a line for every game of a protocol; `outcome_of` gets policy, track, opponent and number."""
-    found = []
+    lines = []
     for track in all_tracks(protocol):
         for policy in range(policies):
             names = [trial.name for trial in track.trials]
@@ -27,11 +27,11 @@ def games(protocol, outcome_of, policies=1):
                 )
             for name in names:
                 for number in range(track.games):
-                    how = outcome_of(policy, track.name, name, number)
-                    share = how if isinstance(how, float) else SHARES[how]
-                    outcome = "draw" if isinstance(how, float) else how
-                    found.append(Line(track.name, policy, name, number, outcome, share, 1.0, ""))
-    return found
+                    result = outcome_of(policy, track.name, name, number)
+                    share = result if isinstance(result, float) else SHARES[result]
+                    outcome = "draw" if isinstance(result, float) else result
+                    lines.append(Line(track.name, policy, name, number, outcome, share, 1.0, ""))
+    return lines
 
 
 def of(protocol, outcome_of, policies=1):
@@ -44,10 +44,10 @@ def of(protocol, outcome_of, policies=1):
 
 
 def test_a_share_is_the_score_and_a_draw_is_no_loss(tiny):
-    said = of(tiny, lambda *_: "draw")
-    assert (said["score"], said["score_ci95"], said["interval_over"]) == (0.25, [0.25, 0.25], "games")
-    assert {track["score"] for track in said["tracks"].values()} == {0.25}
-    soon = said["uniform"]
+    report = of(tiny, lambda *_: "draw")
+    assert (report["score"], report["score_ci95"], report["interval_over"]) == (0.25, [0.25, 0.25], "games")
+    assert {track["score"] for track in report["tracks"].values()} == {0.25}
+    soon = report["uniform"]
     assert soon["median_seconds"] is None and soon["restricted_mean_seconds"] == tiny.game.time_limit
     assert of(tiny, lambda *_: "win")["uniform"]["median_seconds"] == 1.0
 
@@ -64,23 +64,23 @@ def test_every_figure_is_of_its_own_games(tiny):
             return "loss" if policy == 1 and number % 2 else 0.5
         return "draw" if track == "systems" else "win"
 
-    said = of(tiny, outcome, policies=2)
-    field, robust = said["tracks"]["field"], said["tracks"]["robust"]
-    assert {name: track["score"] for name, track in said["tracks"].items()} == {
+    report = of(tiny, outcome, policies=2)
+    field, robust = report["tracks"]["field"], report["tracks"]["robust"]
+    assert {name: track["score"] for name, track in report["tracks"].items()} == {
         "uniform": 1.0, "field": 0.75, "generated": 1.0, "systems": 0.25, "robust": 0.375,
     }  # fmt: skip
-    assert said["score"] == pytest.approx(np.mean([1.0, 0.75, 1.0, 0.25, 0.375]), abs=1e-5)
+    assert report["score"] == pytest.approx(np.mean([1.0, 0.75, 1.0, 0.25, 0.375]), abs=1e-5)
     assert field["worst"] == {"opponent": "ring", "score": 0.5} and field["late"] == 0.375
     rows = {one["opponent"]: one for one in field["opponents"]}
     assert rows["ring"]["scores"] == [1.0, 0.0] and rows["uniform"]["scores"] == [1.0, 1.0]
     assert [rows["ring"][name] for name in ("games", "wins", "draws", "losses", "forfeits")] == [8, 4, 0, 4, 0]
     assert robust["worst"]["opponent"] == "search 1 2" and robust["late"] is None
-    first, second = said["attacks"]
+    first, second = report["attacks"]
     assert (first["worst"]["opponent"], first["worst"]["score"], second["worst"]["score"]) == ("search 1 2", 0.5, 0.25)
     assert first["itself"]["wins"] == tiny.robust.choice_games
     assert field["score_ci95"] == pytest.approx(over_runs([1.0, 0.5]), abs=1e-5)
-    assert field["open_loop"]["gain"] == 0.25 and said["tracks"]["uniform"]["open_loop"] is None
-    assert said["interval_over"] == "training runs"
+    assert field["open_loop"]["gain"] == 0.25 and report["tracks"]["uniform"]["open_loop"] is None
+    assert report["interval_over"] == "training runs"
 
 
 def test_forfeits_are_counted_wherever_they_are(tiny):
@@ -94,13 +94,13 @@ def test_forfeits_are_counted_wherever_they_are(tiny):
 
 
 def test_attacks_alone_are_a_report_too(tiny):
-    said = of(tiny.attacks_alone(640), lambda *_: 0.5)
-    assert list(said["tracks"]) == ["robust"] and said["score"] == 0.5 and said["uniform"] is None
+    report = of(tiny.attacks_alone(640), lambda *_: 0.5)
+    assert list(report["tracks"]) == ["robust"] and report["score"] == 0.5 and report["uniform"] is None
 
 
 def test_one_policys_interval_is_over_pairs_of_games(tiny):
-    said = of(tiny, lambda policy, track, name, number: "win" if number < 2 else "loss")
-    assert said["tracks"]["uniform"]["score_ci95"] == [0.0, 1.0], "of two pairs"
+    report = of(tiny, lambda policy, track, name, number: "win" if number < 2 else "loss")
+    assert report["tracks"]["uniform"]["score_ci95"] == [0.0, 1.0], "of two pairs"
 
 
 @pytest.mark.parametrize("shape", ["normal", "skewed"])

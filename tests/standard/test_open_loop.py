@@ -14,7 +14,7 @@ from swarm_pz.standard.games import PlayerFactory, TrackGames
 from swarm_pz.standard.protocol import Protocol
 
 
-def asked(name, steps, config):
+def answers_of(name, steps, config):
     policy, rows = policies.load(name, config), np.arange(2)
     policy.reset([1, 2], rows)
     return np.array([policy.act(np.zeros((2, 1, 10, 10), np.uint8), rows)[1] for _ in range(steps)])
@@ -23,10 +23,10 @@ def asked(name, steps, config):
 def test_images_are_shown_in_turn_and_again_and_on_any_cells(monkeypatch):
     left, right = ((1.0, 0.0), (1.0, 0.0)), ((0.0, 1.0), (0.0, 1.0))
     monkeypatch.setattr(open_loop, "SEQUENCE", ((2, left), (1, right)))
-    shown = asked("best_sequence", 7, GameConfig())
+    shown = answers_of("best_sequence", 7, GameConfig())
     assert (shown[:, 3, 4] == [1, 1, 0, 1, 1, 0, 1]).all() and (shown[:, 3, 4] + shown[:, 3, 5] == 1).all()
-    assert asked("best_sequence", 1, GameConfig(command_cells=5))[0].shape == (5, 5)
-    assert (asked("best_constant", 3, GameConfig()) == asked("best_constant", 1, GameConfig())).all()
+    assert answers_of("best_sequence", 1, GameConfig(command_cells=5))[0].shape == (5, 5)
+    assert (answers_of("best_constant", 3, GameConfig()) == answers_of("best_constant", 1, GameConfig())).all()
 
 
 def test_the_sequence_that_was_found_against_uniform_wins(monkeypatch):

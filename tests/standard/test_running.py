@@ -66,9 +66,9 @@ def test_a_run_that_was_stopped_again_and_again_makes_the_same_report(reported, 
 
 def test_other_machines_make_the_same_report_and_nothing_is_learned_twice(reported, tiny, tmp_path):
     (empty := tmp_path / "empty").mkdir()
-    there = Elsewhere(empty)
-    run(TWO, Path("there"), protocol=tiny, pool=there)
-    assert set(there.given) == {"learn", "play_block", "worth"} and there.given.count("learn") == 2
+    pool = Elsewhere(empty)
+    run(TWO, Path("there"), protocol=tiny, pool=pool)
+    assert set(pool.submitted) == {"learn", "play_block", "worth"} and pool.submitted.count("learn") == 2
     assert (Path("there") / GAMES).read_bytes() == (reported / GAMES).read_bytes()
     assert without_costs(read(Path("there"))[0]) == without_costs(read(reported)[0])
     assert not list(empty.iterdir()) and not list(Path("there/work").glob("exploiter-*"))
@@ -76,7 +76,7 @@ def test_other_machines_make_the_same_report_and_nothing_is_learned_twice(report
         for file in (reported / place).iterdir():
             assert (Path("there") / place / file.name).read_bytes() == file.read_bytes()
     run(TWO, Path("there"), protocol=tiny, pool=(after := Elsewhere(empty)))
-    assert after.given == [], "nothing is left to be done"
+    assert after.submitted == [], "nothing is left to be done"
 
 
 def test_a_program_can_be_measured(tiny, tmp_path):
@@ -91,11 +91,11 @@ def test_a_program_can_be_measured(tiny, tmp_path):
 
 def test_a_program_that_fails_is_refused_before_games_are_played(tiny, tmp_path):
     greets = "import sys; print('{\"swarm_pz\": 1}', flush=True); [sys.exit(3) for line in sys.stdin if 'see' in line]"
-    for text, said in (("0", "must answer the greeting"), (greets, "but ended with status 3")):
+    for text, message in (("0", "must answer the greeting"), (greets, "but ended with status 3")):
         name = f"exec:{sys.executable} -c {shlex.quote(text)}"
         allow_files([name])
-        with pytest.raises(PolicyError, match=said):
-            run(Entry(policies=(name,), name="robot"), tmp_path / said[:3], protocol=tiny)
+        with pytest.raises(PolicyError, match=message):
+            run(Entry(policies=(name,), name="robot"), tmp_path / message[:3], protocol=tiny)
     assert not list(tmp_path.glob("*/work/uniform"))
 
 

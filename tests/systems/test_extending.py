@@ -38,10 +38,10 @@ def package(tmp_path, monkeypatch):
     ((group, points),) = project["entry-points"].items()
     ((name, value),) = points.items()
     (tmp_path / f"{value.partition(':')[0]}.py").write_text(block("py"))
-    told = tmp_path / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
-    told.mkdir()
-    (told / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
-    (told / "entry_points.txt").write_text(f"[{group}]\n{name} = {value}\n")
+    dist = tmp_path / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
+    dist.mkdir()
+    (dist / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
+    (dist / "entry_points.txt").write_text(f"[{group}]\n{name} = {value}\n")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "swarm_orbit", raising=False)
     for cached in (registry.system_class, registry._find):
@@ -97,6 +97,6 @@ def test_it_is_tried_without_being_installed(package):
 
     assert GameConfig(controllers=Wide).team_controllers[0].startswith(f"{__name__}:test_it_is_tried_")
     plain = type("Plain", (Orbit,), {})
-    for bad, said in ((Taken(), "'flocking' is"), (plain, "frozen dataclass"), (ControlSystem, "cannot be|frozen")):
-        with pytest.raises(ConfigError, match=said):
+    for bad, message in ((Taken(), "'flocking' is"), (plain, "frozen dataclass"), (ControlSystem, "cannot be|frozen")):
+        with pytest.raises(ConfigError, match=message):
             GameConfig(controllers=bad)

@@ -59,15 +59,15 @@ def test_slots_are_shared_out_as_scipy_does_also_where_costs_are_equal():
         places, slots = generator.integers(0, 5, (2, drones, 2)) / generator.choice([4.0, math.pi])
         costs = ((places[:, None] - slots[None]) ** 2).sum(axis=2)
         found = np.empty(drones, np.int64)
-        for given in (costs, generator.random((drones, drones)), np.zeros((drones, drones))):
-            assign(given, found)
-            np.testing.assert_array_equal(found, linear_sum_assignment(given)[1])
+        for matrix in (costs, generator.random((drones, drones)), np.zeros((drones, drones))):
+            assign(matrix, found)
+            np.testing.assert_array_equal(found, linear_sum_assignment(matrix)[1])
 
 
 def test_five_numbers_and_a_mapping_say_the_same():
-    said = {"shape": "line", "centre": (0.2, 0.3), "size": 0.1, "turn": 0.7}
-    for same in ([2, 0.2, 0.3, 0.1, 0.7], parse(said), types.MappingProxyType(said)):
-        np.testing.assert_array_equal(parse(same), parse(said))
+    mapping = {"shape": "line", "centre": (0.2, 0.3), "size": 0.1, "turn": 0.7}
+    for same in ([2, 0.2, 0.3, 0.1, 0.7], parse(mapping), types.MappingProxyType(mapping)):
+        np.testing.assert_array_equal(parse(same), parse(mapping))
     drawn = parse({"points": SQUARE, "turn": 0.7 + 2 * math.pi})
     np.testing.assert_array_equal(parse(drawn), drawn)
     assert drawn[4] == pytest.approx(0.7) and drawn[5] == 4

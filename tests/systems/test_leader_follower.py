@@ -39,7 +39,7 @@ def test_what_places_no_leaders_is_refused_and_says_why(command, said):
 def test_named_commands_send_all_leaders_to_a_place_or_around_it():
     made = Format(CONFIG, CONFIG.observations[0], action="discrete")
     assert len(made.command_names) == 50
-    at, around = (made.command_names.index(f"{how}_30_70") for how in ("at", "around"))
+    at, around = (made.command_names.index(f"{way}_30_70") for way in ("at", "around"))
     np.testing.assert_allclose(made.read_one(at, "action"), [(0.3, 0.7), (0.3, 0.7)])
     np.testing.assert_allclose(made.read_one(around, "action"), [(0.55, 0.7), (0.05, 0.7)])
     assert len(LeaderFollower(leaders=1).named(CONFIG)) == 25

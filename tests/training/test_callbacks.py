@@ -27,15 +27,15 @@ class Watch(BaseCallback):
     def _on_rollout_start(self):
         policy = self.model.policy
         self.explored.append((self.num_timesteps, float(policy.log_std.mean())))
-        for seen, network in ((self.actor, policy.actor), (self.critic, policy.mlp_extractor.critic)):
-            seen.append(np.concatenate([values.detach().numpy().ravel() for values in network.parameters()]))
+        for weights, network in ((self.actor, policy.actor), (self.critic, policy.mlp_extractor.critic)):
+            weights.append(np.concatenate([values.detach().numpy().ravel() for values in network.parameters()]))
 
     def _on_step(self):
         return True
 
 
-def moves(seen):
-    return [not np.array_equal(before, after) for before, after in itertools.pairwise(seen)]
+def moves(weights):
+    return [not np.array_equal(before, after) for before, after in itertools.pairwise(weights)]
 
 
 def test_exploration_fades_and_the_actor_is_held_while_the_critic_learns_first(tmp_path):

@@ -18,8 +18,8 @@ SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
 
 
 def options(prefix="", **changes):
-    given = SMALL | {name.replace("_", "-"): value for name, value in changes.items()}
-    return [text for name, value in given.items() for text in (f"--{prefix}{name}", str(value))]
+    settings = SMALL | {name.replace("_", "-"): value for name, value in changes.items()}
+    return [text for name, value in settings.items() for text in (f"--{prefix}{name}", str(value))]
 
 
 TRAIN = ["train", "--games", "2", *options(total_steps=64), *SHORT]
@@ -43,8 +43,8 @@ def run(arguments, capsys):
     return 0, capsys.readouterr().out
 
 
-def line_that_goes_on(said):
-    (line,) = [line for line in said.splitlines() if line.startswith("go on with: ")]
+def line_that_goes_on(printed):
+    (line,) = [line for line in printed.splitlines() if line.startswith("go on with: ")]
     program, *arguments = shlex.split(line.removeprefix("go on with: "))
     assert program == "swarm-pz"
     return arguments
@@ -67,11 +67,11 @@ def stop_and_go_on(capsys, monkeypatch):
             return on_step(self)
 
         monkeypatch.setattr(Account, "_on_step", step)
-        status, said = run(command, capsys)
-        assert status == 130 and f"{folder} is saved at step {steps} of {total}" in said
+        status, printed = run(command, capsys)
+        assert status == 130 and f"{folder} is saved at step {steps} of {total}" in printed
         assert read(Path(folder) / CHECKPOINT)[0]["learner"]["steps"] == steps
         assert not list(Path("runs").rglob(".*draft*"))
-        assert line_that_goes_on(said) == command
+        assert line_that_goes_on(printed) == command
         status, _ = run(command, capsys)
         assert status == 0 and read(Path(folder) / CHECKPOINT)[0]["learner"]["steps"] >= total
 
@@ -81,14 +81,14 @@ def stop_and_go_on(capsys, monkeypatch):
 def test_a_stopped_training_goes_on_and_one_with_other_settings_leaves_it_as_it_is(stop_and_go_on, capsys):
     stop_and_go_on(TRAIN, signal.SIGTERM, "runs/first", 32, 64)
     before = contents("runs/first", "*")
-    status, said = run([*TRAIN, "--seed", "1"], capsys)
-    assert status == 2 and "another configuration" in said and "--out" in said
+    status, printed = run([*TRAIN, "--seed", "1"], capsys)
+    assert status == 2 and "another configuration" in printed and "--out" in printed
     assert contents("runs/first", "*") == before
 
 
 def test_a_stopped_league_goes_on_and_a_finished_one_says_so_and_trains_nothing(stop_and_go_on, capsys):
     stop_and_go_on(LEAGUE, signal.SIGINT, "runs/league/main", 64, 96)
     weights = contents("runs", "policy.safetensors")
-    status, said = run(LEAGUE, capsys)
-    assert status == 0 and "it has had 96 of 96 steps" in said and "training for" not in said
+    status, printed = run(LEAGUE, capsys)
+    assert status == 0 and "it has had 96 of 96 steps" in printed and "training for" not in printed
     assert contents("runs", "policy.safetensors") == weights != {}

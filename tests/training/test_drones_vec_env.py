@@ -21,8 +21,8 @@ def choose(environment, generator):
 
 def test_a_row_is_a_drone_of_the_pettingzoo_face():
     rows = DronesVecEnv(num_games=3, seed=4, opponent=["noise", "uniform"], **SMALL)
-    seen, generator = rows.reset(), np.random.default_rng(0)
-    assert rows.num_envs == 12 and seen.shape == (12, *rows.observation_space.shape)
+    observations, generator = rows.reset(), np.random.default_rng(0)
+    assert rows.num_envs == 12 and observations.shape == (12, *rows.observation_space.shape)
     streams = np.random.SeedSequence(4).spawn(3)
     singles = [drones_env(opponent=name, **SMALL) for name in ("noise", "uniform", "noise")]
     for single, stream in zip(singles, streams, strict=True):
@@ -32,11 +32,11 @@ def test_a_row_is_a_drone_of_the_pettingzoo_face():
         single.reset()
     for _ in range(8):
         actions = choose(rows, generator)
-        seen, rewards, dones, _ = rows.step(actions)
+        observations, rewards, dones, _ = rows.step(actions)
         for game, single in enumerate(singles):
             mine = slice(4 * game, 4 * game + 4)
             result = single.step(dict(zip(single.possible_agents, actions[mine], strict=True)))
-            assert (seen[mine] == np.stack(list(result[0].values()))).all() and not dones[mine].any()
+            assert (observations[mine] == np.stack(list(result[0].values()))).all() and not dones[mine].any()
             assert rewards[mine] == pytest.approx(list(result[1].values()))
 
 
@@ -50,8 +50,8 @@ def test_games_that_end_before_others_tell_what_their_own_drones_saw_last(monkey
     monkeypatch.setattr(drones, "reset", lambda *given: (expected.append(drones.observe()), reset(*given)))
     _, _, dones, infos = rows.step(choose(rows, np.random.default_rng(0)))
     assert np.flatnonzero(dones).tolist() == list(range(4, 12))
-    seen = np.stack([infos[row]["terminal_observation"] for row in range(4, 12)])
-    assert (seen == expected[0][1:].reshape(8, -1)).all() and (seen[:, 0] == 1).all()
+    last = np.stack([infos[row]["terminal_observation"] for row in range(4, 12)])
+    assert (last == expected[0][1:].reshape(8, -1)).all() and (last[:, 0] == 1).all()
     for info in infos[4:]:  # a won game is not truncated
         assert (info["outcome"], info["TimeLimit.truncated"], bool(info["flies"])) == (1, False, True)
 
@@ -63,13 +63,13 @@ def test_games_that_end_by_time_say_so_and_begin_anew():
     for _ in range(2):
         _, _, dones, infos = env.step(choose(env, generator))
         assert not dones.any() and infos == [{}] * 8
-    seen, _, dones, infos = env.step(choose(env, generator))
+    observations, _, dones, infos = env.step(choose(env, generator))
     assert dones.all()
     for row, info in enumerate(infos):
         assert info["TimeLimit.truncated"] and info["time_s"] == 1.5 and info["outcome"] == 0
         assert info["flies"] == (row % 4 < 2) == (info["terminal_observation"][0] == 1)
         assert env.observation_space.contains(info["terminal_observation"])
-    assert (seen[:, 3:5] == 0).all()  # drones rest
+    assert (observations[:, 3:5] == 0).all()  # drones rest
     assert env.reset_infos[0]["time_s"] == 0.0
 
 
@@ -78,15 +78,15 @@ def test_seeds_decide_the_games_and_threads_decide_nothing(options):
     def play(threads):
         env = DronesVecEnv(num_games=4, threads=threads, seed=3, max_cycles=12, **SMALL, **options)
         env.action_space.seed(0)
-        seen = [env.reset()]
+        arrays = [env.reset()]
         for _ in range(15):
             actions = np.stack([env.action_space.sample() for _ in range(env.num_envs)])
-            seen += env.step(actions)[:3]
-        assert all(env.observation_space.contains(one) for one in seen[-3])
+            arrays += env.step(actions)[:3]
+        assert all(env.observation_space.contains(one) for one in arrays[-3])
         assert env.seed(3) == [3] * 16
-        assert np.array_equal(env.reset(), seen[0]) and not np.array_equal(env.reset(), seen[0])
+        assert np.array_equal(env.reset(), arrays[0]) and not np.array_equal(env.reset(), arrays[0])
         env.close()
-        return seen
+        return arrays
 
     np.testing.assert_equal(play(1), play(2))
 

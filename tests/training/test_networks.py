@@ -18,9 +18,9 @@ CASES = {
 
 @pytest.fixture(params=CASES)
 def network(request):
-    make, seen, shape = CASES[request.param]
+    make, space, shape = CASES[request.param]
     torch.manual_seed(0)
-    return make(seen, spaces.Box(-1, 1, shape, np.float32), lambda _: 0.125, width=16)
+    return make(space, spaces.Box(-1, 1, shape, np.float32), lambda _: 0.125, width=16)
 
 
 def boards(network, count=4):
@@ -28,17 +28,17 @@ def boards(network, count=4):
     return torch.from_numpy(np.stack([network.observation_space.sample() for _ in range(count)]))
 
 
-def shown(network, seen):
-    return seen.float() / 255 if isinstance(network, GridPolicy) else seen
+def shown(network, images):
+    return images.float() / 255 if isinstance(network, GridPolicy) else images
 
 
 def test_every_way_to_ask_gives_the_same_value_and_the_actors_action(network):
-    seen = boards(network)
-    actions, values, chances = network(seen, deterministic=True)
-    torch.testing.assert_close(network.predict_values(seen), values)
-    torch.testing.assert_close(network.get_distribution(seen).mode().reshape(actions.shape), actions)
-    torch.testing.assert_close(network.actor(shown(network, seen)), actions)
-    again, chances_again, _ = network.evaluate_actions(seen, actions.flatten(1))
+    batch = boards(network)
+    actions, values, chances = network(batch, deterministic=True)
+    torch.testing.assert_close(network.predict_values(batch), values)
+    torch.testing.assert_close(network.get_distribution(batch).mode().reshape(actions.shape), actions)
+    torch.testing.assert_close(network.actor(shown(network, batch)), actions)
+    again, chances_again, _ = network.evaluate_actions(batch, actions.flatten(1))
     torch.testing.assert_close(again, values)
     torch.testing.assert_close(chances_again, chances)
     assert float(values.detach().std()) > 0

@@ -56,9 +56,9 @@ def test_the_folder_holds_the_policy_with_its_story_and_how_the_run_went(trained
     assert [record["step"] for record in history["records"]] == [0, 32, 64] and history["records"] == run.state.records
     assert TrainConfig.from_dict(json.loads((folder / "config.json").read_text())) == TINY
     assert list((folder / "tensorboard").iterdir())
-    found = play_match(policy, "uniform", games=2, seed=1_000_000, config=TINY.game).summary()
-    expected = {"win_rate": found["win_rate"], "loss_rate": found["losses"] / 2, "share": found["mean_share"]}
-    expected |= dict(zip(("win_rate_low", "win_rate_high"), found["win_rate_ci95"], strict=True))
+    summary = play_match(policy, "uniform", games=2, seed=1_000_000, config=TINY.game).summary()
+    expected = {"win_rate": summary["win_rate"], "loss_rate": summary["losses"] / 2, "share": summary["mean_share"]}
+    expected |= dict(zip(("win_rate_low", "win_rate_high"), summary["win_rate_ci95"], strict=True))
     assert run.state.records[-1].items() >= expected.items(), (
         "of what is written, on seeds that are those of no training"
     )
@@ -71,13 +71,13 @@ def test_the_folder_holds_the_policy_with_its_story_and_how_the_run_went(trained
 
 def test_the_written_policy_plays_the_mean_of_sb3s_policy_in_every_batch(trained):
     run, _, folder = trained
-    loaded, seen = policies.load(folder, TINY.game), images(70)
-    together = loaded.act(seen, np.arange(70))
-    mean, _ = run.model.predict(seen, deterministic=True)
+    loaded, batch = policies.load(folder, TINY.game), images(70)
+    together = loaded.act(batch, np.arange(70))
+    mean, _ = run.model.predict(batch, deterministic=True)
     expected = command_from_action(np.clip(mean, -1, 1).astype(np.float64), 10, is_log=True)
     np.testing.assert_allclose(together, expected, rtol=1e-4)
     for row in (0, 1, 69):
-        np.testing.assert_array_equal(loaded.act(seen[row : row + 1], np.array([row]))[0], together[row])
+        np.testing.assert_array_equal(loaded.act(batch[row : row + 1], np.array([row]))[0], together[row])
     assert play_match(loaded, "uniform", games=2, config=TINY.game).summary()["games"] == 2
 
 
@@ -86,8 +86,8 @@ def test_more_channels_than_rows_are_learned_from_too(tmp_path):
     observation = ObservationConfig(grid=5, channels=CHANNELS + MOTION_CHANNELS)
     config = TINY.replace(game=TINY.game.replace(observation=observation), total_steps=32)
     policy = Training(config, tmp_path / "run", say=quiet).run()
-    loaded, seen = policies.load(tmp_path / "run", TINY.game), images(3, 13, 5)
-    np.testing.assert_array_equal(loaded.act(seen, np.arange(3)), policy.act(seen, np.arange(3)))
+    loaded, batch = policies.load(tmp_path / "run", TINY.game), images(3, 13, 5)
+    np.testing.assert_array_equal(loaded.act(batch, np.arange(3)), policy.act(batch, np.arange(3)))
 
 
 def test_what_learns_other_commands_than_densities_plays_them_and_no_others(tmp_path):
@@ -97,9 +97,9 @@ def test_what_learns_other_commands_than_densities_plays_them_and_no_others(tmp_
     policy, rows = load(tmp_path / "run", DIRECT.game), np.arange(40)
     card = policy.card
     assert (card["answers"], card["shape"], card["head"]) == ("accelerations", [4, 2], "drones")
-    seen = np.random.default_rng(0).random((40, 4, 5)).astype(np.float32)
-    alone = np.concatenate([policy.act(seen[row : row + 1], rows[row : row + 1]) for row in rows])
-    np.testing.assert_array_equal(policy.act(seen, rows), alone)
+    batch = np.random.default_rng(0).random((40, 4, 5)).astype(np.float32)
+    alone = np.concatenate([policy.act(batch[row : row + 1], rows[row : row + 1]) for row in rows])
+    np.testing.assert_array_equal(policy.act(batch, rows), alone)
     assert len(play_match(policy, "uniform", games=2, config=DIRECT.game).games) == 2
     for rules, message in (
         ({"controllers": "ergodic"}, "kind 'accelerations', but the control system ergodic"),
@@ -148,8 +148,8 @@ def test_a_folder_with_anything_else_that_was_trained_is_left_as_it_is(tmp_path,
 
 def test_a_run_may_go_on_longer_with_other_threads_but_not_with_other_settings(tmp_path):
     Training(TINY, tmp_path, say=quiet)
-    lines, told = [], {"evaluate_every": 7, "checkpoint_every": 9}
-    Training(TINY.replace(total_steps=96, threads=2, **told), tmp_path, say=lines.append)
+    lines, settings = [], {"evaluate_every": 7, "checkpoint_every": 9}
+    Training(TINY.replace(total_steps=96, threads=2, **settings), tmp_path, say=lines.append)
     assert "was to have 64 steps" in lines[1]
     for changes in ({"seed": 1}, {"opponents": ("ring",)}, {"evaluation_games": 4}, {"gamma": 0.5}):
         with pytest.raises(CheckpointError, match="another configuration"):
@@ -229,11 +229,11 @@ class Gather(VecEnvWrapper):
         return self.venv.reset()
 
     def step_wait(self):
-        seen, _, dones, infos = self.venv.step_wait()
+        images, _, dones, infos = self.venv.step_wait()
         simulator = self.venv.duel.batch.simulator
         own = simulator.teams == self.venv.duel.sides[:, None]
         distance = np.linalg.norm(simulator.positions - 0.5, axis=-1)
-        return seen, (1.0 - (distance * own).sum(axis=1) / own.sum(axis=1)).astype(np.float32), dones, infos
+        return images, (1.0 - (distance * own).sum(axis=1) / own.sum(axis=1)).astype(np.float32), dones, infos
 
 
 def test_learning_finds_the_place_that_is_rewarded():
@@ -246,9 +246,9 @@ def test_learning_finds_the_place_that_is_rewarded():
     )  # fmt: skip
 
     def mean_closeness():
-        seen, total = env.reset(), 0.0
+        images, total = env.reset(), 0.0
         for _ in range(19):
-            seen, closeness, _, _ = env.step(model.predict(seen, deterministic=True)[0])
+            images, closeness, _, _ = env.step(model.predict(images, deterministic=True)[0])
             total += closeness.mean() / 19
         return total
 

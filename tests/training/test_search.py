@@ -25,11 +25,11 @@ def test_patterns_are_worth_their_share_of_the_drones_whoever_plays_beside_them(
 
 
 def test_a_search_that_is_stopped_says_so():
-    asked, shown = iter([False] * 7), []
-    how = {"games": 2, "generations": 1, "candidates": 4, "seed": 3, "pool": SerialExecutor()}
+    stops, shown = iter([False] * 7), []
+    options = {"games": 2, "generations": 1, "candidates": 4, "seed": 3, "pool": SerialExecutor()}
     with pytest.raises(Stopped, match="begins again"):
-        search_against(RING, should_stop=lambda: next(asked, True), **how)
-    assert len(search_against(RING, show=lambda *done: shown.append(done), **how)) == 3
+        search_against(RING, should_stop=lambda: next(stops, True), **options)
+    assert len(search_against(RING, show=lambda *done: shown.append(done), **options)) == 3
     rounds = len(KINDS) + 2  # a generation from each of the two best kinds
     assert shown == [(number, rounds) for number in range(1, rounds + 1)]
 

@@ -29,15 +29,15 @@ def kinds_of(league):
 
 @pytest.fixture(scope="module")
 def played(tmp_path_factory):
-    said = []
-    league = League(LEAGUE, tmp_path_factory.mktemp("leagues") / "league", say=said.append, command="swarm-pz league")
-    return league, league.run(), said
+    lines = []
+    league = League(LEAGUE, tmp_path_factory.mktemp("leagues") / "league", say=lines.append, command="swarm-pz league")
+    return league, league.run(), lines
 
 
 def test_a_league_grows_a_pool_and_writes_a_policy_whose_card_says_whom_it_met(played):
-    league, policy, said = played
-    assert any(" hardest " in line for line in said) and any(
-        "exploiter_000 against snapshot_001" in one for one in said
+    league, policy, lines = played
+    assert any(" hardest " in line for line in lines) and any(
+        "exploiter_000 against snapshot_001" in one for one in lines
     )
     assert kinds_of(league)[:2] == ["script", "script"]
     assert kinds_of(league).count("snapshot") >= 3 and league.pool.exploiters >= 1
@@ -134,13 +134,13 @@ def test_each_game_against_a_pattern_is_played_by_the_pattern_that_it_counts_for
     ((players, names),) = dealt
     patterns = [(seat, name) for seat, name in enumerate(names) if name.startswith("pattern:")]
     assert len(patterns) == 8 and len({id(players[seat]) for seat, _ in patterns}) == 1
-    seen = np.zeros((32, 2, 25, 25), np.uint8)
+    images = np.zeros((32, 2, 25, 25), np.uint8)
     for seat, name in patterns:
         shared, alone = players[seat], policies.load(name, LEARNER.game)
         rows = np.array([seat, seat + 16])
         for one in (shared, alone):
             one.reset([1, 2], rows)
-        np.testing.assert_allclose(shared.act(seen[rows], rows), alone.act(seen[rows], rows), atol=1e-3)
+        np.testing.assert_allclose(shared.act(images[rows], rows), alone.act(images[rows], rows), atol=1e-3)
 
 
 @pytest.mark.parametrize(("share", "joins"), [(0.5, False), (0.51, True)])

@@ -35,16 +35,16 @@ def test_every_seed_is_the_run_that_trains_it_alone(alone, tmp_path):
 
 
 def test_whoever_trains_them_they_are_the_same(alone, tmp_path):
-    said, shown = [], []
+    lines, shown = [], []
     with ThreadPoolExecutor(1) as pool:
-        show = {"say": said.append, "show": lambda *steps: shown.append(steps)}
+        show = {"say": lines.append, "show": lambda *steps: shown.append(steps)}
         assert_same(alone, sweep(RUN, (3, 5), tmp_path / "here", pool, **show))
-    assert f"{tmp_path}/here/seed-5: trained" in said
+    assert f"{tmp_path}/here/seed-5: trained" in lines
     assert shown[-1] == (128, 128)
     (tmp_path / "there").mkdir()
     pool = Elsewhere(tmp_path / "there")
     assert_same(alone, sweep(RUN, (3, 5), tmp_path / "far", pool, say=quiet))
-    assert pool.given == ["train_one", "train_one"] and not list((tmp_path / "there").iterdir())
+    assert pool.submitted == ["train_one", "train_one"] and not list((tmp_path / "there").iterdir())
 
 
 def test_what_was_stopped_goes_on_and_what_is_trained_stays(alone, tmp_path, monkeypatch):

@@ -23,9 +23,9 @@ def test_seeds_decide_the_games_threads_decide_nothing_and_games_of_a_batch_diff
         env = SwarmVecEnv(COARSE, 4, opponent=["ring", "noise"], threads=threads, seed=9)
         assert env.seed(seed) == [seed] * 4
         generator = np.random.default_rng(0)
-        seen = np.stack([env.reset(), *(env.step(generator.uniform(-1, 1, (4, 10, 10)))[0] for _ in range(20))])
+        images = np.stack([env.reset(), *(env.step(generator.uniform(-1, 1, (4, 10, 10)))[0] for _ in range(20))])
         env.close()
-        return seen
+        return images
 
     one = play(3)
     np.testing.assert_array_equal(one, play(3, threads=2))
@@ -43,8 +43,8 @@ def test_a_decided_game_is_not_marked_as_a_time_out(won):
     _, rewards, dones, infos = env.step(STILL)
     assert dones.all()
     for reward, info in zip(rewards, infos, strict=True):
-        told = {name: info[name] for name in ("TimeLimit.truncated", "outcome", "size")}
-        assert told == {"TimeLimit.truncated": False, "outcome": 1 if won else -1, "size": 6 if won else 0}
+        ending = {name: info[name] for name in ("TimeLimit.truncated", "outcome", "size")}
+        assert ending == {"TimeLimit.truncated": False, "outcome": 1 if won else -1, "size": 6 if won else 0}
         assert np.sign(reward) == (1 if won else -1)
 
 
@@ -58,7 +58,7 @@ def test_only_the_games_that_have_ended_start_anew_and_have_infos_each_its_own()
     simulator, sides = env.duel.batch.simulator, env.duel.sides.copy()
     for one in (env, endless):
         one.duel.batch.simulator.games.ticks[[1, 3]] = COARSE.limit_ticks - 30
-    seen, _, dones, infos = env.step(STILL)
+    observations, _, dones, infos = env.step(STILL)
     last, *_ = endless.step(STILL)
     assert dones.tolist() == [False, True, False, True]
     assert infos[0] == infos[2] == {}
@@ -71,8 +71,8 @@ def test_only_the_games_that_have_ended_start_anew_and_have_infos_each_its_own()
         assert infos[row]["TimeLimit.truncated"]
         ended = infos[row]["terminal_observation"]
         np.testing.assert_array_equal(ended[:-1], last[row, :-1])
-        assert (ended[-1].max(), seen[row, -1].min()) == (0, 255)
-        assert ended[2].max() == 255 and not seen[row, 2].any()  # trails
+        assert (ended[-1].max(), observations[row, -1].min()) == (0, 255)
+        assert ended[2].max() == 255 and not observations[row, 2].any()  # trails
 
 
 def test_stacked_batches_play_as_they_would_alone():

@@ -107,8 +107,8 @@ def measure(setting: Setting) -> Finding:
     person = [play(touched, aimer, "person", setting)[0] for aimer in AIMERS]
     lost, spread = np.zeros((2, games, len(SIGMAS), len(AIMERS)))
     for (place, sigma), (way, aimer) in itertools.product(enumerate(SIGMAS), enumerate(AIMERS)):
-        found = play(disc(sigma, cells), aimer, "program", setting)
-        lost[:, place, way], spread[:, place, way] = found
+        results = play(disc(sigma, cells), aimer, "program", setting)
+        lost[:, place, way], spread[:, place, way] = results
     compact = lost[:, [sigma is not None and sigma <= COMPACT for sigma in SIGMAS]]
     loose = lost[:, [sigma is None or sigma >= SPREAD for sigma in SIGMAS]]
     cut = compact.shape[1]

@@ -119,14 +119,14 @@ def weights_of(config: GameConfig) -> list[float]:
 
 def spreads(config: GameConfig, seeds: list[int], target: Array) -> Array:
     """Return the rms distance (seeds, weights) that flocks keep from an attractor in the middle, by its weight."""
-    found = []
+    distances = []
     for weight in weights_of(config):
         simulator = start(config.replace(controllers="flocking"), seeds, target)
         _attract(simulator, (0.5, 0.5), weight)
         simulator.advance(SETTLED * TICKS_PER_SECOND)
         places = Flight(simulator).places
-        found.append(np.sqrt(((places - 0.5) ** 2).sum(axis=-1).mean(axis=(1, 2))))
-    return np.stack(found, axis=1)
+        distances.append(np.sqrt(((places - 0.5) ** 2).sum(axis=-1).mean(axis=(1, 2))))
+    return np.stack(distances, axis=1)
 
 
 def times_near(flight: Flight, target: Array) -> Array:
@@ -193,8 +193,8 @@ def measure(setting: Setting) -> Finding:
         ]
     near = {way: estimate(times_near(one, drawn), lesser) for way, one in flights["drawn"].items()}
     shape, wide = (
-        estimate(*given)
-        for given in ((widths(flights["drawn"][ERGODIC]), diffuse_over_compact), (spread, widest_over_narrowest))
+        estimate(*arguments)
+        for arguments in ((widths(flights["drawn"][ERGODIC]), diffuse_over_compact), (spread, widest_over_narrowest))
     )
     asks = wanted(drawn)[1]
     parts = [
@@ -239,10 +239,10 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     cells = top.subgridspec(*((1, 4) if wide else (2, 2)))
     curves = bottom.subgridspec(*((1, 3) if wide else (3, 1)))
     maps = [figure.add_subplot(cells[place]) for place in range(4)]
-    for axes, (name, found) in zip(maps, ({"asked for": series["target"]} | series["maps"]).items(), strict=True):
+    for axes, (name, histogram) in zip(maps, ({"asked for": series["target"]} | series["maps"]).items(), strict=True):
         style.arena(axes, name)
         axes.set(xlabel="", ylabel="", xticks=(), yticks=())
-        image = axes.imshow(found, origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=8)
+        image = axes.imshow(histogram, origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=8)
         for middle in MODES:
             axes.add_patch(
                 style.patch(
@@ -259,18 +259,18 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     where: dict[str, Any] = {} if wide else {"location": "bottom", "shrink": 0.7, "aspect": 35}
     figure.colorbar(image, ax=maps, label=f"time in {SECONDS} s / even cover", extend="max", **where)
     times, (drawn, equal, right) = np.arange(1, SECONDS + 1), (figure.add_subplot(curves[place]) for place in range(3))
-    for axes, (name, found) in zip((drawn, equal), series["metric"].items(), strict=True):
-        for (way, values), colour, dash in zip(found.items(), style.SERIES, style.DASHES, strict=False):
+    for axes, (name, metrics) in zip((drawn, equal), series["metric"].items(), strict=True):
+        for (way, values), colour, dash in zip(metrics.items(), style.SERIES, style.DASHES, strict=False):
             style.band(axes, times, values, colour, dash, way)
         style.mark(axes, REACHED, f"ours: {REACHED:g}")
         axes.set(yscale="log", xlabel="time (s)", xlim=(0, SECONDS), title=f"{name} spots: metric E (mean, 95 %)")
-    found, colour = series["spreads"], style.SERIES[1]
-    style.whisker(right, series["weights"], *(found[key] for key in ("mean", "low", "high")), fmt="o-", color=colour)
+    spread, colour = series["spreads"], style.SERIES[1]
+    style.whisker(right, series["weights"], *(spread[key] for key in ("mean", "low", "high")), fmt="o-", color=colour)
     for reach, mode, side in zip(series["asked"], ("diffuse", "compact"), ("bottom", "top"), strict=True):
         right.axhline(reach, color=style.GREY, linewidth=0.7)
         right.text(max(series["weights"]), reach, f"{mode} spot", color=style.GREY, ha="right", va=side)
     right.set(xlabel="weight of the attractor", title="a flock's width (rms, map widths)")
-    right.set_ylim(0, 1.25 * max(*series["asked"], *found["high"]))
+    right.set_ylim(0, 1.25 * max(*series["asked"], *spread["high"]))
     style.legend_below(figure, drawn, (1, 3))
 
 

@@ -77,7 +77,7 @@ def measure(setting: Setting) -> Finding:
         changes: {name: fly(config, seeds, command, changes) for name, command in commands.items()}
         for changes in CHANGES
     }
-    flights = {changes: np.stack([*found.values()], axis=1) for changes, found in metric.items()}
+    flights = {changes: np.stack([*by_drawing.values()], axis=1) for changes, by_drawing in metric.items()}
     changing = list(CHANGES)[1:]
     parts = [
         asked(

@@ -97,7 +97,7 @@ def measure(setting: Setting) -> Finding:
     largest = float(distance(one, other, order).max())
 
     flown = {name: fly_both(config, seeds, order, command) for name, command in commands.items()}
-    metric = np.stack([found for found, _ in flown.values()])  # (drawings, control periods, 2, seeds)
+    metric = np.stack([curves for curves, _ in flown.values()])  # (drawings, control periods, 2, seeds)
     shown, apart = flown[SHOWN]
     return Finding(
         parts=[

@@ -47,9 +47,9 @@ def apart(one: Array, other: Array) -> Array:
 def nearest(places: Array, targets: Array) -> NDArray[np.int64]:
     """Return, for each game's places (seeds, ..., 2), the index of the nearest target by coefficients (n, K, K)."""
     modes = targets.shape[-1]
-    found = basis(places.reshape(len(places), -1, 2), modes).mean(axis=1)
+    coefficients = basis(places.reshape(len(places), -1, 2), modes).mean(axis=1)
     weights = (1.0 + np.add.outer(np.arange(modes) ** 2, np.arange(modes) ** 2)) ** -1.5
-    return np.asarray((weights * (found[:, None] - targets) ** 2).sum(axis=(-2, -1)).argmin(axis=1))
+    return np.asarray((weights * (coefficients[:, None] - targets) ** 2).sum(axis=(-2, -1)).argmin(axis=1))
 
 
 def measure(setting: Setting) -> Finding:
@@ -130,14 +130,14 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     )
     maps, image = [], None
     curves = figure.add_subplot(grid[:, -1] if wide else grid[-1, :])
-    for row, (name, found) in enumerate(series.items()):
+    for row, (name, drawing) in enumerate(series.items()):
         axes = figure.add_subplot(grid[row, 0])
-        axes.imshow(found["command"], origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=1.4)
-        for brush, points in found["strokes"]:
+        axes.imshow(drawing["command"], origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=1.4)
+        for brush, points in drawing["strokes"]:
             axes.plot(*np.transpose(points), "-", color=style.BRUSHES[brush])
         maps.append(axes)
         axes.set_ylabel(name.replace("_", " "))
-        for column, (size, flight) in enumerate(found["flights"].items()):
+        for column, (size, flight) in enumerate(drawing["flights"].items()):
             axes = figure.add_subplot(grid[row, column + 1])
             image = axes.imshow(flight["map"], origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=5)
             maps.append(axes)

@@ -63,7 +63,7 @@ def measure(setting: Setting) -> Finding:
     games = play_games(red, BLUE_PLAYER, numbers, seed=setting.seed, config=config, after_step=captures)
     totals = [[int(both.sum()) for both in game] for game in captures.totals]
     won = [place for place, game in enumerate(games) if game.outcome != "draw"]
-    found = [pair for place in won if (pair := unsteadiness(totals[place])) is not None]
+    pairs = [pair for place in won if (pair := unsteadiness(totals[place])) is not None]
     parts = [
         asked(
             f"drones that change sides a second, more than {LEAST_RATE:g}",
@@ -76,12 +76,12 @@ def measure(setting: Setting) -> Finding:
         ),
         asked(
             "won games whose captures come more steadily in the last third, more than half",
-            share([after < before for before, after in found] or [False]),
+            share([after < before for before, after in pairs] or [False]),
             above(0.5),
         ),
         asked(
             "change of their frequency there, over that before, below 1",
-            estimate(found or [(0.0, 1.0)], _ratio),
+            estimate(pairs or [(0.0, 1.0)], _ratio),
             below(1.0),
             ours=True,
         ),
@@ -96,7 +96,7 @@ def measure(setting: Setting) -> Finding:
     ]
     return Finding(
         parts=parts,
-        method=f"Wilson, and bootstrap, over {len(games)} games, {len(won)} won, {len(found)} long enough",
+        method=f"Wilson, and bootstrap, over {len(games)} games, {len(won)} won, {len(pairs)} long enough",
         configs={"rules": config},
         seeds=[setting.seed],
         series=_shown(games, config.num_drones),

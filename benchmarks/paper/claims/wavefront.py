@@ -29,8 +29,8 @@ def rates(games: Any) -> Any:
 
 def gaps(games: Any) -> Any:
     """Return the first player's two rates (2,) minus the median of the other players'."""
-    found = rates(games)
-    return found[0] - np.median(found[1:], axis=0)
+    by_player = rates(games)
+    return by_player[0] - np.median(by_player[1:], axis=0)
 
 
 def counts(name: str, way: Way, setting: Setting) -> tuple[Any, Any]:
@@ -54,8 +54,8 @@ def measure(setting: Setting) -> Finding:
     """Play the wave as a person, who draws it, and all tactics as programs, from the same starts."""
     _, drawn = counts(ATTACK, WAYS[0], setting)
     played = {name: counts(name, WAYS[1], setting) for name in (ATTACK, *OTHERS)}
-    games = np.stack([found for found, _ in played.values()], axis=1)
-    found, low, high = bootstrap(games, rates)
+    games = np.stack([totals for totals, _ in played.values()], axis=1)
+    rate, low, high = bootstrap(games, rates)
     beside = estimates(
         [f"raw: drones {what} a minute over the median tactic's, more" for what in ("taken", "lost")], games, gaps
     )
@@ -76,22 +76,22 @@ def measure(setting: Setting) -> Finding:
         method=f"Wilson over {len(games)} games; bootstrap over starts, the same for all players, for rates",
         configs={"rules": setting.config},
         seeds=[setting.seed],
-        series={"players": list(played), "rates": found.tolist(), "low": low.tolist(), "high": high.tolist()},
+        series={"players": list(played), "rates": rate.tolist(), "low": low.tolist(), "high": high.tolist()},
     )
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw taken against lost drones of every tactic."""
     axes = figure.subplots()
-    found, low, high = (np.array(series[name]) for name in ("rates", "low", "high"))
+    rate, low, high = (np.array(series[name]) for name in ("rates", "low", "high"))
     most = 1.05 * max(high.max(), 1.0)
     axes.plot([0, most], [0, most], ":", color=style.GREY, linewidth=0.8, label="as many taken as lost")
     markers = dict(zip(series["players"], "DosvP^X<>", strict=True))
     for place, name in enumerate(series["players"]):
         colour = style.SERIES[1] if name == ATTACK else style.SERIES[0]
-        up, across = np.stack([found[place] - low[place], high[place] - found[place]], axis=1)[..., None]
+        up, across = np.stack([rate[place] - low[place], high[place] - rate[place]], axis=1)[..., None]
         look = {"fmt": markers[name], "color": colour, "capsize": 1.5, "elinewidth": 0.7, "label": name}
-        axes.errorbar(found[place][1], found[place][0], xerr=across, yerr=up, **look)
+        axes.errorbar(rate[place][1], rate[place][0], xerr=across, yerr=up, **look)
     for scale in (axes.set_xscale, axes.set_yscale):
         scale("symlog", linthresh=10)
     axes.set(xlim=(0, most), ylim=(0, most))

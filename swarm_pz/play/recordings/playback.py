@@ -76,8 +76,8 @@ class Playback:
         Raises RecordingError if the simulation differs from the recording.
         """
         check(path.suffix == ".csv", "positions", str(path), "a file that ends in .csv")
-        if (found := self.verify()).first_difference is not None:
-            raise RecordingError(f"{self.recording.name} plays differently here from tick {found.first_difference}")
+        if (result := self.verify()).first_difference is not None:
+            raise RecordingError(f"{self.recording.name} plays differently here from tick {result.first_difference}")
         with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(("tick", "drone", "team", "x", "y", "velocity_x", "velocity_y"))

@@ -178,15 +178,15 @@ class Recording:
     @cached_property
     def poses(self) -> dict[int, NDArray[np.float32]]:
         """The poses of robots (N, 4) by tick; empty if the game was simulated."""
-        found, drones = {}, self.config.game.num_drones
+        by_tick, drones = {}, self.config.game.num_drones
         low, high = (0.0, 0.0, -SPEED_LIMIT, -SPEED_LIMIT), (1.0, 1.0, SPEED_LIMIT, SPEED_LIMIT)
         for line in self.of(PosesMessage):
             poses = np.frombuffer(line.data, "<f4") if len(line.data) == 16 * drones else np.full(4, np.inf)
             poses = poses.reshape(-1, 4)
             if not (np.isnan(poses) | ((poses >= low) & (poses <= high))).all():
                 raise RecordingError(f"{self.name}: poses at tick {line.tick} must be of {drones} drones on the map")
-            found[line.tick] = poses
-        return found
+            by_tick[line.tick] = poses
+        return by_tick
 
     def start(self) -> LiveGame:
         """Return the game at its start."""

@@ -23,8 +23,8 @@ ATTRACTOR = "/flocking_command"
 
 def density(message: Message, is_weak: bool = False) -> Maker:
     """Read an image: Float32MultiArray, the tablet's message, or anything else with `data`; see `coarse`."""
-    values, given = _floats(message), "a density"
-    return _maker(given, "density", lambda _, cells: CommandMessage(0, density=coarse(values, cells, is_weak).tolist()))
+    values, label = _floats(message), "a density"
+    return _maker(label, "density", lambda _, cells: CommandMessage(0, density=coarse(values, cells, is_weak).tolist()))
 
 
 def attractors(message: Message) -> Maker:
@@ -55,7 +55,7 @@ def any_kind(message: Message) -> Maker:
     return lambda takes, cells: image(takes, cells) if takes.takes == "density" else _shaped(values, takes)
 
 
-def _maker(given: str, kind: str, make: Maker) -> Maker:
+def _maker(label: str, kind: str, make: Maker) -> Maker:
     """Return a maker of commands for seats that take this kind; for others it raises ProtocolError."""
 
     def checked(takes: Commands, cells: int) -> CommandMessage:
@@ -64,7 +64,7 @@ def _maker(given: str, kind: str, make: Maker) -> Maker:
         served = " or densities" if takes.serves_densities and takes.takes != "density" else ""
         topic = takes.takes if takes.takes in READERS else "command"
         raise ProtocolError(
-            f"{given} cannot fly this team: {takes.system} takes {takes.takes}{served}; publish on /swarm/TEAM/{topic}"
+            f"{label} cannot fly this team: {takes.system} takes {takes.takes}{served}; publish on /swarm/TEAM/{topic}"
         )
 
     return checked
@@ -130,8 +130,8 @@ def _floats(message: Message) -> NDArray[np.float64]:
 
 def _row(place: object, weight: str) -> list[float]:
     numbers = place if isinstance(place, dict) else {}
-    found = [numbers.get("x"), numbers.get("y"), numbers.get(weight, 0.0)]
-    row = [float(value) for value in found if type(value) in (int, float) and abs(value) < 1e9]
+    values = [numbers.get("x"), numbers.get("y"), numbers.get(weight, 0.0)]
+    row = [float(value) for value in values if type(value) in (int, float) and abs(value) < 1e9]
     if len(row) != 3:  # NaN fails the comparison
         raise ProtocolError(f"x, y and {weight} must be numbers")
     return row

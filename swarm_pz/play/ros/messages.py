@@ -116,20 +116,20 @@ def _pose(frame: Frame, drone: int) -> Message:
 
 def transforms(frame: Frame) -> Message:
     """Return every drone's frame, `agent0` and so on: tf2_msgs/TFMessage."""
-    found = []
+    stamped = []
     for drone in range(len(frame.teams)):
         pose = _pose(frame, drone)
         transform = {"translation": pose["position"], "rotation": pose["orientation"]}
-        found.append({"header": _header(frame.tick), "child_frame_id": f"agent{drone}", "transform": transform})
-    return {"transforms": found}
+        stamped.append({"header": _header(frame.tick), "child_frame_id": f"agent{drone}", "transform": transform})
+    return {"transforms": stamped}
 
 
 def markers(frame: Frame) -> Message:
     """Return every drone as a ball in its team's colour: visualization_msgs/MarkerArray."""
-    found = []
+    balls = []
     for drone, team in enumerate(frame.teams.tolist()):
         colour = dict(zip("rgba", (*COLOURS[team], 1.0), strict=True))
-        found.append(
+        balls.append(
             {
                 "header": _header(frame.tick),
                 "ns": "agents",
@@ -152,7 +152,7 @@ def markers(frame: Frame) -> Message:
                 "mesh_use_embedded_materials": False,
             }
         )
-    return {"markers": found}
+    return {"markers": balls}
 
 
 def sizes(frame: Frame) -> Message:

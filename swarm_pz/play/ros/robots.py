@@ -67,7 +67,7 @@ class Robots:
         self.positions, self.velocities, self._last = (np.zeros((_MOST, 3)) for _ in range(3))
         self._seen_s, self._last_s, self._stamps = (np.full(_MOST, -math.inf) for _ in range(3))
         self.setpoints, self.speeds, self.accelerations = (np.zeros((_MOST, 3)) for _ in range(3))
-        self.states, self._is_flown, self._asked = ["lost"] * _MOST, np.zeros(_MOST, bool), 1
+        self.states, self._is_flown, self._in_game = ["lost"] * _MOST, np.zeros(_MOST, bool), 1
         self.rest()
 
     # --- poses ------------------------------------------------------------------------------------
@@ -130,7 +130,7 @@ class Robots:
     def order(self, orders: Orders, now: float) -> None:
         """Set the orders of a game."""
         self._orders, self._ordered_s = orders, now
-        self._asked = max(self._asked, len(orders.teams))
+        self._in_game = max(self._in_game, len(orders.teams))
 
     def rest(self) -> None:
         """Forget the orders of the game."""
@@ -143,7 +143,7 @@ class Robots:
         """
         self.look(now)
         config, orders, count = self.config, self._orders, self.count
-        states, is_flown, seen = np.array(self.states[:count]), self._is_flown[:count], self.positions[:count]
+        states, is_flown, positions = np.array(self.states[:count]), self._is_flown[:count], self.positions[:count]
         former, is_free = self.setpoints[:count].copy(), states == "seen"
         begun, speeds = self.speeds[:count].copy(), self.speeds[:count].copy()
         led = np.flatnonzero(is_free[: len(orders.teams)])
@@ -151,7 +151,7 @@ class Robots:
             led = led[:0]
         is_flown[led] = True
         if orders.phase == "starting":
-            is_flown[: len(orders.teams)] |= self._is_near(seen)[: len(orders.teams)]
+            is_flown[: len(orders.teams)] |= self._is_near(positions)[: len(orders.teams)]
         is_flown &= states != "lost"
         stops = np.ones(count, bool)
         stops[led] = False
@@ -162,18 +162,18 @@ class Robots:
             starts = self._corner + config.scale * np.array(orders.starts)[led].reshape(-1, 2)
             speeds[led, :2] = _shortened(_GAIN * (starts - former[led, :2]), _SLOWLY)
         lowest, highest = config.altitudes
-        altitudes = lowest + (highest - lowest) * np.minimum(np.arange(count) / max(self._asked - 1, 1), 1.0)
+        altitudes = lowest + (highest - lowest) * np.minimum(np.arange(count) / max(self._in_game - 1, 1), 1.0)
         speeds[:, 2] = np.clip(_GAIN * (altitudes - former[:, 2]), -_CLIMB, _CLIMB) * (states != "late")
-        met = np.flatnonzero(np.isfinite(self._seen_s[:count]))  # numbers may have gaps
+        known = np.flatnonzero(np.isfinite(self._seen_s[:count]))  # numbers may have gaps
         for _ in range(_ROUNDS):
-            limited = _shortened(speeds[met], config.max_speed)[:, :2]
-            speeds[met, :2] = self._braked(former[met, :2], seen[met, :2], limited, is_free[met])
+            limited = _shortened(speeds[known], config.max_speed)[:, :2]
+            speeds[known, :2] = self._braked(former[known, :2], positions[known, :2], limited, is_free[known])
         free = former + speeds * _PERIOD_S
-        places = seen + _shortened(free - seen, config.leash)
+        places = positions + _shortened(free - positions, config.leash)
         places[~is_free, :2] = free[~is_free, :2]
         places[:, :2] = np.clip(places[:, :2], self._corner, self._corner + config.scale)
         places = former + _shortened(places - former, config.max_speed * _PERIOD_S)
-        self.setpoints[:count] = np.where(is_flown[:, None], places, seen)
+        self.setpoints[:count] = np.where(is_flown[:, None], places, positions)
         self.speeds[:count] = is_flown[:, None] * (places - former) / _PERIOD_S
         self.accelerations[:count] = _shortened((self.speeds[:count] - begun) / _PERIOD_S, _HARDEST)
 
@@ -184,9 +184,9 @@ class Robots:
         near = (away <= self.config.scale / 2 + fence) & (places[:, 2] <= self.config.altitudes[1] + fence)
         return np.asarray(near, np.bool_)
 
-    def _braked(self, places: Floats, seen: Floats, speeds: Floats, is_free: NDArray[np.bool_]) -> Floats:
+    def _braked(self, places: Floats, positions: Floats, speeds: Floats, is_free: NDArray[np.bool_]) -> Floats:
         """Return velocities (N, 2) at which setpoints stop before walls, and setpoints and robots before others."""
-        gaps = np.minimum(_distances(places), _distances(seen)) - self.config.separation
+        gaps = np.minimum(_distances(places), _distances(positions)) - self.config.separation
         away = places[:, None] - places[None, :]
         numbers = np.arange(len(places))
         away[..., 0] += 1e-6 * np.sign(numbers[:, None] - numbers[None, :])  # separates those at one place
@@ -271,9 +271,9 @@ def _shortened(ways: Floats, most: float) -> Floats:
 
 def _distances(places: Floats) -> Floats:
     """Return distances (N, N), with infinity on the diagonal."""
-    found = np.linalg.norm(places[:, None] - places[None, :], axis=-1)
-    np.fill_diagonal(found, np.inf)
-    return np.asarray(found)
+    distances = np.linalg.norm(places[:, None] - places[None, :], axis=-1)
+    np.fill_diagonal(distances, np.inf)
+    return np.asarray(distances)
 
 
 def _safe(gaps: Floats, braking: float) -> Floats:
@@ -298,10 +298,10 @@ def _states(message: Message) -> Iterator[tuple[int, Floats | None, Floats | Non
     if not isinstance(velocities, list) or len(velocities) != len(names):
         velocities = [{"linear": None}] * len(names)
     for name, transform, velocity in zip(names, transforms, velocities, strict=True):
-        found = re.fullmatch(r"\D*(\d{1,9})", name) if isinstance(name, str) else None
-        if found is None:
+        match = re.fullmatch(r"\D*(\d{1,9})", name) if isinstance(name, str) else None
+        if match is None:
             raise ProtocolError(f"a robot's name must end with its number, as agent3 does, got {reprlib.repr(name)}")
-        yield int(found[1]), _vector(transform, "translation"), _vector(velocity, "linear")
+        yield int(match[1]), _vector(transform, "translation"), _vector(velocity, "linear")
 
 
 def _vector(parent: Any, key: str) -> Floats | None:

@@ -116,13 +116,13 @@ class Rosbridge:
             if subscription is None or client is but or now - subscription.last_s < subscription.throttle_s:
                 continue
             subscription.last_s = now
-            how = subscription.compression
-            if how not in frames:
-                frames[how] = self._encode(topic, message, how)
-            client.put(frames[how], None if topic in self._every else topic)
+            compression = subscription.compression
+            if compression not in frames:
+                frames[compression] = self._encode(topic, message, compression)
+            client.put(frames[compression], None if topic in self._every else topic)
 
-    def _encode(self, topic: str, message: Message, how: str) -> str | bytes:
-        if how == "none":
+    def _encode(self, topic: str, message: Message, compression: str) -> str | bytes:
+        if compression == "none":
             return _json({"op": "publish", "topic": topic, "msg": message})
         seconds, nanoseconds = divmod(time.time_ns(), 1_000_000_000)
         raw = {"secs": seconds, "nsecs": nanoseconds, "bytes": serialise(self._topics[topic], message)}

@@ -123,13 +123,13 @@ class Server:
     async def _invitation(self, request: Request) -> Response:
         """Return a QR code of a room's address, at one of this page's addresses."""
         room, at = request.path_params["room"], request.query_params.get("at", "")
-        here = {f"{scheme}://{request.headers.get('host', '')}/" for scheme in ("http", "https")}
+        addresses = {f"{scheme}://{request.headers.get('host', '')}/" for scheme in ("http", "https")}
         address = request.client.host if request.client is not None else ""
         try:
             self.lobby.find_room(room, address)
         except RefusedError as error:
             raise HTTPException(429 if error.code == "too_many" else 404, str(error)) from error
-        if at not in here | {*self.lobby.addresses}:
+        if at not in addresses | {*self.lobby.addresses}:
             raise HTTPException(404, "there is no such address here")
         return Response(_picture_of(f"{at}#room={room}"), media_type="image/svg+xml")
 

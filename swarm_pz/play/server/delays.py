@@ -29,8 +29,8 @@ class Measured:
 
     def summary(self) -> Delay:
         """Return the requested delay, the median of the measured ones, and their number."""
-        got = float(np.median(self._got_ms)) if self._got_ms else 0.0
-        return Delay(asked_ms=self.asked_ms, got_ms=got if self._count else None, count=self._count)
+        median = float(np.median(self._got_ms)) if self._got_ms else 0.0
+        return Delay(asked_ms=self.asked_ms, got_ms=median if self._count else None, count=self._count)
 
 
 class _Waiting(NamedTuple):

@@ -208,8 +208,8 @@ class Lobby:
         return await self._listing.do(self._list, self._running())
 
     def _list(self, running: set[Path]) -> list[Summary]:
-        found = sorted(self.context.folder.glob(f"*{SUFFIX}"), reverse=True)[:_MOST_LISTED]
-        return [summary_of(path) for path in found if path not in running and _may_be_read(path)]
+        paths = sorted(self.context.folder.glob(f"*{SUFFIX}"), reverse=True)[:_MOST_LISTED]
+        return [summary_of(path) for path in paths if path not in running and _may_be_read(path)]
 
     def find_recording(self, name: str) -> Path:
         """Return the file of a recorded game that is over: nobody may see drawings of a running one.

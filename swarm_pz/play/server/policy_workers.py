@@ -81,29 +81,29 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
     seats: dict[Hashable, tuple[Player, BatchEnv]] = {}
     while True:
         try:
-            asked: _Question | PolicySeat = pipe.recv()
+            request: _Question | PolicySeat = pipe.recv()
         except EOFError:
             return
-        if isinstance(asked, PolicySeat):
-            seats.pop(asked.key, None)
+        if isinstance(request, PolicySeat):
+            seats.pop(request.key, None)
             continue
-        seat = asked.seat
+        seat = request.seat
         answer: object = None
         try:
             with policy_errors(seat.team, seat.policy):
                 is_new = seat.key not in seats
                 if is_new:
                     seats[seat.key] = _load(seat, loader)
-                if asked.games is not None:
+                if request.games is not None:
                     policy, batch = seats[seat.key]
-                    batch.simulator.restore(asked.games)
-                    with alarm(asked.limit_s):
-                        if is_new or asked.begins:
-                            policy.reset([asked.seed], _ROW)
-                        given = batch.ask(policy, np.array([seat.team]), _ROW)
+                    batch.simulator.restore(request.games)
+                    with alarm(request.limit_s):
+                        if is_new or request.begins:
+                            policy.reset([request.seed], _ROW)
+                        answers = batch.ask(policy, np.array([seat.team]), _ROW)
                         # The game will draw the answer; a control system that cannot draw it fails here already.
-                        batch.simulator.command(seat.team, CheckedCommands(given))
-                        answer = given[0]
+                        batch.simulator.command(seat.team, CheckedCommands(answers))
+                        answer = answers[0]
         except FaultError as fault:
             answer = fault
         pipe.send(answer)
@@ -157,8 +157,8 @@ class _Process:
                 self._killed = True
                 self._process.kill()
 
-    def _ask(self, asked: _Question) -> Answer | None:
-        key, name = asked.seat.key, asked.seat.policy
+    def _ask(self, question: _Question) -> Answer | None:
+        key, name = question.seat.key, question.seat.policy
         try:
             if self._killed:
                 self._end()
@@ -166,14 +166,14 @@ class _Process:
                 self._start()
             is_loaded = key in self._loaded
             self._loading = None if is_loaded else key
-            self._pipe.send(asked)
-            if not self._pipe.poll(asked.limit_s + _GRACE_S + (0.0 if is_loaded else LOADING_S)):
+            self._pipe.send(question)
+            if not self._pipe.poll(question.limit_s + _GRACE_S + (0.0 if is_loaded else LOADING_S)):
                 raise TimeoutError
             answer = self._pipe.recv()
         except (EOFError, OSError) as error:
             self._end()
-            how = "did not answer" if isinstance(error, TimeoutError) else "ended its process"
-            raise PolicyError("the server is ending" if self._closing else f"policy {name} {how}") from error
+            failure = "did not answer" if isinstance(error, TimeoutError) else "ended its process"
+            raise PolicyError("the server is ending" if self._closing else f"policy {name} {failure}") from error
         finally:
             self._loading = None
         if isinstance(answer, FaultError):
@@ -189,9 +189,9 @@ class _Process:
             except OSError:
                 self._end()
 
-    def ask(self, asked: _Question) -> asyncio.Future[Answer | None]:
-        self.known.add(asked.seat.policy)
-        return self._worker.do(self._ask, asked)
+    def ask(self, question: _Question) -> asyncio.Future[Answer | None]:
+        self.known.add(question.seat.policy)
+        return self._worker.do(self._ask, question)
 
     def forget(self, seat: PolicySeat, *, was_alone: bool) -> None:
         if was_alone and self._loading == seat.key:
@@ -249,8 +249,8 @@ class PolicyWorkers:
         """
         process = self._place(seat)
         self._playing.add(seat.key)
-        asked = _Question(seat=seat, games=games, seed=seed, begins=begins, limit_s=self._limit_s)
-        answer = await process.ask(asked)
+        question = _Question(seat=seat, games=games, seed=seed, begins=begins, limit_s=self._limit_s)
+        answer = await process.ask(question)
         assert answer is not None  # noqa: S101
         return answer
 

@@ -87,8 +87,8 @@ def addresses_of(names: Sequence[str]) -> list[str]:
     def is_number(name: str) -> bool:
         return name.startswith("[") or name.split(":")[0].replace(".", "").isdigit()
 
-    here = ("127.", "[::1]", "localhost")
-    elsewhere = [name for name in names if ":" in name.rsplit("]", 1)[-1] and not name.startswith(here)]
+    local = ("127.", "[::1]", "localhost")
+    elsewhere = [name for name in names if ":" in name.rsplit("]", 1)[-1] and not name.startswith(local)]
     return [f"http://{name}/" for name in sorted(elsewhere, key=lambda name: (not is_number(name), "[" in name, name))]
 
 
@@ -96,8 +96,8 @@ def _own_addresses() -> set[str]:
     """Return this machine's addresses on its networks, by its routes and its name."""
     addresses = set()
     with contextlib.suppress(OSError):
-        found = {str(entry[4][0]) for entry in socket.getaddrinfo(socket.gethostname(), None)}
-        addresses |= {address for address in found if "%" not in address and not _is_here(address)}
+        resolved = {str(entry[4][0]) for entry in socket.getaddrinfo(socket.gethostname(), None)}
+        addresses |= {address for address in resolved if "%" not in address and not _is_here(address)}
     for family, elsewhere in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
         try:
             with socket.socket(family, socket.SOCK_DGRAM) as probe:
@@ -192,15 +192,15 @@ def serve(
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host
     shown = f"[{shown}]" if ":" in shown else shown
-    here = f"http://{shown}:{port}/"
-    address = f"{here}study" if study is not None else here + (f"#{page}" if page else "")
+    root = f"http://{shown}:{port}/"
+    address = f"{root}study" if study is not None else root + (f"#{page}" if page else "")
     if greeting:
         say(greeting)
     say("the page is not up yet: its address follows, after up to a minute where the game must be compiled first")
     _warm_up(table, robots is not None)  # before the address is shown
     say(f"swarm-pz is at {address}")
     if host_of_study is not None:
-        say(f"participants type their code there; you look on at {here}study/monitor#{host_of_study.token}")
+        say(f"participants type their code there; you look on at {root}study/monitor#{host_of_study.token}")
     if is_open:
         say("OPEN TO THE NETWORK: whoever reaches this machine can play, and nothing is encrypted")
         if draw_code is not None:
@@ -228,9 +228,9 @@ def serve(
     before = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_S)
     gc.freeze()  # else garbage collection stops games for long
-    here = "127.0.0.1" if host == "0.0.0.0" else "::1" if host == "::" else host  # noqa: S104
+    local = "127.0.0.1" if host == "0.0.0.0" else "::1" if host == "::" else host  # noqa: S104
     try:
-        with beside(f"[{here}]:{port}" if ":" in here else f"{here}:{port}"):
+        with beside(f"[{local}]:{port}" if ":" in local else f"{local}:{port}"):
             uvicorn.Server(config).run(sockets=[listening])
     finally:
         gc.unfreeze()

@@ -305,10 +305,10 @@ class StudyHost:
         players, practice = self.folder.players(number, step), self.study.practice
         others = [one for one in players if one != number]
         wants = self._visitors[number].wants == step.id
-        met = all(self._is_ready(one, step) for one in others)
+        are_ready = all(self._is_ready(one, step) for one in others)
         until = f"until you have won {practice.wins}, or played {practice.most}" if step.kind == "practice" else ""
         return {
-            "phase": "waiting" if others and wants and not met else "before",
+            "phase": "waiting" if others and wants and not are_ready else "before",
             "of_two": bool(others),
             "until": until,
             "again": self.folder.was_broken_off(number, step),
@@ -317,8 +317,8 @@ class StudyHost:
     # --- the monitor ------------------------------------------------------------------------------
 
     async def _monitor(self, request: Request) -> Response:
-        given = request.headers.get("authorization", "").removeprefix("Bearer ")
-        if not secrets.compare_digest(given.encode(), self.token.encode()):
+        token = request.headers.get("authorization", "").removeprefix("Bearer ")
+        if not secrets.compare_digest(token.encode(), self.token.encode()):
             return JSONResponse({"fault": "this page's address ends in #token, as the terminal shows it"}, 403)
         rows = []
         for number in range(self.study.participants):
@@ -330,8 +330,8 @@ class StudyHost:
         ago = time.monotonic() - self._visitors[number].seen
         is_playing = self.games.is_played_by(number)
         where = "in a game" if is_playing else "here" if ago < LEASE_S else "away"
-        seen = 0.0 if is_playing else ago if ago < 1e8 else None
-        return self.folder.summary(number) | {"where": where, "seen_s": seen}
+        seen_s = 0.0 if is_playing else ago if ago < 1e8 else None
+        return self.folder.summary(number) | {"where": where, "seen_s": seen_s}
 
 
 def _fault_of(error: Exception) -> tuple[int, str]:

@@ -25,7 +25,7 @@ class Worker:
         while (work := self._queue.get()) is not None:
             work()
 
-    def do(self, work: Callable[..., T], *given: Any) -> asyncio.Future[T]:
+    def do(self, work: Callable[..., T], *arguments: Any) -> asyncio.Future[T]:
         """Return the future result of a function, which is called after all earlier ones.
 
         Work is skipped if its future is cancelled before it begins. The future raises the work's error, or RuntimeError
@@ -39,7 +39,7 @@ class Worker:
             if done.done():
                 return
             try:
-                answer = work(*given)
+                answer = work(*arguments)
             except BaseException as error:
                 is_plain = isinstance(error, Exception) and not isinstance(error, StopIteration)
                 tell(done.set_exception, error if is_plain else RuntimeError(f"raised {type(error).__name__}"))

@@ -12,9 +12,9 @@ export function opponentCards(policies, opponents, { stars, next }, play) {
     const won = stars[name], isOpen = won || name === next, { card } = policies.find((policy) => policy.name === name);
     const canvas = make("canvas", { width: 144, height: 144, "aria-hidden": "true" });
     paintCard(canvas, card);
-    const how = won ? starsOf(won) : isOpen ? "next" : `after ${called(opponents.slice(0, i).findLast((other) => !stars[other]))}`;
-    const label = won ? `${won.filter(Boolean).length} of ${won.length} stars` : how;
-    const text = make("span", {}, make("strong", {}, called(name)), make("span", {}, LEVELS[name].says), make("small", { "aria-label": label }, how));
+    const state = won ? starsOf(won) : isOpen ? "next" : `after ${called(opponents.slice(0, i).findLast((other) => !stars[other]))}`;
+    const label = won ? `${won.filter(Boolean).length} of ${won.length} stars` : state;
+    const text = make("span", {}, make("strong", {}, called(name)), make("span", {}, LEVELS[name].says), make("small", { "aria-label": label }, state));
     return make("li", {}, button([canvas, faceOf(LEVELS[name].face), text], () => play(name), { className: "card", "data-opponent": name, disabled: !isOpen }));
   });
 }
@@ -26,9 +26,9 @@ export function paintCard(canvas, card) {
   pen.fillRect(0, 0, side, side);
   if (!card) return;
   const cells = card.target.length, small = newCanvas(cells), draw = small.getContext("2d");
-  const asked = [...card.target.join("")].map((digit) => Number(digit) / 9), mean = asked.reduce((a, b) => a + b) / asked.length;
+  const target = [...card.target.join("")].map((digit) => Number(digit) / 9), mean = target.reduce((a, b) => a + b) / target.length;
   draw.fillStyle = look.teams[1];
-  asked.forEach((value, i) => {
+  target.forEach((value, i) => {
     draw.globalAlpha = 0.65 / (1 + 3 * mean) * value; // even commands are faint
     draw.fillRect(i % cells, cells - 1 - Math.floor(i / cells), 1, 1);
   });

@@ -7,7 +7,7 @@ import { isStudy, SIDES } from "./words.js";
 
 const BRUSHES = ["attract", "repel", "erase"];
 const DRAWN = ["density", "attraction"], PLACED = ["attractors", "leaders", "formation"]; // kinds of commands
-const HANDS = {
+const HANDLERS = {
   pointerdown: "begin", pointermove: "move", pointerup: "end", pointercancel: "cancel", keydown: "key", blur: "blur",
 };
 const TURN = 1 / 24; // of a full turn, by a key
@@ -21,9 +21,9 @@ export class Controls {
     this.answer = answer;
     this.sent = sent;
     /** @type {any} */
-    this.hand = { lifted: () => this.lifted(), changed: () => this.show(), mayDraw: this.mayPlay };
+    this.callbacks = { lifted: () => this.lifted(), changed: () => this.show(), mayDraw: this.mayPlay };
     /** @type {any} */
-    this.pen = this.brush = new Pen(byId("arena"), byId("ink"), this.hand);
+    this.pen = this.brush = new Pen(byId("arena"), byId("ink"), this.callbacks);
     this.isEquipped = false;
     this.library = new Library({ current: () => this.pen, send: (drawing, number) => this.recall(drawing, number), tell: answer });
     this.forget();
@@ -32,7 +32,7 @@ export class Controls {
   }
 
   listen() {
-    for (const [type, act] of Object.entries(HANDS)) on(type, { arena: (event) => this.pen[act](event) });
+    for (const [type, act] of Object.entries(HANDLERS)) on(type, { arena: (event) => this.pen[act](event) });
     on("input", { width: () => this.setExtent(), turn: () => this.pen.turnTo(byId("turn").valueAsNumber) });
     const sized = () => { if (this.pen !== this.brush) this.lifted(); };
     on("change", { width: sized, turn: sized, "on-lift": () => this.show() });
@@ -46,7 +46,7 @@ export class Controls {
   // Reset for another game.
   forget() {
     this.pen.forget();
-    this.number = this.followed = 0; // numbers of the latest own command, and of the latest in force
+    this.number = this.inForce = 0; // numbers of the latest own command, and of the latest in force
   }
 
   // --- tools ------------------------------------------------------------------------------------------
@@ -61,7 +61,7 @@ export class Controls {
     if (kind === "strokes") this.pen = this.brush;
     else {
       const { Marks } = await import("./marks.js");
-      this.pen = new Marks(byId("arena"), byId("ink"), this.hand);
+      this.pen = new Marks(byId("arena"), byId("ink"), this.callbacks);
       this.pen.equip(commands);
     }
     this.isEquipped = kind !== "strokes" || DRAWN.includes(takes) || isServed;
@@ -74,9 +74,9 @@ export class Controls {
   // Show the tools of a kind of commands.
   showTools(kind, { shapes }) {
     const isDrawn = kind === "strokes" && this.isEquipped;
-    const sized = isDrawn ? "Width" : this.pen.how?.sized, [min, max] = this.pen.sizes ?? [0.05, 0.3];
+    const sized = isDrawn ? "Width" : this.pen.spec?.sized, [min, max] = this.pen.sizes ?? [0.05, 0.3];
     for (const [id, isShown] of Object.entries({
-      brushes: isDrawn, placing: !isDrawn, shapes: shapes.length, sized, turned: this.pen.how?.turn,
+      brushes: isDrawn, placing: !isDrawn, shapes: shapes.length, sized, turned: this.pen.spec?.turn,
       send: this.isEquipped, lifting: this.isEquipped, adding: isDrawn || kind === "attractors", cursor: false,
     })) byId(id).hidden = !isShown;
     byId("size-of").textContent = sized ?? "";
@@ -186,8 +186,8 @@ export class Controls {
   }
 
   setInForce(command) {
-    if (command.sender && command.number <= this.followed) return; // only the helper's part has changed
-    this.followed = command.number;
+    if (command.sender && command.number <= this.inForce) return; // only the helper's part has changed
+    this.inForce = command.number;
     if (SIDES.indexOf(command.seat) === this.seat && command.number >= this.number) this.pen.setInForce();
   }
 }

@@ -66,8 +66,8 @@ export class Cover {
     byId("next-game").hidden = !isWon || !next || this.room[this.other].name === next;
     byId("next-game").textContent = `Next: ${called(next ?? "")}`;
     byId("ready").classList.toggle("primary", byId("next-game").hidden);
-    const said = isWon ? [this.stars, inARow(streak)] : [isOffered && !isPolicy ? this.again() : ""];
-    say("streak", [...said, isOffered ? this.note : ""].filter(Boolean).join(" "));
+    const sentences = isWon ? [this.stars, inARow(streak)] : [isOffered && !isPolicy ? this.again() : ""];
+    say("streak", [...sentences, isOffered ? this.note : ""].filter(Boolean).join(" "));
   }
 
   // Return the score between two people, and who wants to play again.
@@ -124,15 +124,15 @@ export class Cover {
   }
 
   showResult(isShown) {
-    const ended = untilTheEnd(this.room), hasChart = isShown && ended.length > 1;
-    const turn = hasChart ? turningPoint(ended) : null;
+    const sizes = untilTheEnd(this.room), hasChart = isShown && sizes.length > 1;
+    const turn = hasChart ? turningPoint(sizes) : null;
     byId("result-chart").hidden = !hasChart;
     byId("turning").hidden = turn === null;
     byId("recording").href = `#replay=${this.room.recording}${turn === null ? "" : `@${TICKS * Math.max(turn - DECISIVE_S, 0)}`}`;
     byId("recording").textContent = turn === null ? "Watch" : "Watch the turn";
-    if (hasChart) this.chart.set(ended, turn);
+    if (hasChart) this.chart.set(sizes, turn);
     if (turn === null) return;
-    const [red, blue] = ended[turn], when = clock(TICKS * (turn - 1));
+    const [red, blue] = sizes[turn], when = clock(TICKS * (turn - 1));
     this.explain(this.room.recording, `The turn, at ${when}: red ${red}, blue ${blue}.`);
   }
 

@@ -5,9 +5,9 @@ export function byId(id) { return document.getElementById(id); }
 
 // Make an element with properties (or attributes, where it has no such property) and parts.
 /** @returns {any} */
-export function make(tag, has = {}, ...parts) {
+export function make(tag, props = {}, ...parts) {
   const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(has)) {
+  for (const [name, value] of Object.entries(props)) {
     if (name in element) element[name] = value;
     else element.setAttribute(name, value);
   }
@@ -15,20 +15,20 @@ export function make(tag, has = {}, ...parts) {
   return element;
 }
 
-export function button(words, onclick, has = {}) { return make("button", { type: "button", onclick, ...has }, ...[words].flat()); }
+export function button(words, onclick, props = {}) { return make("button", { type: "button", onclick, ...props }, ...[words].flat()); }
 
 // Put an element at a place of the board, in map widths.
 export function putAt(id, place) { Object.assign(byId(id).style, { left: `${100 * place[0]}%`, top: `${100 * (1 - place[1])}%` }); }
 
 // Copy a field's text, and say so on a button.
-export async function copy(field, told) {
+export async function copy(field, trigger) {
   try {
     await navigator.clipboard.writeText(field.value);
   } catch { // the clipboard needs HTTPS or localhost
     field.select();
     if (!document.execCommand("copy")) return;
   }
-  told.textContent = "Copied";
+  trigger.textContent = "Copied";
 }
 
 // Download a blob as a file.

@@ -73,10 +73,10 @@ export class Embed {
 // A side's row of a recorded game, with the factors of its seat; the tables of `swarm-pz study` have more.
 export function rowOf(recording, text, side) {
   const [header, ...lines] = text.trimEnd().split("\n").map((line) => JSON.parse(line)), of = (kind) => lines.filter(({ type }) => type === kind);
-  const { outcome: result, ended_by, tick } = lines.at(-1), { started, seed } = header, taken = of("captured"), { kind } = header[side];
-  const captured = taken.filter(({ seat }) => seat === side).length, { policy: opponent } = header[SIDES[1 - SIDES.indexOf(side)]];
+  const { outcome: result, ended_by, tick } = lines.at(-1), { started, seed } = header, captures = of("captured"), { kind } = header[side];
+  const captured = captures.filter(({ seat }) => seat === side).length, { policy: opponent } = header[SIDES[1 - SIDES.indexOf(side)]];
   const commands = of("command").filter(({ seat, sender }) => seat === side && !sender).length;
-  const varied = header.table.factors[SIDES.indexOf(side)], hide = varied.hide.join("+");
+  const factors = header.table.factors[SIDES.indexOf(side)], hide = factors.hide.join("+");
   const outcome = !SIDES.includes(result) ? result : result === side ? "win" : "loss";
-  return { ...varied, hide, recording, started, seed, side, kind, opponent, outcome, ended_by, seconds: tick / TICKS, commands, captured, lost: taken.length - captured };
+  return { ...factors, hide, recording, started, seed, side, kind, opponent, outcome, ended_by, seconds: tick / TICKS, commands, captured, lost: captures.length - captured };
 }

@@ -203,8 +203,8 @@ export function trace(values, cells, level, piece) {
   for (let row = 0; row < cells - 1; row++) {
     for (let column = 0; column < cells - 1; column++) {
       const a = at(column, row), b = at(column + 1, row), c = at(column + 1, row + 1), d = at(column, row + 1);
-      const which = [a, b, c, d].reduce((bits, value, i) => bits | Number(value > level) << i, 0);
-      const lines = LINES[which] ?? LINES[15 - which];
+      const corners = [a, b, c, d].reduce((bits, value, i) => bits | Number(value > level) << i, 0);
+      const lines = LINES[corners] ?? LINES[15 - corners];
       if (!lines) continue;
       const sides = {
         s: [column + cross(a, b), row], e: [column + 1, row + cross(b, c)], n: [column + cross(d, c), row + 1], w: [column, row + cross(a, d)],

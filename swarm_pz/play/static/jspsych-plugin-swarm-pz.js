@@ -44,14 +44,14 @@ var jsPsychSwarmPz = (function (jspsych) {
         removeEventListener("message", hear);
         clearTimeout(silence);
         frame.remove();
-        const has = { ...NOTHING, ...row };
-        if (trial.save && has.lines !== null) {
+        const trialData = { ...NOTHING, ...row };
+        if (trial.save && trialData.lines !== null) {
           try {
-            await trial.save(has.recording, has.lines);
-            has.lines = null;
-          } catch (error) { has.error = `not saved: ${error?.message ?? error}`; } // the row keeps the lines
+            await trial.save(trialData.recording, trialData.lines);
+            trialData.lines = null;
+          } catch (error) { trialData.error = `not saved: ${error?.message ?? error}`; } // the row keeps the lines
         }
-        this.jsPsych.finishTrial(has);
+        this.jsPsych.finishTrial(trialData);
       };
       const hear = ({ source, origin: from, data }) => {
         if (source !== frame.contentWindow || from !== origin) return;

@@ -150,6 +150,6 @@ export class Lesson {
 
 // Return the fraction of all drones that are red and at a place where isThere(x, y).
 function share({ teams, positions }, isThere) {
-  const found = [...teams.keys()].filter((i) => teams[i] === 0 && isThere(positions[2 * i], positions[2 * i + 1]));
-  return found.length / teams.length;
+  const drones = [...teams.keys()].filter((i) => teams[i] === 0 && isThere(positions[2 * i], positions[2 * i + 1]));
+  return drones.length / teams.length;
 }

@@ -25,7 +25,7 @@ export class Link extends EventTarget {
     this.roundTripMs = 0;
     this.tries = 0;
     this.frames = 0;
-    this.asked = null; // the seat in the greeting
+    this.requestedSeat = null; // the seat in the greeting
     this.quiet = false; // another tab has our seat
     this.open();
     setInterval(() => this.ping(), PING_EVERY_MS);
@@ -66,7 +66,7 @@ export class Link extends EventTarget {
   hello() {
     this.tries = 0;
     const client = { viewport: [innerWidth, innerHeight], pixel_ratio: devicePixelRatio };
-    const seat = this.asked = this.wantedSeat();
+    const seat = this.requestedSeat = this.wantedSeat();
     this.greeted = true;
     this.send({ type: "hello", kind: "person", client, ...(seat ? { token: seat.token } : {}) });
     this.ping();

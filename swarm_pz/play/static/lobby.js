@@ -45,7 +45,7 @@ export class Lobby {
   }
 
   // Fill the form with players and control systems.
-  offer({ policies, systems, default_systems: flies, guests }) {
+  offer({ policies, systems, default_systems: defaults, guests }) {
     for (const id of ["opponent", "player"]) {
       const people = guests ? [new Option("a person, in another window or on another device", "")] : [];
       byId(id).append(...people, ...policies.map(({ name, about }) => new Option(`${called(name)}${about ? `: ${about}` : ""}`, name)));
@@ -54,7 +54,7 @@ export class Lobby {
     byId("opponent").value = FIRST;
     SIDES.forEach((side, i) => {
       byId(`${side}-system`).append(...systems.map(systemOption));
-      byId(`${side}-system`).value = flies[i];
+      byId(`${side}-system`).value = defaults[i];
     });
   }
 
@@ -77,7 +77,7 @@ export class Lobby {
   }
 
   // Go to the room of the typed code.
-  enter(how) { this.go(`${how}=${byId("code").value.toUpperCase()}`); }
+  enter(view) { this.go(`${view}=${byId("code").value.toUpperCase()}`); }
 
   play(opponent) { this.begin({ seat: "red", opponent, settings: ROUND }); }
 
@@ -102,9 +102,9 @@ async function listGames(table, list) {
   const games = answer?.ok ? await answer.json() : [];
   const shown = games.filter(({ lesson }) => !lesson);
   list.replaceChildren(...shown.map((game) => {
-    const told = [["strong", players(game, table !== SERVER)], ["span", ending(game)], ["small", title(game)]].filter(([, words]) => words);
+    const parts = [["strong", players(game, table !== SERVER)], ["span", ending(game)], ["small", title(game)]].filter(([, words]) => words);
     const href = `#replay=${encodeURIComponent(game.name)}`;
-    return make("li", {}, make("a", { href }, ...told.flatMap(([tag, words]) => [make(tag, {}, words), " "])));
+    return make("li", {}, make("a", { href }, ...parts.flatMap(([tag, words]) => [make(tag, {}, words), " "])));
   }));
   if (!shown.length) list.append(make("li", {}, "None so far."));
 }

@@ -22,7 +22,7 @@ const CODE = /^[A-Z0-9]{4,8}$/;
 const ROOMS = ["room", "watch"];
 const STUDY = /^(\/study\/[^/]+)\/game$/.exec(location.pathname)?.[1];
 
-const framed = wanted().name === "embed" ? await import("./embed.js") : null;
+const framed = route().name === "embed" ? await import("./embed.js") : null;
 const link = new Link(wantedSeat, document.querySelector("meta[name=table]") ? (await import("./engine/table.js")).PAGE : SERVER);
 const lobby = new Lobby(link, { begin, go });
 // This comes before the table's own handler: hidden elements take no focus, and rooms that were left are not shown.
@@ -33,16 +33,16 @@ link.addEventListener("room", (event) => {
   else arrive(detail);
 });
 const table = new Table(link, { left: () => go(table.aside ? `room=${table.aside.room.code}` : ""), begin });
-const embed = framed && new framed.Embed(link, wanted().value, begin);
+const embed = framed && new framed.Embed(link, route().value, begin);
 let welcomed = null;
 let isBeginning = false; // a room was asked for, and its seat shall be ready at once
 let wantsSeat = ""; // the room of the address, while the visitor has no seat there
 let fixed = null; // the message that opens a room with a fixed seed
 let goal = ""; // the address to go to once a running game may be left
-let saysFor = 0, forgets; // duration of the notice, and the timer that ends it
+let noticeMs = 0, noticeTimer; // duration of the notice, and the timer that ends it
 
 // Parse the address; codes of rooms may have small letters.
-function wanted() {
+function route() {
   try {
     const [, name, value] = /^([^=]*)=?(.*)$/s.exec(decodeURIComponent(location.hash.slice(1)));
     return { name, value: ROOMS.includes(name) ? value.toUpperCase() : value };
@@ -51,7 +51,7 @@ function wanted() {
 
 // Return the stored seat in the room of the address, or null: only its token is sent.
 function wantedSeat() {
-  const { name, value } = wanted();
+  const { name, value } = route();
   return name === "room" ? [link.seat, link.lastSeat].find((seat) => seat?.room === value) ?? null : null;
 }
 
@@ -67,24 +67,24 @@ function go(hash) {
 }
 
 // Go back to the start, from an address that leads nowhere.
-function giveUp(told = "") {
+function giveUp(notice = "") {
   mark("", false);
   show();
-  if (told) say(told);
+  if (notice) say(notice);
 }
 
 // Go back to the study that the game is a part of.
-function goOn(told = "") {
-  keep("told", told, "session");
+function goOn(notice = "") {
+  keep("told", notice, "session");
   location.replace(STUDY);
 }
 
 // Show a notice for a while.
 function say(text, forMs = SAYING_MS) {
   byId("says").textContent = text;
-  saysFor = forMs;
-  clearTimeout(forgets);
-  if (text && forMs < Infinity) forgets = setTimeout(() => say(""), forMs);
+  noticeMs = forMs;
+  clearTimeout(noticeTimer);
+  if (text && forMs < Infinity) noticeTimer = setTimeout(() => say(""), forMs);
 }
 
 // Show a view; return true if another one was shown.
@@ -93,7 +93,7 @@ function open(name) {
   for (const view of VIEWS) byId(view).hidden = view !== name;
   if (!isNew) return false;
   scrollTo(0, 0);
-  if (saysFor < Infinity) say(""); // the notice was about the other view
+  if (noticeMs < Infinity) say(""); // the notice was about the other view
   return true;
 }
 
@@ -109,7 +109,7 @@ function begin(message) {
 // --- addresses --------------------------------------------------------------------------------------
 
 function show() {
-  const { name, value } = wanted(), isHere = ROOMS.includes(name) && table.room?.code === value;
+  const { name, value } = route(), isHere = ROOMS.includes(name) && table.room?.code === value;
   if (table.isPlaying && !isHere) return ask();
   if (name === "" && STUDY) return goOn();
   if (name === "") return showLobby();
@@ -123,7 +123,7 @@ function show() {
   else if (name === "replay") {
     table.putAside();
     const [recording, from] = value.split("@");
-    table.open(recording, Number(from) || 0).catch(({ message }) => { if (wanted().value === value) giveUp(message); });
+    table.open(recording, Number(from) || 0).catch(({ message }) => { if (route().value === value) giveUp(message); });
   } else if (name === "lesson") {
     table.leave();
     table.learn();
@@ -168,7 +168,7 @@ function enter(name, code) {
 function arrive(room) {
   const [side] = wantsSeat === room.code && table.seat === null ? freeSides(room) : [];
   const stays = !welcomed.guests && table.start.room === room.code; // without a server, only a challenge's address outlives its page
-  if (room.phase !== "replay" && !stays) mark(`${table.seat !== null || side ? "room" : "watch"}=${room.code}`, ["", "replay"].includes(wanted().name));
+  if (room.phase !== "replay" && !stays) mark(`${table.seat !== null || side ? "room" : "watch"}=${room.code}`, ["", "replay"].includes(route().name));
   open("table");
   wantsSeat = "";
   if (side) link.send({ type: "join", room: room.code, seat: side, label: byId("label").value });
@@ -183,7 +183,7 @@ function ask() {
 }
 
 function refused({ about, code, reason }) {
-  const { name, value } = wanted(), lostSeat = about === "hello";
+  const { name, value } = route(), lostSeat = about === "hello";
   isBeginning = false;
   fixed = null;
   if (lostSeat && (STUDY || !embed)) link.seat = null;
@@ -221,7 +221,7 @@ hear(link, {
     say("");
     lobby.show(welcome);
     const seat = wantedSeat();
-    if (!seat || seat.token !== link.asked?.token) show(); // else the server sends the seat by itself
+    if (!seat || seat.token !== link.requestedSeat?.token) show(); // else the server sends the seat by itself
   },
   seated: ({ room }) => {
     if (fixed) table.start = { room, message: fixed };

@@ -28,13 +28,13 @@ export class Marks extends Pen {
   // Take the server's description of a seat's commands.
   equip(commands) {
     this.commands = commands;
-    this.how = KINDS[commands.takes];
-    this.hint = this.how.hint;
+    this.spec = KINDS[commands.takes];
+    this.hint = this.spec.hint;
     this.held = 0;
     const bounds = (i = 0) => [commands.low, commands.high].map((ends) => (Array.isArray(ends) ? ends.flat(2)[i] : ends));
-    this.sizes = bounds(this.how.size);
-    this.turns = bounds(this.how.turn);
-    this.size = this.how.read(commands.default)[0]?.size ?? (this.sizes[0] + this.sizes[1]) / 2;
+    this.sizes = bounds(this.spec.size);
+    this.turns = bounds(this.spec.turn);
+    this.size = this.spec.read(commands.default)[0]?.size ?? (this.sizes[0] + this.sizes[1]) / 2;
     this.forget();
   }
 
@@ -46,7 +46,7 @@ export class Marks extends Pen {
 
   // Go back to the initial marks.
   clear() {
-    const start = this.how.read(this.commands.default);
+    const start = this.spec.read(this.commands.default);
     if (JSON.stringify(start) !== JSON.stringify(this.strokes)) super.recall(start);
   }
 
@@ -58,7 +58,7 @@ export class Marks extends Pen {
     this.refresh();
   }
 
-  say(marks) { return { command: marks.length ? this.how.write(marks, this.commands) : this.commands.default }; }
+  messageOf(marks) { return { command: marks.length ? this.spec.write(marks, this.commands) : this.commands.default }; }
 
   get kept() {
     return this.strokes.map((mark) => Object.fromEntries(Object.entries(mark).map(([name, value]) => [name, short(value)])));
@@ -66,7 +66,7 @@ export class Marks extends Pen {
 
   // Fit saved marks to the number and bounds of this game: they may be from another one.
   recall(marks) {
-    const now = this.how.read(this.commands.default), wanted = now.length ? now.map((mark, i) => marks[i] ?? mark) : marks;
+    const now = this.spec.read(this.commands.default), wanted = now.length ? now.map((mark, i) => marks[i] ?? mark) : marks;
     super.recall(wanted.slice(0, this.most));
     for (const mark of this.strokes) this.limit(mark);
     this.held = 0;
@@ -93,14 +93,14 @@ export class Marks extends Pen {
 
   limit(mark) {
     const [low, high] = this.turns;
-    if (this.how.size) mark.size = within(mark.size, this.sizes[0], this.sizes[1]);
-    if (this.how.turn) mark.turn = low + ((mark.turn - low) % (high - low) + high - low) % (high - low);
+    if (this.spec.size) mark.size = within(mark.size, this.sizes[0], this.sizes[1]);
+    if (this.spec.turn) mark.turn = low + ((mark.turn - low) % (high - low) + high - low) % (high - low);
     if (this.commands.shapes.length) mark.shape = within(mark.shape, 0, this.commands.shapes.length - 1);
     Object.assign(mark, { x: within(mark.x, 0, 1), y: within(mark.y, 0, 1) });
   }
 
   // Turn the mark by a fraction of a full turn.
-  turn(part) { if (this.how.turn) this.adjust((mark) => { mark.turn += part * (this.turns[1] - this.turns[0]); }); }
+  turn(part) { if (this.spec.turn) this.adjust((mark) => { mark.turn += part * (this.turns[1] - this.turns[0]); }); }
 
   turnTo(turn) { this.adjust((mark) => { mark.turn = turn; }); }
 
@@ -159,17 +159,17 @@ export class Marks extends Pen {
   paint() {
     if (!this.dirty) return;
     this.dirty = false;
-    byId("marks").innerHTML = this.mayDraw() ? this.strokes.map((mark, i) => this.drawn(mark, this.strokes.length > 1 ? i + 1 : "")).join("") : "";
+    byId("marks").innerHTML = this.mayDraw() ? this.strokes.map((mark, i) => this.svgOf(mark, this.strokes.length > 1 ? i + 1 : "")).join("") : "";
     byId("marks").classList.toggle("sent", this.sent);
   }
 
   // Return a mark as SVG, in hundredths of the map.
-  drawn(mark, name) {
+  svgOf(mark, name) {
     const { x, y, size, turn, shape } = mark, [least, most] = this.sizes, outline = OUTLINES[this.commands.shapes[shape]];
-    const weight = this.how.size ? 2 + 5 * (size - least) / (most - least || 1) : 3.5, reach = this.how.turn ? 100 * size : weight;
+    const weight = this.spec.size ? 2 + 5 * (size - least) / (most - least || 1) : 3.5, reach = this.spec.turn ? 100 * size : weight;
     const circle = `M${reach} 0A${reach} ${reach} 0 0 0 ${-reach} 0A${reach} ${reach} 0 0 0 ${reach} 0`;
     const path = outline ? `M${outline.map(([u, v]) => `${u * reach} ${-v * reach}`).join("L")}` : circle;
-    const angle = this.how.turn ? -360 * turn / (this.turns[1] - this.turns[0]) : 0, heading = this.how.turn ? `M${reach} 0L0 0` : "";
+    const angle = this.spec.turn ? -360 * turn / (this.turns[1] - this.turns[0]) : 0, heading = this.spec.turn ? `M${reach} 0L0 0` : "";
     return `<g transform="translate(${100 * x} ${100 * (1 - y)})"${mark === this.mark ? ' class="held"' : ""}>
       <path transform="rotate(${angle})" d="${path}${heading}"/><text x="-3" y="-2">${name}</text></g>`;
   }

@@ -98,8 +98,8 @@ export class News {
     const waits = this.answered + ANSWER_MS - performance.now();
     this.telling = waits > 0 ? setTimeout(() => this.tell(), waits) : null;
     if (waits > 0) return;
-    const told = this.untold.map((count, team) => (count ? this.words({ team, count }) : "")).filter(Boolean);
+    const parts = this.untold.map((count, team) => (count ? this.words({ team, count }) : "")).filter(Boolean);
     this.untold = [0, 0];
-    this.say(`${told.join(", ")}. Red ${this.sizes[0]}, blue ${this.sizes[1]}.`);
+    this.say(`${parts.join(", ")}. Red ${this.sizes[0]}, blue ${this.sizes[1]}.`);
   }
 }

@@ -203,11 +203,11 @@ export class Pen {
   // Return the drawing as a message has it, with the time it took to draw.
   take() {
     this.endKeyStroke();
-    return { drawingMs: this.drawingSince ? performance.now() - this.drawingSince : 0, ...this.say(this.kept) };
+    return { drawingMs: this.drawingSince ? performance.now() - this.drawingSince : 0, ...this.messageOf(this.kept) };
   }
 
   /** @returns {any} the part of a message with the strokes */
-  say(strokes) { return { strokes }; }
+  messageOf(strokes) { return { strokes }; }
 
   /** @returns {any[]} the drawing, shortened to be sent or saved */
   get kept() {

@@ -46,8 +46,8 @@ export function daily(opponents, day = Math.floor(Date.now() / DAY_MS)) {
 
 // Return how many days in a row were won, up to a day or the day before it.
 export function dayStreak(day) {
-  const kept = recall("daily");
-  return kept?.day === day || kept?.day === day - 1 ? kept.streak : 0;
+  const stored = recall("daily");
+  return stored?.day === day || stored?.day === day - 1 ? stored.streak : 0;
 }
 
 export function daysInARow(day) { return dayStreak(day) > 1 ? `, ${dayStreak(day)} days in a row` : ""; }

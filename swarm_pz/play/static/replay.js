@@ -61,9 +61,9 @@ export class Replay {
   read(name) { return name.endsWith(".jsonl") ? readGame(this.link, name) : this.playAgain(name); }
 
   async playAgain(packed) {
-    const { unpack } = await import("./engine/linked.js"), written = await fetch(new URL("engine/table.json", import.meta.url)).catch(() => null);
-    if (!written?.ok) throw new Error("There is no such recorded game here.");
-    const { text, isSame } = await unpack(packed, await written.json()).catch(() => { throw new Error("This link holds no game: perhaps it was cut."); });
+    const { unpack } = await import("./engine/linked.js"), answer = await fetch(new URL("engine/table.json", import.meta.url)).catch(() => null);
+    if (!answer?.ok) throw new Error("There is no such recorded game here.");
+    const { text, isSame } = await unpack(packed, await answer.json()).catch(() => { throw new Error("This link holds no game: perhaps it was cut."); });
     if (!isSame) this.link.tell("notice", { text: "Your browser computes this game otherwise than the one that played it." });
     return text;
   }
@@ -90,7 +90,7 @@ export class Replay {
     if (tick === undefined) return;
     this.playback.goTo(tick);
     for (const moment of this.playback.past) this.link.tell("frame", moment);
-    this.told = [];
+    this.shownCommands = [];
     this.show();
   }
 
@@ -108,8 +108,8 @@ export class Replay {
     const { playback } = this;
     for (const team of [0, 1]) {
       const command = playback.latest(team) ?? null;
-      if (command !== this.told[team]) this.link.tell("target", playback.target(team));
-      this.told[team] = command;
+      if (command !== this.shownCommands[team]) this.link.tell("target", playback.target(team));
+      this.shownCommands[team] = command;
     }
     const { tick, place } = this.why ?? { tick: Infinity }, isLit = playback.tick > tick - LIT_TICKS[0] && playback.tick < tick + LIT_TICKS[1];
     this.link.tell("frame", playback.moment);
@@ -146,12 +146,12 @@ export class Replay {
   tell() {
     const { value, max } = byId("moment");
     this.chart.show(value / TICKS);
-    const now = this.captures.findLast(({ tick }) => tick <= value)?.line;
-    if (now !== this.now) {
-      this.now?.setAttribute("aria-current", "false");
-      now?.setAttribute("aria-current", "true");
-      now?.scrollIntoView({ block: "nearest" });
-      this.now = now;
+    const current = this.captures.findLast(({ tick }) => tick <= value)?.line;
+    if (current !== this.current) {
+      this.current?.setAttribute("aria-current", "false");
+      current?.setAttribute("aria-current", "true");
+      current?.scrollIntoView({ block: "nearest" });
+      this.current = current;
     }
     byId("moment").setAttribute("aria-valuetext", `${clock(value)} of ${clock(max)}`);
   }

@@ -29,7 +29,7 @@ function picture() { return new Promise((resolve) => { byId("sharing-picture").t
 // Open the dialog for a room whose game is over; seat is the player's.
 export async function share(table, room, seat, opponents) {
   const answer = await table.fetch(`recordings/${room.recording}`), text = answer?.ok ? await answer.text() : null;
-  const told = factsOf(room, seat, text), { seed, words } = told, other = room[SIDES[1 - seat]];
+  const facts = factsOf(room, seat, text), { seed, words } = facts, other = room[SIDES[1 - seat]];
   const base = table === SERVER ? byId("address").value : `${location.origin}${location.pathname}`;
   const challenge = opponents.includes(other.name) && seed !== null ? `#play=${other.name}@${seed}` : "", today = daily(opponents);
   const packed = text && table !== SERVER ? await (await import("./engine/linked.js")).pack(text) : null;
@@ -40,7 +40,7 @@ export async function share(table, room, seat, opponents) {
   byId("send-game").hidden = !navigator.share;
   byId("copy-challenge").textContent = "Copy text and link";
   byId("copy-game").textContent = "Copy a link to watch it";
-  paint(told);
+  paint(facts);
   byId("sharing").showModal();
 }
 
@@ -49,12 +49,12 @@ function factsOf(room, seat, text) {
   const row = text ? rowOf(room.recording, text, SIDES[seat]) : { seconds: room.sizes.length - 1, commands: 0, seed: null };
   const sizes = untilTheEnd(room), [red, blue] = sizes.at(-1), score = seat ? `${blue}–${red}` : `${red}–${blue}`, { commands, seed } = row;
   const against = `against ${playerOf(room[SIDES[1 - seat]])}`, drawings = ["", ", one drawing"][commands] ?? `, ${commands} drawings`;
-  const how = `in ${clock(TICKS * row.seconds)}${drawings}`;
-  return { score, against, how, words: `${score} ${against} ${how}`, seed, isWon: room.outcome === SIDES[seat], seat, sizes };
+  const cost = `in ${clock(TICKS * row.seconds)}${drawings}`;
+  return { score, against, cost, words: `${score} ${against} ${cost}`, seed, isWon: room.outcome === SIDES[seat], seat, sizes };
 }
 
 // Paint the board's last moment, the result, and the sizes over time.
-function paint({ score, against, how, isWon, seat, sizes }) {
+function paint({ score, against, cost, isWon, seat, sizes }) {
   const canvas = byId("sharing-picture"), pen = canvas.getContext("2d"), left = BOARD + 3 * MARGIN, right = WIDTH - MARGIN;
   pen.fillStyle = look.ground;
   pen.fillRect(0, 0, WIDTH, HEIGHT);
@@ -69,7 +69,7 @@ function paint({ score, against, how, isWon, seat, sizes }) {
   write("swarm-pz: fight a swarm by drawing", 28, 60);
   write(score, 150, 230, look.teams[isWon ? seat : 1 - seat]);
   write(called(against), 52, 310);
-  write(how, 40, 370);
+  write(cost, 40, 370);
   sizes.forEach(([red, blue], i) => {
     const step = (right - left) / sizes.length, parts = [[look.teams[1], blue], [look.teams[0], red]];
     for (const [k, [colour, count]] of parts.entries()) {
@@ -77,5 +77,5 @@ function paint({ score, against, how, isWon, seat, sizes }) {
       pen.fillRect(left + i * step, 440 + k * 150 * blue / (red + blue), step + 1, 150 * count / (red + blue));
     }
   });
-  canvas.setAttribute("aria-label", `${score} ${against} ${how}`);
+  canvas.setAttribute("aria-label", `${score} ${against} ${cost}`);
 }

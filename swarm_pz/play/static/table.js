@@ -17,7 +17,7 @@ const HIDDEN = { opponents: "your opponents", ground: "ground that captures", tr
 const UNVARIED = { hide: [], frame_rate: 30, share: 0 };
 const MOST_PIXELS = 900;
 const SILENCE_MS = 2000; // without a frame, after which the page says so
-const TOLD_EVERY_MS = 100; // numbers, chart and captures: with many captures, these would cost as much as the board
+const SHOWN_EVERY_MS = 100; // numbers, chart and captures: with many captures, these would cost as much as the board
 
 export class Table {
   // left: called to go back to the start; begin: opens a room with a message and is ready at once.
@@ -28,7 +28,7 @@ export class Table {
     this.room = null;
     this.seat = null;
     this.place = this.leftPlace = null; // present and last room or recording
-    this.heardMs = this.toldMs = 0; // when the latest frame came, and when numbers were shown
+    this.heardMs = this.shownMs = 0; // when the latest frame came, and when numbers were shown
     this.isAway = false; // this page stopped the clock
     /** @type {any} */
     this.lesson = NO_LESSON;
@@ -356,13 +356,13 @@ export class Table {
     const isLeft = this.room?.phase === "playing" && this.seat !== null && this.opponent.gone;
     const left = isLeft ? `${this.opponent.label || "Your opponent"} has left for good: their swarm goes on with its last command.` : "";
     say("silence", this.room?.paused ? "Paused." : isSilent ? "The server is silent. You see the last moment that it sent." : left);
-    const shown = this.arena.paint(), told = byId("arena").dataset, now = performance.now();
-    if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
+    const shown = this.arena.paint(), dataset = byId("arena").dataset, now = performance.now();
+    if (this.arena.shownTarget !== undefined) dataset.target = this.arena.shownTarget;
     if (!shown || shown === this.shown || !this.room) return;
-    told.tick = shown.tick; // for measurements
-    if (now - this.toldMs < TOLD_EVERY_MS) return;
+    dataset.tick = shown.tick; // for measurements
+    if (now - this.shownMs < SHOWN_EVERY_MS) return;
     this.shown = shown;
-    this.toldMs = now;
+    this.shownMs = now;
     const blue = shown.teams.reduce((sum, team) => sum + team, 0), red = shown.teams.length - blue;
     say("red-size", String(red));
     say("blue-size", String(blue));

@@ -27,15 +27,15 @@ export class Trails {
 
   // Paint trails up to where the drones are shown. Each piece is painted once, and fades the older ones.
   paint(pen, frame, places, side) {
-    const { canvas } = this, kept = canvas.getContext("2d");
+    const { canvas } = this, layer = canvas.getContext("2d");
     if (this.isNew || canvas.width !== side) canvas.width = canvas.height = side; // empties it, too
     this.isNew = false;
     for (const [from, to] of this.pieces) {
-      kept.globalCompositeOperation = "destination-out";
-      kept.globalAlpha = 1 - STAYS;
-      kept.fillRect(0, 0, side, side);
-      kept.globalCompositeOperation = "source-over";
-      paintPiece(kept, from.positions, to.positions, to.teams, side);
+      layer.globalCompositeOperation = "destination-out";
+      layer.globalAlpha = 1 - STAYS;
+      layer.fillRect(0, 0, side, side);
+      layer.globalCompositeOperation = "source-over";
+      paintPiece(layer, from.positions, to.positions, to.teams, side);
     }
     this.pieces = [];
     pen.drawImage(canvas, 0, 0, side, side);

@@ -78,15 +78,15 @@ function describe(room, side, seat) {
   const state = room[side], isOwn = seat === SIDES.indexOf(side);
   if (room.settings[side] === 0) return `${side}: no drones`;
   if (state.kind === "free") return `${side}: free`;
-  const how = { loading: "getting ready", failed: "cannot play" }[state.policy_state]
+  const status = { loading: "getting ready", failed: "cannot play" }[state.policy_state]
     ?? (!state.connected ? "away" : state.ready ? "ready" : "not ready yet");
-  return `${side}: ${isOwn && !state.label ? "you" : playerOf(state) + (isOwn ? " (you)" : "")}, ${how}`;
+  return `${side}: ${isOwn && !state.label ? "you" : playerOf(state) + (isOwn ? " (you)" : "")}, ${status}`;
 }
 
 // Explain why a visitor has no seat in a running game.
 function watching(room) {
-  const given = SIDES.filter((side) => room[side].gone);
-  if (given.length) return `You watch: the ${given.join(" and the ")} seat was given up for good. It is free again after this game.`;
+  const gone = SIDES.filter((side) => room[side].gone);
+  if (gone.length) return `You watch: the ${gone.join(" and the ")} seat was given up for good. It is free again after this game.`;
   return hasPeople(room) ? "You watch: both seats are taken." : "You watch.";
 }
 

@@ -20,7 +20,7 @@ export function whyOf(playback) {
     playback.goTo(at);
     playback.ground.fields.forEach((field, team) => held[team].push(field[placeOf(cell)] > limitsOf(field).limit));
   }
-  return { tick, place, text: `${NAMES[1 - winner]} lost a drone ${told(playback, cell, winner)} ${timing(held, winner)}`.trim() };
+  return { tick, place, text: `${NAMES[1 - winner]} lost a drone ${making(playback, cell, winner)} ${timing(held, winner)}`.trim() };
 }
 
 // Return the capture with which the winner took the lead; if it led all along, the first of its greatest gain.
@@ -34,7 +34,7 @@ function lossAt({ captures }, sizes, turn, winner) {
 }
 
 // Say how many drones made the ground of a cell in the last five seconds, and if they circled there.
-function told({ ground: { trails }, teams }, cell, winner) {
+function making({ ground: { trails }, teams }, cell, winner) {
   const makers = Array.from(teams, () => ({ ticks: 0, sides: new Set() })), row = Math.floor(cell / CELLS), column = cell % CELLS;
   trails.forEach((at, i) => {
     const right = at % CELLS - column, up = Math.floor(at / CELLS) - row, maker = makers[i % teams.length];
@@ -47,8 +47,8 @@ function told({ ground: { trails }, teams }, cell, winner) {
   let count = 0, sum = 0;
   do sum += most[count++].ticks; while (sum < enough);
   const haveCircled = most.slice(0, count).every(({ ticks, sides }) => ticks >= CIRCLED && sides.size === 4);
-  const size = teams.filter((team) => team === winner).length, how = haveCircled ? ", circling close around it" : "";
-  return `on ground that ${count} of ${SIDES[winner]}’s ${size} drones had made${how}.`;
+  const size = teams.filter((team) => team === winner).length, manner = haveCircled ? ", circling close around it" : "";
+  return `on ground that ${count} of ${SIDES[winner]}’s ${size} drones had made${manner}.`;
 }
 
 // Say when the loser last held a cell; else for how long the winner had, if that is long or very short.

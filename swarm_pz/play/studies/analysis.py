@@ -125,13 +125,13 @@ def values_of(games: Sequence[GameRow]) -> dict[str, dict[str, dict[str, float]]
     played: dict[str, dict[str, list[GameRow]]] = {}
     for game in games:
         played.setdefault(game.condition, {}).setdefault(game.participant, []).append(game)
-    found: dict[str, dict[str, dict[str, float]]] = {"win_rate": {}, "restricted_mean_s": {}}
+    means: dict[str, dict[str, dict[str, float]]] = {"win_rate": {}, "restricted_mean_s": {}}
     for title, of in played.items():
         for person, own in of.items():
             lasted = [game.seconds if game.decided else longest for game in own]  # without a winner it would go on
-            for measure, values in zip(found.values(), ([float(game.won) for game in own], lasted), strict=True):
+            for measure, values in zip(means.values(), ([float(game.won) for game in own], lasted), strict=True):
                 measure.setdefault(title, {})[person] = float(np.mean(values))
-    return found
+    return means
 
 
 def compare_pairs(measure: str, values: Values) -> list[Effect]:
@@ -139,21 +139,21 @@ def compare_pairs(measure: str, values: Values) -> list[Effect]:
 
     A pair is compared within participants who met both, or between participants if nobody did.
     """
-    found = []
+    effects = []
     for first, second in itertools.combinations(values, 2):
         of = {"pair": {second: "second", first: "first"}}
         pair = {title: values[title] for title in (first, second)}
         between = () if pair[first].keys() & pair[second].keys() else ("pair",)
-        found += [
+        effects += [
             replace(one, kind="pair", effect=f"{first} less {second}")
             for one in factor_effects(measure, pair, of, between)
         ]
-    ranked = sorted(range(len(found)), key=lambda which: found[which].p)
+    ranked = sorted(range(len(effects)), key=lambda which: effects[which].p)
     corrected = itertools.accumulate(
-        (min((len(found) - rank) * found[which].p, 1.0) for rank, which in enumerate(ranked)), max
+        (min((len(effects) - rank) * effects[which].p, 1.0) for rank, which in enumerate(ranked)), max
     )
     of_pair = dict(zip(ranked, corrected, strict=True))
-    return [replace(one, p_holm=of_pair[which]) for which, one in enumerate(found)]
+    return [replace(one, p_holm=of_pair[which]) for which, one in enumerate(effects)]
 
 
 def factor_effects(
@@ -180,7 +180,7 @@ def factor_effects(
     if set(members) != set(range(len(groups))):
         return []
     table, member = np.array(rows, np.float64), np.eye(len(groups))[members]
-    found = []
+    effects = []
     for size in range(1, len(factors) + 1):
         for chosen in itertools.combinations(factors, size):
             inner, outer = (
@@ -192,7 +192,7 @@ def factor_effects(
                 weights[:, _orders(len(rows))].swapaxes(0, 1) if is_between else weights * _signs(len(rows))[:, None]
             )
             difference, low, high, p = _test(moved @ contrasts, moved @ shift)
-            found.append(
+            effects.append(
                 Effect(
                     measure=measure,
                     effect=" x ".join(chosen),
@@ -205,7 +205,7 @@ def factor_effects(
                     p=p,
                 )
             )
-    return found
+    return effects
 
 
 def _contrasts(factors: Sequence[tuple[int, bool]]) -> Array:
@@ -214,11 +214,11 @@ def _contrasts(factors: Sequence[tuple[int, bool]]) -> Array:
     Levels of other factors are averaged. Two levels are subtracted; more have orthonormal contrasts (Helmert).
     """
     helmert = require_extra("scipy.linalg", "cli").helmert
-    found = np.ones((1, 1))
+    contrasts = np.ones((1, 1))
     for count, is_meant in factors:
         own = np.array([[-1.0], [1.0]]) if count == 2 else helmert(count).T
-        found = np.kron(found, own if is_meant else np.full((count, 1), 1.0 / count))
-    return found
+        contrasts = np.kron(contrasts, own if is_meant else np.full((count, 1), 1.0 / count))
+    return contrasts
 
 
 def _test(effects: Array, shifted: Array) -> tuple[float | None, float | None, float | None, float]:

@@ -201,12 +201,12 @@ class Study(Config):
             return {}
         self.text(self.words)
         with _named(self.words):
-            found = read_toml(self.folder / self.words)
-            words, expected = found.get("words"), "a line `language = ...` and a table [words] of texts"
-            check(isinstance(words, dict) and len(found) == 2, "the file", [*found], expected)
-            texts = [found.get("language"), *found["words"].values()]
-            check(all(isinstance(one, str) for one in texts), "the file", [*found], expected)
-        return found
+            content = read_toml(self.folder / self.words)
+            words, expected = content.get("words"), "a line `language = ...` and a table [words] of texts"
+            check(isinstance(words, dict) and len(content) == 2, "the file", [*content], expected)
+            texts = [content.get("language"), *content["words"].values()]
+            check(all(isinstance(one, str) for one in texts), "the file", [*content], expected)
+        return content
 
     @property
     def is_of_pairs(self) -> bool:
@@ -217,14 +217,14 @@ class Study(Config):
     def factors(self) -> dict[str, dict[str, str]]:
         """All that varies among conditions: the level of each condition, by factor and title."""
         rules = {name for condition in self.conditions for name in _flat(condition.rules)}
-        found: dict[str, dict[str, str]] = {}
+        levels: dict[str, dict[str, str]] = {}
         for condition in self.conditions:
             game = _flat(condition.game(self.rules).to_dict())
             fields = {name: value for name, value in condition.to_dict().items() if name not in _NO_FACTORS}
             fields |= {name: game.get(name) for name in sorted(rules)} | condition.levels
             for name, value in fields.items():
-                found.setdefault(name, {})[condition.title] = _level(value)
-        return {name: of for name, of in found.items() if len(set(of.values())) > 1}
+                levels.setdefault(name, {})[condition.title] = _level(value)
+        return {name: of for name, of in levels.items() if len(set(of.values())) > 1}
 
     @functools.cached_property
     def crossed(self) -> dict[str, dict[str, str]]:
@@ -264,9 +264,9 @@ class Study(Config):
         together = 2 if self.is_of_pairs else 1
         if self.order == "balanced":
             rows = together * len(balanced_order(len(titles)))
-            why = f"a multiple of {rows}, for {len(titles)} conditions in balanced order"
-            why += ", met by two participants each" if self.is_of_pairs else ""
-            check(self.participants % rows == 0, "participants", self.participants, why)
+            expected = f"a multiple of {rows}, for {len(titles)} conditions in balanced order"
+            expected += ", met by two participants each" if self.is_of_pairs else ""
+            check(self.participants % rows == 0, "participants", self.participants, expected)
             return
         check(self.participants % together == 0, "participants", self.participants, "even: they play in pairs")
         check(
@@ -332,12 +332,12 @@ class Study(Config):
 
 def _flat(plain: dict[str, Any]) -> dict[str, Any]:
     """Return nested fields as a flat dict, with names such as `capture_threshold`."""
-    found: dict[str, Any] = {}
+    flat: dict[str, Any] = {}
     for name, value in plain.items():
-        found |= (
+        flat |= (
             {f"{name}_{key}": one for key, one in _flat(value).items()} if isinstance(value, dict) else {name: value}
         )
-    return found
+    return flat
 
 
 def _level(value: Any) -> str:
@@ -348,12 +348,12 @@ def _level(value: Any) -> str:
 
 
 @contextlib.contextmanager
-def _named(what: str) -> Iterator[None]:
+def _named(name: str) -> Iterator[None]:
     """Put a name before the message of a ConfigError."""
     try:
         yield
     except ConfigError as error:
-        raise ConfigError(f"{what}: {error}") from error
+        raise ConfigError(f"{name}: {error}") from error
 
 
 def check_code(code: str) -> str:
@@ -387,10 +387,10 @@ def balanced_order(count: int) -> tuple[tuple[int, ...], ...]:
 
 
 def _tables(plain: dict[str, Any], name: str) -> list[dict[str, Any]]:
-    found = plain.get(name, [])
-    fits = isinstance(found, list) and all(isinstance(one, dict) for one in found)
-    check(fits, name, found, f"tables, each begun by [[{name}]]")
-    return list(found)
+    tables = plain.get(name, [])
+    fits = isinstance(tables, list) and all(isinstance(one, dict) for one in tables)
+    check(fits, name, tables, f"tables, each begun by [[{name}]]")
+    return list(tables)
 
 
 def _asked(plain: dict[str, Any]) -> Asked:

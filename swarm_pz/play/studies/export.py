@@ -114,17 +114,17 @@ def _copy_materials(data: StudyData, folder: Path, goal: Path) -> None:
 
 def _variables(data: StudyData) -> list[dict[str, Any]]:
     """Return a description of each column: its meaning in each table that has it, and its unit."""
-    found: dict[str, dict[str, Any]] = {}
+    variables: dict[str, dict[str, Any]] = {}
     for name, kind in TABLES.items():
         for column, meaning in columns_of(kind).items():
-            known = found.setdefault(column, {"@type": "PropertyValue", "name": column, "description": ""})
+            known = variables.setdefault(column, {"@type": "PropertyValue", "name": column, "description": ""})
             known["description"] += f"{'; ' if known['description'] else ''}in {name}: {meaning['about']}"
             known |= {"unitText": meaning["unit"]} if meaning["unit"] else {}
     for column in data.factor_columns:
         about = f"level of {column.removeprefix('factor_')} in the condition"
         unit = {"unitText": "ms"} if column.endswith("_ms") else {"unitText": "s"} if column.endswith("_s") else {}
-        found[column] = {"@type": "PropertyValue", "name": column, "description": about, **unit}
-    return list(found.values())
+        variables[column] = {"@type": "PropertyValue", "name": column, "description": about, **unit}
+    return list(variables.values())
 
 
 def _check_out(out: Path, overwrite: bool) -> None:

@@ -21,8 +21,8 @@ def plan_of(study: Study, file: Path) -> str:
     lines = [f"# Plan: {study.title}", "", "## Hypotheses", "", *_listed(plan.hypotheses), "", "## Design", ""]
     lines += [f"- {study.participants} participants, {games}; order: {_order(study)}."]
     for name, of in study.factors.items():
-        how = "between" if name in study.between else "within"
-        lines.append(f"- {name}, {how} people: {', '.join(dict.fromkeys(of.values()))}.")
+        kind = "between" if name in study.between else "within"
+        lines.append(f"- {name}, {kind} people: {', '.join(dict.fromkeys(of.values()))}.")
     for condition in study.conditions:
         lines.append(f"- Condition {condition.title!r}: {condition.system} against {condition.opponent}.")
     lines += ["", "## Tests", "", *_listed(plan.tests), ""]
@@ -84,16 +84,16 @@ def power(
     chance = np.random.default_rng(0)
     rows: list[PowerRow] = []
     for effect in study.effects:
-        found = np.zeros(3, int)
+        counts = np.zeros(3, int)
         for run in range(runs):
             values = _simulated(study, participants, chance, share, spread, effect, difference)
-            found[0] += _finds(study, values, effect)
-            found[1] += any((one.p_holm or 0.0) <= 1.0 - LEVEL for one in compare_pairs("win_rate", values))
-            found[2] += _finds(study, _simulated(study, participants, chance, share, spread, effect, 0.0), effect)
+            counts[0] += _finds(study, values, effect)
+            counts[1] += any((one.p_holm or 0.0) <= 1.0 - LEVEL for one in compare_pairs("win_rate", values))
+            counts[2] += _finds(study, _simulated(study, participants, chance, share, spread, effect, 0.0), effect)
             if progress is not None:
                 progress(len(rows) * runs + run + 1, len(study.effects) * runs)
-        low, high = wilson(int(found[0]), runs)
-        rows.append(PowerRow(effect, participants, found[0] / runs, low, high, found[1] / runs, found[2] / runs))
+        low, high = wilson(int(counts[0]), runs)
+        rows.append(PowerRow(effect, participants, counts[0] / runs, low, high, counts[1] / runs, counts[2] / runs))
     return rows
 
 

@@ -90,20 +90,20 @@ def steps_of(
     the participant `is_alone`, since their partner has left, blocks of two have no further steps.
     """
 
-    def asked(when: str, name: str, condition: Condition | None = None, text: str = "") -> list[Step]:
-        found = []
+    def form_steps(when: str, name: str, condition: Condition | None = None, text: str = "") -> list[Step]:
+        attempts = []
         for form in (one.form for one in study.forms if one.when == when):
             for attempt in range(1, form.tries + 1):
                 step = f"{name}.form.{form.name}" + (f".{attempt}" if attempt > 1 else "")
-                found.append(Step(step, "form", condition, form, text if attempt > 1 else "", attempt=attempt))
+                attempts.append(Step(step, "form", condition, form, text if attempt > 1 else "", attempt=attempt))
                 if done.get(step, {}).get("passed", True):
                     break
-        return found
+        return attempts
 
     steps = [Step("consent", "consent", text=study.consent)] if study.consent else []
-    steps += asked("start", "start")
+    steps += form_steps("start", "start")
     steps += [Step("welcome", "text", text=study.welcome)] if study.welcome else []
-    steps += asked("welcome", "welcome", text=study.welcome)
+    steps += form_steps("welcome", "welcome", text=study.welcome)
     for block, condition in enumerate(study.order_of(participant), 1):
         name, own = f"block{block}", []
         if block > 1 and study.break_s:
@@ -114,9 +114,9 @@ def steps_of(
             own.append(Step(f"{name}.practice{game + 1}", "practice", condition, game=game))
         for game in range(study.games):
             own.append(Step(f"{name}.game{game + 1}", "game", condition, game=game))
-        own += asked("block", name, condition)
+        own += form_steps("block", name, condition)
         steps += [step for step in own if not (is_alone and condition.is_of_two) or step.id in done]
-    steps += asked("end", "end")
+    steps += form_steps("end", "end")
     if ended_early(done):
         steps = [step for step in [*steps, Step("stop", "stop")] if step.id in done]
     return steps + ([Step("debriefing", "text", text=study.debriefing)] if study.debriefing else [])

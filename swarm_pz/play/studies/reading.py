@@ -64,8 +64,8 @@ class StudyData:
         def column(of: Mapping[str, str]) -> Callable[[Row], str]:
             def level(row: Row) -> str:
                 title = getattr(row, "condition", "")
-                found = {of[one] for one in ([title] if title else orders[row.participant])}
-                return found.pop() if len(found) == 1 else ""
+                levels = {of[one] for one in ([title] if title else orders[row.participant])}
+                return levels.pop() if len(levels) == 1 else ""
 
             return level
 
@@ -112,7 +112,7 @@ class _Person:
     """Reads one participant into the tables."""
 
     def __init__(self, data: StudyData, folder: StudyFolder, number: int, lines: Sequence[dict[str, Any]]) -> None:
-        self.data, self.folder, self.number, self.who = data, folder, number, data.study.name_of(number)
+        self.data, self.folder, self.number, self.participant = data, folder, number, data.study.name_of(number)
         self.done = {str(line["step"]): line for line in lines}
         self.is_alone = folder.is_alone(number)
         self.steps = steps_of(data.study, number, self.done, is_alone=self.is_alone)
@@ -130,7 +130,7 @@ class _Person:
             self._form(step)
         self.data.participants.append(
             ParticipantRow(
-                participant=self.who,
+                participant=self.participant,
                 number=self.number,
                 order=" > ".join(condition.title for condition in self.data.study.order_of(self.number)),
                 withdrawn=self.number in self.folder.withdrawn,
@@ -150,14 +150,14 @@ class _Person:
         return None if at is None else float(round(at - self.began))
 
     def _fault(self, step: str, fault: object, colon: str = ":") -> None:
-        self.data.faults.append(f"{self.who}: {step}{colon} {fault}")
+        self.data.faults.append(f"{self.participant}: {step}{colon} {fault}")
 
     # --- games ------------------------------------------------------------------------------------
 
     def _key(self, step: Step) -> dict[str, Any]:
         """Return the columns that identify a step."""
         title = step.condition.title if step.condition is not None else ""
-        return {"participant": self.who, "step": step.id, "condition": title}
+        return {"participant": self.participant, "step": step.id, "condition": title}
 
     def _game(self, step: Step) -> None:
         condition = step.played
@@ -175,8 +175,8 @@ class _Person:
             self._captures(step, recording, own)
         elif self.is_alone and condition.is_of_two:
             columns |= {"left_out": "partner withdrew", "ended_by": line.get("ended_by") or ""}
-        for name, asked in (("command", condition.command_delay_ms), ("display", condition.display_delay_ms)):
-            measured = {"asked_ms": asked, "got_ms": None, "count": None} | line.get("delays", {}).get(name, {})
+        for name, asked_ms in (("command", condition.command_delay_ms), ("display", condition.display_delay_ms)):
+            measured = {"asked_ms": asked_ms, "got_ms": None, "count": None} | line.get("delays", {}).get(name, {})
             columns |= {f"{name}_delay_{column}": measured[column] for column in ("got_ms", "count")}
             columns[f"{name}_delay_asked_ms"] = float(measured["asked_ms"])
         row = GameRow(

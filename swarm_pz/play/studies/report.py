@@ -40,15 +40,15 @@ def chance(p: float) -> str:
 def _template() -> Any:
     jinja2 = require_extra("jinja2", "lab")
     # Without autoescape: the template makes Markdown, and its filter `markdown` escapes user text.
-    found = jinja2.Environment(
+    environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    found.filters |= {"markdown": markdown, "signed": signed, "chance": chance}
-    return found.get_template("report.md.jinja")
+    environment.filters |= {"markdown": markdown, "signed": signed, "chance": chance}
+    return environment.get_template("report.md.jinja")
 
 
 def counted_games(data: StudyData) -> list[GameRow]:
@@ -70,13 +70,13 @@ def counted_games(data: StudyData) -> list[GameRow]:
 
 def values_of_scores(data: StudyData) -> dict[str, dict[str, dict[str, float]]]:
     """Return the scores of forms that were asked after blocks, by score, condition and participant."""
-    found: dict[str, dict[str, dict[str, float]]] = {}
+    values: dict[str, dict[str, dict[str, float]]] = {}
     for condition in data.study.conditions:
         for row in data.forms:
             is_own = (row.kind, row.condition) == ("score", condition.title) and row.participant not in data.failed
             if is_own and row.value is not None:
-                found.setdefault(row.item, {}).setdefault(row.condition, {})[row.participant] = row.value
-    return found
+                values.setdefault(row.item, {}).setdefault(row.condition, {})[row.participant] = row.value
+    return values
 
 
 def write_report(data: StudyData, folder: Path, command: str = "") -> list[Effect]:

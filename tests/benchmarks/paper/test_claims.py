@@ -228,8 +228,8 @@ def test_a_person_paints_the_ground_that_a_tactic_wants_most_and_the_table_makes
     density = np.zeros((10, 10))
     density[:, :2], density[:, 2] = 1.0, 0.4
     firm, paper, repelling = (
-        painted(density, *given, repels=repels)
-        for given, repels in ((("firm",), False), (("paper",), False), (("firm",), True))
+        painted(density, *mapping, repels=repels)
+        for mapping, repels in ((("firm",), False), (("paper",), False), (("firm",), True))
     )
     assert firm[5, 0] > 0.95 and firm[5, 3] < 0.05 and repelling[5, 3] < 0.01
     assert 0.4 < paper[5, 9] / paper[5, 0] < 0.7, "ground that is left alone weighs half, and all is smoothed"
@@ -251,15 +251,15 @@ def test_a_permutation_moves_every_drone_with_all_that_is_its_own():
     simulator.reset([0, 1])
     simulator.advance(6)
     order = np.random.default_rng(0).permutation(13)
-    there = permutation_invariance.permuted(simulator.snapshot(), order)
-    back = permutation_invariance.permuted(there, np.argsort(order))
-    shown = (games._replace(memory=games.memory[..., :13]) for games in (simulator.games, there, back))
-    for name, one, moved, again in zip(there._fields, *shown, strict=True):
+    permuted = permutation_invariance.permuted(simulator.snapshot(), order)
+    back = permutation_invariance.permuted(permuted, np.argsort(order))
+    states = (games._replace(memory=games.memory[..., :13]) for games in (simulator.games, permuted, back))
+    for name, one, moved, again in zip(permuted._fields, *states, strict=True):
         axes = [axis for axis, length in enumerate(one.shape) if axis and length == 13]
         np.testing.assert_array_equal(moved, np.take(one, order, axes[0]) if axes else one, name)
         np.testing.assert_array_equal(again, one, name)
     other = Simulator(simulator.config, num_games=2)
-    other.restore(there)
+    other.restore(permuted)
     assert permutation_invariance.distance(simulator, other, order).tolist() == [0.0, 0.0]
 
 
@@ -271,11 +271,11 @@ def test_a_drone_that_is_handed_over_has_a_new_team_and_no_past_and_nobody_else_
     coverage.hand_over(simulator, chosen)
     games = simulator.games
     np.testing.assert_array_equal(games.teams != before.teams, chosen)
-    for drones, kept in ((chosen, 0.0), (~chosen, 1.0)):
+    for drones, factor in ((chosen, 0.0), (~chosen, 1.0)):
         for game in range(2):
             now, then = (one.memory[game][..., np.flatnonzero(drones[game])] for one in (games, before))
-            np.testing.assert_array_equal(now, kept * then)
-        np.testing.assert_array_equal(games.memory_weight[drones], kept * before.memory_weight[drones])
+            np.testing.assert_array_equal(now, factor * then)
+        np.testing.assert_array_equal(games.memory_weight[drones], factor * before.memory_weight[drones])
     simulator.advance(30)
     assert simulator.occupancy.sum() == 2 * 6 * 30, "fields say what trails add up to"
 
@@ -318,10 +318,10 @@ def test_the_metric_is_that_of_each_second_of_the_seeds_own_games():
 
 def test_a_flight_is_told_of_second_by_second_and_its_maps_are_upright(monkeypatch):
     monkeypatch.setattr(coverage, "SECONDS", 4)
-    upper_left, told = np.zeros((10, 10)), []
+    upper_left, seconds = np.zeros((10, 10)), []
     upper_left[9, 0] = 1.0
-    flight = coverage.Flight(coverage.start(coverage.lone_team(2), [0, 1, 2], upper_left), told.append)
-    assert told == [1, 2, 3, 4] and flight.metric.shape == (3, 4) and flight.places.shape == (3, 40, 2, 2)
-    for game, found in enumerate(flight.maps(5)):
+    flight = coverage.Flight(coverage.start(coverage.lone_team(2), [0, 1, 2], upper_left), seconds.append)
+    assert seconds == [1, 2, 3, 4] and flight.metric.shape == (3, 4) and flight.places.shape == (3, 40, 2, 2)
+    for game, shares in enumerate(flight.maps(5)):
         cells = np.minimum(np.floor(5 * flight.places[game].reshape(-1, 2)), 4)
-        assert found.sum() == 1.0 and found[4, 0] == (cells == [0, 4]).all(axis=1).mean()
+        assert shares.sum() == 1.0 and shares[4, 0] == (cells == [0, 4]).all(axis=1).mean()

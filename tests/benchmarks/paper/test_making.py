@@ -31,15 +31,15 @@ def test_the_same_seed_writes_the_same_files(tmp_path, capsys, monkeypatch):
     field = np.arange(2500.0).reshape(50, 50) / 2499, np.zeros((50, 50), bool)
     monkeypatch.setattr(capture_geometry, "probe", lambda drones, rules: field)
     monkeypatch.chdir(tmp_path)
-    kept = []
+    runs = []
     for _ in range(2):
         main(["--only", "capture_geometry", "--presets", "paper", "--out", "one", "--processes", "1"])
-        kept.append({path.name: path.read_bytes() for path in (tmp_path / "one").iterdir()})
-    assert kept[0] == kept[1]
+        runs.append({path.name: path.read_bytes() for path in (tmp_path / "one").iterdir()})
+    assert runs[0] == runs[1]
     assert re.search(r"^capture_geometry +paper +partly ", capsys.readouterr().out, re.M)
-    assert "## capture_geometry" in kept[0]["figures.md"].decode()
+    assert "## capture_geometry" in runs[0]["figures.md"].decode()
     names = [f"capture_geometry_paper_{columns}col.svg" for columns in (1, 2)]
-    points = [float(re.search(rb'width="([0-9.]+)pt"', kept[0][name])[1]) for name in names]
+    points = [float(re.search(rb'width="([0-9.]+)pt"', runs[0][name])[1]) for name in names]
     assert [one / 72 for one in points] == pytest.approx([3.5, 7.16])
 
 
@@ -68,12 +68,12 @@ def test_pages_and_tables_tell_each_verdict_and_its_parts_and_which_are_ours_and
     write(record_of("comebacks", [won], size=0.1), tmp_path)
     write_page(tmp_path)
     assert "A trial: 10 %" in (tmp_path / "figures.md").read_text()
-    found = tables([{record["preset"]: record} for record in records])
-    told = (figure.section, figure.quote, figure.claim, figure.first, "no", figure.revised)
-    assert found["claims"][1] == ("adversary", *told, "paper", "won, below half", "reproduced")
-    assert found["parts"][2][:6] == ("adversary", "paper", "firm", "ours", "won, below a tenth", "no")
-    assert found["parts"][1][5:9] == ("yes", "0.4", "0.3", "0.45")
-    assert found["parts"][3][5:] == ("", "never", "", "", "exact") and found["parts"][4][2] == "paper"
+    rows = tables([{record["preset"]: record} for record in records])
+    cells = (figure.section, figure.quote, figure.claim, figure.first, "no", figure.revised)
+    assert rows["claims"][1] == ("adversary", *cells, "paper", "won, below half", "reproduced")
+    assert rows["parts"][2][:6] == ("adversary", "paper", "firm", "ours", "won, below a tenth", "no")
+    assert rows["parts"][1][5:9] == ("yes", "0.4", "0.3", "0.45")
+    assert rows["parts"][3][5:] == ("", "never", "", "", "exact") and rows["parts"][4][2] == "paper"
 
 
 def test_an_answer_needs_the_whole_interval_and_a_verdict_counts_the_papers_parts_alone():

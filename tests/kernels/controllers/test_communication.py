@@ -83,9 +83,9 @@ def test_a_team_of_which_every_drone_has_failed_stands(preset):
     simulator.advance(30)
     games = simulator.games
     games.failed[0, 10:], games.velocities[0, 10:], games.accelerations[0, 10:] = True, 0.0, 0.0
-    there = simulator.positions[0, 10:].copy()
+    places = simulator.positions[0, 10:].copy()
     simulator.advance(30)
     np.testing.assert_array_equal(games.failed[0], simulator.teams[0] == 1)
-    np.testing.assert_array_equal(simulator.positions[0, 10:], there)
+    np.testing.assert_array_equal(simulator.positions[0, 10:], places)
     for array in (simulator.positions, simulator.capture_field, games.memory):
         assert np.isfinite(array).all()

@@ -71,9 +71,9 @@ def record(
         if robots:
             poses[:, 2:] = generator.uniform(-1.0, 1.0, (len(poses), 2))
             poses[:, :2] = np.clip(poses[:, :2] + poses[:, 2:] / 30, 0.0, 1.0)
-            seen = np.where(generator.random((len(poses), 1)) < 0.1, np.float32("nan"), poses)
-            recorder.write(PosesMessage(game.tick, seen.astype("<f4").tobytes()))
-            game.place(seen)
+            received = np.where(generator.random((len(poses), 1)) < 0.1, np.float32("nan"), poses)
+            recorder.write(PosesMessage(game.tick, received.astype("<f4").tobytes()))
+            game.place(received)
         for event in game.advance():
             if isinstance(event, InForce):
                 side, number = SIDES[event.command.team], event.command.number
@@ -86,9 +86,9 @@ def record(
             break
     recorder.write(SeatMessage(SIDES[own], "hidden", BEGAN_MS + 1000.0))
     recorder.write(SeatMessage(SIDES[own], "shown", BEGAN_MS + 3000.0))
-    told = outcome or game.outcome or "stopped"
-    reason = reason_of_end(told, game.sizes, away=False)
-    recorder.write(EndMessage(told, game.tick, game.sizes, BEGAN_MS + 1e4, reason, delays))
+    ending = outcome or game.outcome or "stopped"
+    reason = reason_of_end(ending, game.sizes, away=False)
+    recorder.write(EndMessage(ending, game.tick, game.sizes, BEGAN_MS + 1e4, reason, delays))
     recorder.close()
     recorder.join()
     return game

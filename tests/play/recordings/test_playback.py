@@ -54,13 +54,13 @@ def test_a_seek_leads_to_the_recorded_moment_from_the_nearest_that_is_kept_and_t
     advanced, advance = [], Simulator.advance
     monkeypatch.setattr(Simulator, "advance", lambda s, ticks, *a: (advanced.append(ticks), advance(s, ticks, *a)))
     one = sum(array.nbytes for array in places[0])
-    for most, kept in ((1000, range(0, 600, 90)), (4, range(0, 600, 180)), (3, range(0, 600, 270))):
+    for most, moments in ((1000, range(0, 600, 90)), (4, range(0, 600, 180)), (3, range(0, 600, 270))):
         monkeypatch.setattr(module, "_MARKS_BYTES", most * one)
         playback = Playback(recording)
         playback.seek(599)
         advanced.clear()
         playback.seek(500)
-        assert sum(advanced) == 500 - max(tick for tick in kept if tick <= 500)
+        assert sum(advanced) == 500 - max(tick for tick in moments if tick <= 500)
         for tick in reversed(places):
             playback.seek(tick)
             for array, then in zip(playback.game.simulator.games, places[tick], strict=True):
@@ -149,7 +149,7 @@ def test_a_game_without_frames_says_nothing_of_itself(recorded):
 
 
 def test_a_film_has_a_picture_for_every_period_to_the_last(recorded, tmp_path):
-    seen = []
-    Playback(recorded(61)).film(tmp_path / "a.gif", 5.0, lambda *now: seen.append(now))
-    assert imageio_ffmpeg.count_frames_and_secs(tmp_path / "a.gif")[0] == len(seen) == 12
-    assert seen[-1] == (61 / 30, 61 / 30)
+    progress = []
+    Playback(recorded(61)).film(tmp_path / "a.gif", 5.0, lambda *now: progress.append(now))
+    assert imageio_ffmpeg.count_frames_and_secs(tmp_path / "a.gif")[0] == len(progress) == 12
+    assert progress[-1] == (61 / 30, 61 / 30)

@@ -151,10 +151,10 @@ def test_a_table_holds_every_row_and_no_spreadsheet_takes_a_label_for_a_formula(
     labels = ["=1+1", "+1", "-1", "@sum", "\t=1+1", "\r=1", "P1"]
     rows = [replace(base, player=label, outcome="win", final_share=1 / 3) for label in labels]
     seats, schema = write_tables(rows, tmp_path / "deep" / "er", command="swarm-pz study")
-    told = json.loads(schema.read_text())
-    assert told["command"] == "swarm-pz study" and set(told["versions"]) >= {"swarm-pz", "python"}
+    sidecar = json.loads(schema.read_text())
+    assert sidecar["command"] == "swarm-pz study" and set(sidecar["versions"]) >= {"swarm-pz", "python"}
     read = list(csv.DictReader(io.StringIO(seats.read_bytes().decode(), newline="")))
-    assert list(read[0]) == list(told["columns"])
+    assert list(read[0]) == list(sidecar["columns"])
     assert [row["player"] for row in read] == ["'=1+1", "'+1", "'-1", "'@sum", "'\t=1+1", "'\r=1", "P1"]
     for name, text in read[-1].items():
         value = getattr(rows[-1], name)
@@ -204,6 +204,6 @@ def test_a_folder_is_read_in_order_and_what_is_no_game_is_said(tmp_path, capsys)
     with pytest.raises(RecordingError, match="no recorded games"):
         read_folder(tmp_path / "6.jsonl")
     main(["study", "tables", str(tmp_path), "--out", str(tmp_path / "tables")])
-    said = capsys.readouterr()
-    assert "seats.csv" in said.out and "5.jsonl" in said.err
+    printed = capsys.readouterr()
+    assert "seats.csv" in printed.out and "5.jsonl" in printed.err
     assert "\\udcff.jsonl" in (tmp_path / "tables" / "seats.csv").read_text()

@@ -31,13 +31,13 @@ def played(tmp_path_factory):
 def fault_of(path):
     """Return the faults of a recording; empty if it verifies."""
     try:
-        found = Playback(Recording.read(path)).verify()
+        result = Playback(Recording.read(path)).verify()
     except RecordingError as error:
         return str(error)
-    if found.verified and found.finished:
+    if result.verified and result.finished:
         return ""
-    unfinished = "" if found.finished else "unfinished"
-    return f"{found.faults} differs at {found.first_difference} {unfinished}"
+    unfinished = "" if result.finished else "unfinished"
+    return f"{result.faults} differs at {result.first_difference} {unfinished}"
 
 
 def place_of(lines, kind, nth=0, **fields):
@@ -66,7 +66,7 @@ def test_lines_that_are_cut_doubled_or_torn_are_named(damage, named, played, tmp
 # --- forged lines ---------------------------------------------------------------------------------
 
 
-def given(kind, nth=0, *, of=None, **values):
+def changed(kind, nth=0, *, of=None, **values):
     """Return a forgery that changes fields of a line."""
 
     def forge(lines):
@@ -103,17 +103,17 @@ CAPTURE = {"type": "captured", "seat": "blue", "tick": 30, "drone": 0}
 @pytest.mark.parametrize(
     ("forge", "named"),
     [
-        (given("end", outcome="red"), "draw"),
-        (given("end", outcome="stopped", ended_by="server"), "draw"),
-        (given("end", ended_by="capture"), "ended by 'time', not by 'capture'"),
-        (given("end", sizes=[6, 0]), "3 to 3"),
-        (given("end", tick=61), "to 60, the game's time limit"),
-        (given("game", seed=2), "differs at 0"),
+        (changed("end", outcome="red"), "draw"),
+        (changed("end", outcome="stopped", ended_by="server"), "draw"),
+        (changed("end", ended_by="capture"), "ended by 'time', not by 'capture'"),
+        (changed("end", sizes=[6, 0]), "3 to 3"),
+        (changed("end", tick=61), "to 60, the game's time limit"),
+        (changed("game", seed=2), "differs at 0"),
         (most_frames_dropped, "differs at 3"),
         (in_force_dropped, "command 3 of red had to come into force"),
-        (given("in_force", -1, of={"seat": "red"}, number=2), "command 3 of red had to come into force"),
-        (given("command", 0, of={"seat": "red"}, density=np.eye(10).tolist()), "differs at"),
-        (given("command", 2, of={"seat": "red"}, tick=2), "tick must be"),
+        (changed("in_force", -1, of={"seat": "red"}, number=2), "command 3 of red had to come into force"),
+        (changed("command", 0, of={"seat": "red"}, density=np.eye(10).tolist()), "differs at"),
+        (changed("command", 2, of={"seat": "red"}, tick=2), "tick must be"),
         (with_line(CAPTURE, "frame", 10), "differs at 30"),
         (with_line(AWAY | {"server_ms": 9e9}, "end"), "ended by 'left'"),
     ],
@@ -146,8 +146,8 @@ def test_rules_that_were_forged_crash_nothing(number, played, tmp_path):
             place = place[key]
         place[last] = number
         write_lines(tmp_path / "a.jsonl", forged)
-        said = fault_of(tmp_path / "a.jsonl")
-        assert not said or "a.jsonl" in said or "differs at" in said or "line " in said, (path, last, said)
+        fault = fault_of(tmp_path / "a.jsonl")
+        assert not fault or "a.jsonl" in fault or "differs at" in fault or "line " in fault, (path, last, fault)
 
 
 @pytest.mark.parametrize(

@@ -32,11 +32,11 @@ PATIENCE_S = 300.0
 class Program:
     """A connected ROS program."""
 
-    def __init__(self, there):
-        self._there, self.heard = there, []
+    def __init__(self, link):
+        self._link, self.heard = link, []
 
-    async def say(self, **told):
-        await self._there.send(json.dumps(told))
+    async def say(self, **message):
+        await self._link.send(json.dumps(message))
 
     async def publish(self, topic, **message):
         await self.say(op="publish", topic=topic, msg=message)
@@ -50,8 +50,8 @@ class Program:
         """Do what the tablet does with a drawing."""
         kind = "ergodic_humanswarmcollab_sim/tablet"
         await self.say(op="advertise", topic="/tablet_comm", type=kind)
-        told = {"name": "attract data", "team": side, "map_width": 50, "map_height": 50}
-        await self.publish("/tablet_comm", **told, data=image.ravel().tolist())
+        fields = {"name": "attract data", "team": side, "map_width": 50, "map_height": 50}
+        await self.publish("/tablet_comm", **fields, data=image.ravel().tolist())
 
     async def subscribe(self, *topics):
         for topic in topics:
@@ -60,10 +60,10 @@ class Program:
     async def hear(self, topic, where=lambda message: True):
         """Receive until a message of a topic comes."""
         while True:
-            told = json.loads(await self._there.recv())
-            self.heard.append(told)
-            if told.get("topic") == topic and where(told["msg"]):
-                return told["msg"]
+            packet = json.loads(await self._link.recv())
+            self.heard.append(packet)
+            if packet.get("topic") == topic and where(packet["msg"]):
+                return packet["msg"]
 
     async def refused(self, topic, **message):
         """Publish something, and return why it is refused."""
@@ -71,7 +71,7 @@ class Program:
         return (await self.hear("/rosout", lambda message: message["level"] == 30))["msg"]
 
     async def leave(self):
-        await self._there.close()
+        await self._link.close()
 
 
 class Meeting:
@@ -80,18 +80,18 @@ class Meeting:
     def __init__(self, port, lines, stack):
         self._port, self._stack, self.lines = port, stack, lines
 
-    async def join(self, **how):
+    async def join(self, **options):
         """Connect another program, which receives refusals, and return it."""
-        there = await self._stack.enter_async_context(connect(f"ws://127.0.0.1:{self._port}", max_size=None, **how))
-        program = Program(there)
+        link = await self._stack.enter_async_context(connect(f"ws://127.0.0.1:{self._port}", max_size=None, **options))
+        program = Program(link)
         await program.subscribe("/rosout")
         return program
 
     async def room(self, side="red"):
         """Wait until a side has a seat, and return its room."""
-        return await self.said(rf"{side}: plays in room (\w+)")
+        return await self.printed(rf"{side}: plays in room (\w+)")
 
-    async def said(self, pattern):
+    async def printed(self, pattern):
         """Wait for a matching line, and return the pattern's group, or the line."""
         while True:
             for line in self.lines:
@@ -100,12 +100,12 @@ class Meeting:
             await asyncio.sleep(0.05)
 
 
-def meet(table, conversation, opponent="uniform", game=ERGODIC, **how):
+def meet(table, conversation, opponent="uniform", game=ERGODIC, **options):
     """Run a conversation at a bridge beside a table."""
 
     async def run():
         listening, lines = socket.create_server(("127.0.0.1", 0)), []
-        bridge = Bridge(table.address, opponent, TableConfig(game=game), lines.append, **how)
+        bridge = Bridge(table.address, opponent, TableConfig(game=game), lines.append, **options)
         serving = asyncio.create_task(bridge.run(listening))
         try:
             async with contextlib.AsyncExitStack() as stack, asyncio.timeout(PATIENCE_S):
@@ -118,12 +118,12 @@ def meet(table, conversation, opponent="uniform", game=ERGODIC, **how):
     asyncio.run(run())
 
 
-def met(**how):
+def at_bridge(**options):
     """Return a decorator that turns a conversation, a coroutine function of a meeting and a table, into a test."""
 
     def test_of(conversation):
         def test(table):
-            meet(table, lambda meeting: conversation(meeting, table), **how)
+            meet(table, lambda meeting: conversation(meeting, table), **options)
 
         test.__name__ = conversation.__name__
         return test
@@ -154,7 +154,7 @@ def is_of(line, image):
     return np.allclose(np.array(line.density), (wanted / wanted.max()) ** 4, rtol=0, atol=1e-7)
 
 
-@met()
+@at_bridge()
 async def test_of_images_that_come_at_once_the_last_becomes_the_target(meeting, table):
     tablet = await meeting.join()
     await tablet.connect_player("red")
@@ -165,7 +165,7 @@ async def test_of_images_that_come_at_once_the_last_becomes_the_target(meeting, 
     assert not [line for line in meeting.lines if "refused" in line], "no command came too soon"
 
 
-@met(opponent=None)
+@at_bridge(opponent=None)
 async def test_two_tablets_meet_in_one_room_see_one_game_and_clear_their_own_side(meeting, table):
     red, blue = await meeting.join(), await meeting.join()
     await blue.connect_player("blue")
@@ -194,7 +194,7 @@ async def test_two_tablets_meet_in_one_room_see_one_game_and_clear_their_own_sid
     assert not [one for one in red.heard if one.get("topic") == "/blue_team_target_dist"], "it is blue's own"
 
 
-@met()
+@at_bridge()
 async def test_a_side_is_played_by_the_client_that_last_spoke_for_it(meeting, table):
     tablet, stranger = await meeting.join(), await meeting.join()
     await tablet.connect_player("red")
@@ -205,15 +205,15 @@ async def test_a_side_is_played_by_the_client_that_last_spoke_for_it(meeting, ta
     assert "got 'green'" in await stranger.refused("/tablet_comm", team="green", **image)
     assert "got ['red']" in await stranger.refused("/tablet_comm", team=["red"], **image)
     assert "2499 values" in await stranger.refused("/tablet_comm", team="red", data=[1.0] * 2499)
-    tablet._there.transport.pause_reading()  # the bridge does not notice that it is gone
+    tablet._link.transport.pause_reading()  # the bridge does not notice that it is gone
     again = await meeting.join()
     await again.deploy("red", spot(1))  # it does not press its button again
     await recorded(table, room, InForceMessage)
     assert len([line for line in meeting.lines if "plays in room" in line]) == 1
-    tablet._there.transport.abort()
+    tablet._link.transport.abort()
 
 
-@met(alone_s=0.0)
+@at_bridge(alone_s=0.0)
 async def test_seats_are_given_up_when_all_have_gone_and_not_before(meeting, table):
     tablet, other = await meeting.join(), await meeting.join()
     await tablet.connect_player("red")
@@ -224,14 +224,14 @@ async def test_seats_are_given_up_when_all_have_gone_and_not_before(meeting, tab
     await recorded(table, first, InForceMessage)
     assert not [line for line in meeting.lines if "ended the connection" in line]
     await tablet.leave()
-    await meeting.said("red: the table has ended the connection")
+    await meeting.printed("red: the table has ended the connection")
     meeting.lines.clear()
     again = await meeting.join()
     await again.connect_player("red")
     assert await meeting.room() != first
 
 
-@met(game=GameConfig(time_limit=1.5))
+@at_bridge(game=GameConfig(time_limit=1.5))
 async def test_a_game_over_is_followed_by_another_when_the_button_is_pressed(meeting, table):
     tablet = await meeting.join()
     await tablet.subscribe("/clock", "/rosout")
@@ -264,7 +264,7 @@ def test_a_seat_of_another_kind_takes_its_own_commands_and_clear_ones(system, to
         await program.connect_player("red")
         if system == "direct":  # whether or not the bridge knows yet what the seat takes
             assert "direct takes accelerations" in await program.refused("/swarm/red/density", data=[1.0] * 100)
-        room = await meeting.said(rf"red: plays in room (\w+), flown by {system}")
+        room = await meeting.printed(rf"red: plays in room (\w+), flown by {system}")
         await program.publish(topic, **message)
         await recorded(table, room, InForceMessage)
         await program.publish("clear_locs")
@@ -297,7 +297,7 @@ def test_what_is_refused_stands_in_the_log_of_who_said_it_and_a_table_that_is_no
         line = await reader.hear("/rosout", lambda message: "red: has no seat at the table" in message["msg"])
         assert line["level"] == 30
         await other.connect_player("blue")
-        await meeting.said("blue: has no seat at the table")
+        await meeting.printed("blue: has no seat at the table")
 
     meet(Nowhere, conversation, opponent=None)
 
@@ -316,9 +316,9 @@ def test_the_documentations_program_plays_with_a_real_client(tmp_path):
     (program,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "ros.md").read_text(), re.S)
     command = [sys.executable, "-u", "-c", program.replace("port=9090", f"port={port}")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as playing:  # noqa: S603  (our own page)
-        seen = [next(line for line in playing.stdout if "red drones" in line) for _ in range(90)]
+        lines = [next(line for line in playing.stdout if "red drones" in line) for _ in range(90)]
         playing.kill()
-    assert all(int(line.split()[0]) > 0 for line in seen)
+    assert all(int(line.split()[0]) > 0 for line in lines)
     assert table.end().count("plays in room") == 1 and table.process.returncode in (0, -15)
     (path,) = tmp_path.glob("*.jsonl")
     commands = [line.density for line in Recording.read(path).of(SeatCommand) if line.team == 0]

@@ -25,11 +25,11 @@ def takes(name):
 
 def made(maker, system="ergodic"):
     """Return a command as the table reads it: its kind and its numbers."""
-    told = maker(takes(system), CELLS)
+    message = maker(takes(system), CELLS)
     reader = CommandReader(GameConfig(controllers=system))
-    if told.density is not None:
-        return "density", reader.read(RED, 0, told.density).values
-    command = reader.read(RED, 0, told.command, takes(system).takes)
+    if message.density is not None:
+        return "density", reader.read(RED, 0, message.density).values
+    command = reader.read(RED, 0, message.command, takes(system).takes)
     return command.kind, command.values
 
 

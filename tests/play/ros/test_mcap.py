@@ -24,21 +24,21 @@ def read(tmp_path_factory):
     """Give a recording, and its messages by topic: pairs of nanoseconds and message."""
     folder = tmp_path_factory.mktemp("mcap")
     record(folder / "a.jsonl", ticks=330, seed=4)
-    recording, found, stores = Recording.read(folder / "a.jsonl"), defaultdict(list), {}
-    count, told = mcap.write(recording, folder / "a.mcap"), mcap.messages_of(recording)
+    recording, by_topic, stores = Recording.read(folder / "a.jsonl"), defaultdict(list), {}
+    count, originals = mcap.write(recording, folder / "a.mcap"), mcap.messages_of(recording)
     with (folder / "a.mcap").open("rb") as file:
         for place, (schema, channel, message) in enumerate(make_reader(file).iter_messages()):
             kind, store = schema.name, stores.setdefault(schema.name, get_typestore(Stores.EMPTY))
             if kind not in store.types:
                 store.register(get_types_from_msg(schema.data.decode(), kind))
             decoded = store.deserialize_cdr(message.data, kind)
-            found[channel.topic].append((message.log_time, decoded))
+            by_topic[channel.topic].append((message.log_time, decoded))
             if place < 100:
-                _, topic, original = next(told)
+                _, topic, original = next(originals)
                 assert (channel.topic, kind) == (topic, messages.TOPICS[topic].replace("/", "/msg/"))
                 check_same(decoded, original)
-    assert sum(map(len, found.values())) == count and set(found) == set(messages.TOPICS) - {"/rosout"}
-    return recording, found
+    assert sum(map(len, by_topic.values())) == count and set(by_topic) == set(messages.TOPICS) - {"/rosout"}
+    return recording, by_topic
 
 
 def check_same(decoded, original):
@@ -56,12 +56,12 @@ def check_same(decoded, original):
 
 
 def test_every_moment_is_told_as_the_recording_has_it(read):
-    recording, found = read
+    recording, by_topic = read
     frames, playback = list(recording.frames()), Playback(recording)
     assert len(frames) > 100
     for place, frame in enumerate(frames):
         playback.seek(frame.tick)
-        of = {topic: told[place] for topic, told in found.items() if topic != "/agent_team_status"}
+        of = {topic: pairs[place] for topic, pairs in by_topic.items() if topic != "/agent_team_status"}
         assert {time for time, _ in of.values()} == {frame.tick * 10**9 // 30}
         of = {topic: message for topic, (_, message) in of.items()}
         assert list(of["/swarm/sizes"].data) == [int((frame.teams == team).sum()) for team in (0, 1)]
@@ -72,10 +72,10 @@ def test_every_moment_is_told_as_the_recording_has_it(read):
             x, y = frame.velocities[drone]
             assert math.isclose(math.cos(angle - math.atan2(y, x)), 1.0, abs_tol=1e-9)
         for team, name in enumerate(TEAM_NAMES):
-            told = of[f"/swarm/{name}/poses"]
-            assert told.header.frame_id == "map"
-            assert told.header.stamp.sec * 10**9 + told.header.stamp.nanosec == frame.tick * 10**9 // 30
-            places = [(pose.position.x, pose.position.y) for pose in told.poses]
+            poses = of[f"/swarm/{name}/poses"]
+            assert poses.header.frame_id == "map"
+            assert poses.header.stamp.sec * 10**9 + poses.header.stamp.nanosec == frame.tick * 10**9 // 30
+            places = [(pose.position.x, pose.position.y) for pose in poses.poses]
             assert places == [tuple(place) for place in frame.positions[frame.teams == team].tolist()]
             field = np.array(of[f"/swarm/{name}/capture_field"].data).reshape(50, 50)
             np.testing.assert_array_equal(field > 75, playback.game.simulator.captures_here[0, team])
@@ -85,12 +85,12 @@ def test_every_moment_is_told_as_the_recording_has_it(read):
 
 
 def test_captures_are_told_when_they_happen(read):
-    recording, found = read
-    told = [(time, message.data) for time, message in found["/agent_team_status"]]
+    recording, by_topic = read
+    statuses = [(time, message.data) for time, message in by_topic["/agent_team_status"]]
     first = next(recording.frames())
     captured = recording.of(CapturedMessage)
     assert captured, "or this game shows nothing"
-    assert told == [
+    assert statuses == [
         *((0, f"agent{drone} {TEAM_NAMES[team]}") for drone, team in enumerate(first.teams)),
         *((line.tick * 10**9 // 30, f"agent{line.drone} {TEAM_NAMES[line.team]}") for line in captured),
     ]
@@ -103,10 +103,10 @@ def test_the_capture_that_ends_a_game_is_told(tmp_path):
         tmp_path / "a.jsonl", [*lines, {"type": "captured", "seat": "blue", "tick": end["tick"], "drone": 3}, end]
     )
     recording = Recording.read(tmp_path / "a.jsonl")
-    told = [
+    statuses = [
         (tick, message["data"]) for tick, topic, message in mcap.messages_of(recording) if topic == "/agent_team_status"
     ]
-    assert told[-1] == (end["tick"], "agent3 blue")
+    assert statuses[-1] == (end["tick"], "agent3 blue")
 
 
 def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):

@@ -40,13 +40,13 @@ def test_numbers_mean_what_ros_takes_them_for():
     assert messages.capture_field(field, 0)["data"] == [0, 74, 76, 100], "above 75 exactly where it captures"
     sizes = messages.sizes(moment(45, [0, 1, 1, 0, 1]))
     assert sizes["layout"]["dim"] == [{"label": "team", "size": 2, "stride": 2}] and sizes["data"] == [2, 3]
-    told = messages.ck_plot(field)
-    assert told["layout"]["dim"][0]["stride"] == 4
-    assert [value >= 0.75 for value in told["data"]] == [False, False, True, True], "row after row"
+    plot = messages.ck_plot(field)
+    assert plot["layout"]["dim"][0]["stride"] == 4
+    assert [value >= 0.75 for value in plot["data"]] == [False, False, True, True], "row after row"
     red, blue = (marker["color"] for marker in messages.markers(moment(45, [0, 1]))["markers"])
     assert red["r"] > red["b"] and blue["b"] > blue["r"] and red["a"] == blue["a"] == 1.0
-    told, wrong = (messages.log("x", 12.5, is_fault) for is_fault in (False, True))
-    assert told["stamp"] == {"sec": 12, "nanosec": 500_000_000} and (told["level"], wrong["level"]) == (20, 30)
+    entry, wrong = (messages.log("x", 12.5, is_fault) for is_fault in (False, True))
+    assert entry["stamp"] == {"sec": 12, "nanosec": 500_000_000} and (entry["level"], wrong["level"]) == (20, 30)
 
 
 class Everybody(Bridge):
@@ -54,16 +54,16 @@ class Everybody(Bridge):
 
     def __init__(self):
         super().__init__("", None, TableConfig(), print)
-        self.told = []
+        self.published = []
 
     def wanted(self, topic):
         return True
 
     def publish(self, topic, message, but=None):
-        self.told.append((topic, message))
+        self.published.append((topic, message))
 
     def of(self, topic):
-        return [message for name, message in self.told if name == topic]
+        return [message for name, message in self.published if name == topic]
 
 
 def test_a_moment_is_shown_once_and_teams_as_they_change_and_in_a_new_game_anew():
@@ -71,11 +71,11 @@ def test_a_moment_is_shown_once_and_teams_as_they_change_and_in_a_new_game_anew(
     for frame in (moment(0), moment(0), moment(3), moment(6, [0, 1, 1])):
         everybody.publish_frame(frame)
     assert len(everybody.of("/clock")) == 3
-    told = [message["data"] for message in everybody.of("/agent_team_status")]
-    assert told == ["agent0 red", "agent1 red", "agent2 blue", "agent1 blue"]
-    everybody.told.clear()
+    statuses = [message["data"] for message in everybody.of("/agent_team_status")]
+    assert statuses == ["agent0 red", "agent1 red", "agent2 blue", "agent1 blue"]
+    everybody.published.clear()
     everybody.publish_frame(moment(0))
-    assert [message["data"] for message in everybody.of("/agent_team_status")] == told[:3]
+    assert [message["data"] for message in everybody.of("/agent_team_status")] == statuses[:3]
 
 
 def test_altitudes_of_the_keyframe_hold_for_all_messages_of_its_game():

@@ -293,10 +293,10 @@ async def fly(port, drones, moments):
     It returns None for an emergency stop.
     """
     places = {n: [0.2 * n - 0.5, 0.3, 0.5] for n in range(drones)}
-    async with connect(f"ws://127.0.0.1:{port}", max_size=None) as there:
+    async with connect(f"ws://127.0.0.1:{port}", max_size=None) as client:
 
         async def say(**message):
-            await there.send(json.dumps(message))
+            await client.send(json.dumps(message))
 
         async def see():
             while True:
@@ -309,7 +309,7 @@ async def fly(port, drones, moments):
             await say(op="subscribe", topic=topic)
         await say(op="publish", topic="/red_connection_service", msg={})
         seeing = asyncio.create_task(see())
-        async for data in there:
+        async for data in client:
             message = json.loads(data)
             match message["topic"], message["msg"]:
                 case "/robots/setpoints", setpoints:
@@ -377,10 +377,10 @@ class Drone:
     """A stand-in for a Crazyflie of Crazyswarm2, which notes what it is told."""
 
     def __init__(self, name):
-        self.prefix, self.told = f"/{name}", []
+        self.prefix, self.calls = f"/{name}", []
 
     def __getattr__(self, name):
-        return lambda *given: self.told.append((name, *given))
+        return lambda *arguments: self.calls.append((name, *arguments))
 
 
 class Topic:
@@ -433,10 +433,10 @@ def test_the_bridge_to_crazyswarm2_passes_on_what_the_game_understands(crazyswar
         Topic.known[topic].callback(message)
     assert bridge.step(lab.now)
     waiting, flown = swarm.allcfs.crazyflies
-    ((place, *_),) = [given for name, *given in flown.told if name == "cmdFullState"]
+    ((place, *_),) = [arguments for name, *arguments in flown.calls if name == "cmdFullState"]
     np.testing.assert_allclose(place, lab.robots.setpoints[1])
-    assert ("setParam", "ring.solidBlue", 217) in flown.told and ("setParam", "ring.solidBlue", 0) in waiting.told
-    assert bridge.step(lab.now + 1.0) and flown.told[-1][0] == "land" and waiting.told[-1][0] == "setParam"
+    assert ("setParam", "ring.solidBlue", 217) in flown.calls and ("setParam", "ring.solidBlue", 0) in waiting.calls
+    assert bridge.step(lab.now + 1.0) and flown.calls[-1][0] == "land" and waiting.calls[-1][0] == "setParam"
     lab.robots.hear(STOP, {}, lab.now)
     Topic.known[STOPPED].callback(lab.messages()[STOPPED])
     assert not bridge.step(lab.now) and swarm.allcfs.emergency.called

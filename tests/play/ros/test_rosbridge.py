@@ -29,15 +29,15 @@ class Hub(Rosbridge):
 
     def __init__(self):
         super().__init__(TOPICS, INPUTS, every=frozenset({"/status"}))
-        self.told = []
+        self.received = []
 
     def heard(self, client, topic, message):
         if topic == "/bad":
             raise ProtocolError("expected nothing here")
-        self.told.append((topic, message if topic != "/odd" else 1 / 0))
+        self.received.append((topic, message if topic != "/odd" else 1 / 0))
 
-    def join(self, **how):
-        return connect(f"ws://127.0.0.1:{self.port}", max_size=None, **how)
+    def join(self, **options):
+        return connect(f"ws://127.0.0.1:{self.port}", max_size=None, **options)
 
 
 @contextlib.asynccontextmanager
@@ -55,21 +55,21 @@ async def opened(*origins):
 def spoken(conversation):
     """Turn a conversation, a coroutine function of a hub and fixtures, into a test."""
 
-    async def run(given):
+    async def run(fixtures):
         async with asyncio.timeout(300), opened() as hub:
-            await conversation(hub, **given)
+            await conversation(hub, **fixtures)
 
     @functools.wraps(conversation)
-    def test(**given):
-        asyncio.run(run(given))
+    def test(**fixtures):
+        asyncio.run(run(fixtures))
 
     parameters = list(inspect.signature(conversation).parameters.values())[1:]
     test.__signature__ = inspect.Signature(parameters)
     return test
 
 
-async def say(socket, **told):
-    await socket.send(json.dumps(told))
+async def say(socket, **message):
+    await socket.send(json.dumps(message))
 
 
 async def hear(socket):
@@ -119,26 +119,26 @@ async def test_publications_reach_the_hub_by_full_name_and_services_answer_or_sa
     async with hub.join() as socket:
         await say(socket, op="advertise", topic="own", type="std_msgs/msg/String")
         await say(socket, op="publish", topic="own", msg={"data": [1.5]})
-        found = (await ask(socket, "/rosapi/topics"))["values"]
-        assert hub.told == [("/own", {"data": [1.5]})]
-        assert dict(zip(found["topics"], found["types"], strict=True)) == TOPICS | INPUTS
+        listed = (await ask(socket, "/rosapi/topics"))["values"]
+        assert hub.received == [("/own", {"data": [1.5]})]
+        assert dict(zip(listed["topics"], listed["types"], strict=True)) == TOPICS | INPUTS
         for name, kind in (("clock", "rosgraph_msgs/Clock"), ("/own", "")):
             assert (await ask(socket, "/rosapi/topic_type", topic=name))["values"] == {"type": kind}
         answer = await ask(socket, "/teleport")
         assert answer["result"] is False and "no service /teleport" in answer["values"]
         before = time.time_ns()
-        told = (await ask(socket, "/rosapi/get_time"))["values"]["time"]
-        assert (told["secs"], told["nsecs"]) == (told["sec"], told["nanosec"])
-        assert before <= told["secs"] * 10**9 + told["nsecs"] <= time.time_ns() and told["nsecs"] < 10**9
+        now = (await ask(socket, "/rosapi/get_time"))["values"]["time"]
+        assert (now["secs"], now["nsecs"]) == (now["sec"], now["nanosec"])
+        assert before <= now["secs"] * 10**9 + now["nsecs"] <= time.time_ns() and now["nsecs"] < 10**9
 
 
 @spoken
 async def test_viewers_of_ros_2_are_told_all_types_and_sent_bytes(hub):
     async with hub.join() as socket:
-        told = (await ask(socket, "/rosapi/topics_and_raw_types"))["values"]
-        assert told["topics"] == ["/clear_locs", "/clock", "/status", "/rosout"]
-        assert told["types"][:2] == ["std_msgs/msg/Empty", "rosgraph_msgs/msg/Clock"]
-        assert told["typedefs_full_text"][1].startswith("builtin_interfaces/Time clock\n====")
+        listed = (await ask(socket, "/rosapi/topics_and_raw_types"))["values"]
+        assert listed["topics"] == ["/clear_locs", "/clock", "/status", "/rosout"]
+        assert listed["types"][:2] == ["std_msgs/msg/Empty", "rosgraph_msgs/msg/Clock"]
+        assert listed["typedefs_full_text"][1].startswith("builtin_interfaces/Time clock\n====")
         await say(socket, op="subscribe", topic="/status", compression="cbor-raw")
         await ask(socket)
         before = time.time_ns()
@@ -158,8 +158,8 @@ async def test_a_slow_reader_is_sent_the_latest_and_of_events_all(hub):
         for number in range(100):
             hub.publish("/clock", {"n": number})
             hub.publish("/status", {"n": number})
-        told = [await hear(socket) for _ in range(101)]
-        assert [(one["topic"], one["msg"]["n"]) for one in told] == [
+        received = [await hear(socket) for _ in range(101)]
+        assert [(one["topic"], one["msg"]["n"]) for one in received] == [
             *(("/status", number) for number in range(100)),
             ("/clock", 99),
         ]
@@ -208,8 +208,8 @@ async def test_a_message_that_makes_no_sense_is_refused_in_the_log_of_its_sender
         await say(socket, op="subscribe", topic="/rosout")
         for one in (quiet, socket):
             await one.send(frame)
-        told = await hear(socket)
-        assert told["topic"] == "/rosout" and said in told["msg"]["msg"]
+        refusal = await hear(socket)
+        assert refusal["topic"] == "/rosout" and said in refusal["msg"]["msg"]
         assert (await ask(quiet))["result"] is True
 
 
@@ -243,7 +243,7 @@ async def test_a_message_may_be_of_a_megabyte_and_a_larger_one_ends_the_connecti
         await say(socket, op="publish", topic="/x", msg={"data": "x" * 2**20})
         with pytest.raises(ConnectionClosed, match="1009"):
             await hear_all(socket)
-    assert [len(message["data"]) for _, message in hub.told] == [2**20 - 1000]
+    assert [len(message["data"]) for _, message in hub.received] == [2**20 - 1000]
 
 
 def test_a_client_over_its_messages_or_bytes_a_second_is_read_no_faster(monkeypatch):

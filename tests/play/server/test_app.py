@@ -23,15 +23,15 @@ RING = protocol.StrokeMessage(
 )
 
 
-def told(client, kind=protocol.Welcome):
+def message_to(client, kind=protocol.Welcome):
     return next(message for message in client.messages if isinstance(message, kind))
 
 
 def test_two_people_play_to_the_end_and_the_recording_verifies(table):
     red, blue, watcher = clients = [table.visit() for _ in range(3)]
-    cards = {policy.name: policy.card for policy in told(red).policies}
+    cards = {policy.name: policy.card for policy in message_to(red).policies}
     assert cards["uniform"].rating == 1000 < cards["champion"].rating and len(cards["uniform"].target) == 10
-    assert told(red).records_labels and told(red).addresses == [], "this machine alone can reach it"
+    assert message_to(red).records_labels and message_to(red).addresses == [], "this machine alone can reach it"
     red.say(protocol.Create(settings=protocol.Settings(red=3, blue=3, time_limit=3.0), label="P7"))
     seat = red.hear(protocol.Seated)
     blue.say(protocol.Join(seat.room, "blue"))
@@ -73,8 +73,8 @@ def test_the_program_of_the_documentation_plays_a_game(table, capsys):
     watcher.say(protocol.Join(room))
     watcher.hear(protocol.RoomState)
     host.say(protocol.Leave())  # the program joins this short game instead of its own long one
-    here = program.replace("127.0.0.1:8000", table.address).replace('opponent="champion"', f'room="{room}"')
-    exec(here, {})  # noqa: S102
+    snippet = program.replace("127.0.0.1:8000", table.address).replace('opponent="champion"', f'room="{room}"')
+    exec(snippet, {})  # noqa: S102
     assert capsys.readouterr().out.strip() in ("red", "blue", "draw")
     for client in (host, watcher):
         client.close()
@@ -134,7 +134,7 @@ def test_it_tells_its_figures_and_finishes_its_files_when_told_to_end(own_table)
 def test_a_killed_server_loses_a_second_at_most_and_records_no_label_that_nobody_asked_for(tmp_path):
     table = Table(tmp_path, "--opponent", FOLDER)
     client = table.visit()
-    assert not told(client).records_labels
+    assert not message_to(client).records_labels
     for name in ("policies", f"{FOLDER}/../champion"):
         assert client.refused(protocol.Create(opponent=name)).code == "unknown"
     client.say(protocol.Create(settings=protocol.Settings(time_limit=None), opponent=FOLDER, label="<b>&"))

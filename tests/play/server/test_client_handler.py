@@ -282,9 +282,9 @@ async def test_what_clients_say_on_the_protocols_page_is_answered_as_it_says(hal
 
     def came(expected):
         """Return true if a message came as expected but for times and tokens."""
-        told = [json.loads(protocol.encode(message)) for message in guest.messages]
+        messages = [json.loads(protocol.encode(message)) for message in guest.messages]
         same = {key: value for key, value in expected.items() if key not in OF_THEIR_TIME}
-        return any(set(one) == set(expected) and same.items() <= one.items() for one in told)
+        return any(set(one) == set(expected) and same.items() <= one.items() for one in messages)
 
     for line in lines:
         message = json.loads(line[2:])

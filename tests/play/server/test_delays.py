@@ -18,8 +18,8 @@ FIELDS = (np.arange(5000) % 251).astype(np.uint8).reshape(2, 50, 50)
 
 
 def moment(tick, fields=None, altitudes=None, places=PLACES, speeds=1.0 - PLACES):
-    how = {"positions": places, "velocities": speeds, "teams": TEAMS, "altitudes": altitudes, "fields": fields}
-    return encode_frame(Frame(sequence=tick, tick=tick, server_ms=100.0 * tick, **how))
+    arrays = {"positions": places, "velocities": speeds, "teams": TEAMS, "altitudes": altitudes, "fields": fields}
+    return encode_frame(Frame(sequence=tick, tick=tick, server_ms=100.0 * tick, **arrays))
 
 
 def viewing(team=0, speed=1.0, **factors):
@@ -84,9 +84,9 @@ def test_the_last_moment_of_a_game_is_shown_whatever_the_rate():
 
 async def test_all_that_is_shown_comes_later_in_its_order_and_is_of_when_it_is_shown():
     client, view = viewing(display_delay_ms=40.0)
-    came, view.measured = [], Measured(40.0)
-    client.send, client.send_bytes = came.append, came.append
-    client.show = lambda frame, sequence: came.append(decode_frame(frame))
+    received, view.measured = [], Measured(40.0)
+    client.send, client.send_bytes = received.append, received.append
+    client.show = lambda frame, sequence: received.append(decode_frame(frame))
     sizes = [(2, 2)]
     view.send(state("starting", starts_ms=1000.0))
     view.send(state("playing", sizes))
@@ -94,10 +94,10 @@ async def test_all_that_is_shown_comes_later_in_its_order_and_is_of_when_it_is_s
     view.show(moment(3), 3)
     view.send(state("over"))
     sizes.append((3, 1))
-    assert not came
-    while len(came) < 5:
+    assert not received
+    while len(received) < 5:
         await asyncio.sleep(0.01)
-    starting, playing, target, frame, over = came
+    starting, playing, target, frame, over = received
     assert (starting.phase, starting.starts_ms) == ("starting", 1040.0)
     assert (playing.phase, playing.sizes) == ("playing", [(2, 2)]), "as it was, not as it is by now"
     assert target[0] == 2 and (frame.tick, frame.server_ms) == (3, 340.0) and over.phase == "over"
@@ -105,4 +105,4 @@ async def test_all_that_is_shown_comes_later_in_its_order_and_is_of_when_it_is_s
     view.show(moment(4), 4)
     view.close()
     await asyncio.sleep(0.08)
-    assert len(came) == 5, "who is elsewhere is shown nothing more"
+    assert len(received) == 5, "who is elsewhere is shown nothing more"

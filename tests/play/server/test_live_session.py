@@ -66,8 +66,8 @@ async def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(t
     with opened(tmp_path, workers, table, time_limit=None) as room:
         client = watched(room)
         await until(lambda: len(client.notices) >= 2)
-        told = ["one keeps its last command: no idea", "two keeps its last command: it could not be asked"]
-        assert sorted(client.notices[:2]) == told
+        notices = ["one keeps its last command: no idea", "two keeps its last command: it could not be asked"]
+        assert sorted(client.notices[:2]) == notices
         await ticks(room, room.session.game.tick + 3)
         recording = read(room)
     assert {line.team for line in recording.of(SeatMessage) if line.event == "failed"} == {0, 1}
@@ -142,11 +142,11 @@ async def test_who_has_every_drone_has_won_the_game(team, outcome, tmp_path):
         meddle(room, 30, lambda teams: np.copyto(teams, [RED] * 3 + [BLUE] * 7))
         meddle(room, 31, lambda teams: teams.fill(team))
         await until(lambda: room.phase == "over")
-        recording, told, last = read(room), room.outcome, decode_frame(red.frames[-1][0])
+        recording, announced, last = read(room), room.outcome, decode_frame(red.frames[-1][0])
         assert room.session.sizes == [(4, 6), (3, 7)], "once a second"
     assert last.tick == 31 and last.fields is not None and (last.teams == team).all(), "the end is shown whole"
     assert recording.of(FrameMessage)[-1].tick == 31
-    assert told == recording.end.outcome == outcome and recording.end.ended_by == "capture"
+    assert announced == recording.end.outcome == outcome and recording.end.ended_by == "capture"
     assert recording.end.sizes == ((10, 0) if team == RED else (0, 10))
 
 

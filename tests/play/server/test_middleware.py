@@ -32,8 +32,8 @@ async def ask(kind="http", allowed=(), embedders=LAB, **headers):
     return answers
 
 
-async def status(**how):
-    return (await ask(**how))[0]["status"]
+async def status(**options):
+    return (await ask(**options))[0]["status"]
 
 
 async def test_names_that_are_served_come_in_in_any_case_and_a_proxys_by_its_own_or_encrypted():
@@ -41,9 +41,9 @@ async def test_names_that_are_served_come_in_in_any_case_and_a_proxys_by_its_own
         assert await status(host=host) == await status(host=host, origin=f"http://{host}") == 200
         for scheme in ("http", "https"):
             for name in (host, "play.example.org", "PLAY.example.org"):
-                asked = {"host": name, "origin": f"{scheme}://play.example.org"}
-                assert await status(allowed=["Play.example.org"], **asked) == 200
-                assert await status(**asked) == 403
+                headers = {"host": name, "origin": f"{scheme}://play.example.org"}
+                assert await status(allowed=["Play.example.org"], **headers) == 200
+                assert await status(**headers) == 403
 
 
 @pytest.mark.parametrize(

@@ -35,8 +35,8 @@ def snapshot():
 @pytest.fixture
 async def workers(request):
     """Give workers with the loader and options of the test's parameter; by default, one process."""
-    load, how = getattr(request, "param", (loader, {}))
-    made = PolicyWorkers(load, **({"processes": 1, "limit_s": 60.0} | how))
+    load, options = getattr(request, "param", (loader, {}))
+    made = PolicyWorkers(load, **({"processes": 1, "limit_s": 60.0} | options))
     yield made
     made.close()
 
@@ -88,10 +88,10 @@ async def test_policies_answer_as_they_would_in_a_match_with_states_and_streams_
 @pytest.mark.parametrize("workers", [(loader, {"limit_s": 1.0})], indirect=True)
 async def test_a_fault_stays_with_its_policy(workers, snapshot):
     faults = {"raises": "no idea", "nan": "nan", "sleeps": "no command within 1 s", "exits": "ended its process"}
-    for how, message in faults.items():
-        assert (await workers.ask(seat(how), snapshot, SEED)).shape == (10, 10)
+    for name, message in faults.items():
+        assert (await workers.ask(seat(name), snapshot, SEED)).shape == (10, 10)
         with pytest.raises(PolicyError, match=message):
-            await workers.ask(seat(how), snapshot, SEED)
+            await workers.ask(seat(name), snapshot, SEED)
         assert (await workers.ask(seat("ring"), snapshot, SEED)).shape == (10, 10)
 
 

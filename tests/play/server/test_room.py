@@ -87,8 +87,8 @@ def opened(tmp_path, workers=None, table=None, countdown_s=0.0, **settings):
     """Give a room without policy processes and, by default, without captures; close it at the end."""
     workers, table = workers or Workers(), table or CALM
     shared = ServerContext(folder=tmp_path, workers=workers, table=table, countdown_s=countdown_s)
-    how = {key: settings.pop(key) for key in ("seed", "lesson") if key in settings}
-    room = Room("ABCD", RoomPlan(config=table_config(protocol.Settings(**settings), table), **how), shared)
+    options = {key: settings.pop(key) for key in ("seed", "lesson") if key in settings}
+    room = Room("ABCD", RoomPlan(config=table_config(protocol.Settings(**settings), table), **options), shared)
     try:
         yield room
     finally:
@@ -205,8 +205,8 @@ async def test_a_seat_taken_back_is_said_to_have_changed_hands_and_shown_all(tmp
         assert not red.heard(protocol.Displaced), "it is its own"
         room.resume(new, seat)
         assert len(red.heard(protocol.Displaced)) == 1 and seat.connection is new and not blue.heard(protocol.Displaced)
-        (told,) = new.heard(protocol.Seated)
-        assert (told.room, told.seat, told.token, told.commands.takes) == ("ABCD", "red", seat.token, "density")
+        (reply,) = new.heard(protocol.Seated)
+        assert (reply.room, reply.seat, reply.token, reply.commands.takes) == ("ABCD", "red", seat.token, "density")
         room.watch(watcher)
         for client in (new, watcher):
             frame = decode_frame(client.bytes[0])
@@ -527,14 +527,14 @@ async def test_what_players_do_is_written_as_it_was_done(tmp_path):
         room.visibility(blue, True)
         room.visibility(blue, False)
         targets, recording = [seat.target for seat in room.seats], read(room)
-    header, (drawn, given) = recording.header, recording.of(SeatCommand)
+    header, (drawn, plain) = recording.header, recording.of(SeatCommand)
     assert [(seat.kind, seat.label) for seat in (header.red, header.blue)] == [("person", "P1"), ("program", "bot")]
     assert recording.config == table_config(protocol.Settings(**settings), table)
     assert (drawn.team, drawn.number, drawn.strokes, drawn.timing) == (0, 7, drawing, timing)
-    assert (given.team, given.number, given.strokes, given.timing) == (1, 3, None, None)
+    assert (plain.team, plain.number, plain.strokes, plain.timing) == (1, 3, None, None)
     np.testing.assert_array_equal(drawn.density, as_followed(density_of(strokes, 10)))
-    np.testing.assert_array_equal(given.density, np.eye(10))
-    assert header.began_ms <= drawn.server_ms <= given.server_ms
+    np.testing.assert_array_equal(plain.density, np.eye(10))
+    assert header.began_ms <= drawn.server_ms <= plain.server_ms
     assert all(line.server_ms >= drawn.server_ms for line in recording.of(InForceMessage)), "since the game began"
     seats = [(line.team, line.event, line.client) for line in recording.of(SeatMessage)]
     assert seats == [(0, "connected", screen), (1, "connected", None), (1, "hidden", None), (1, "shown", None)]
@@ -553,20 +553,20 @@ async def test_a_rooms_state_is_told_to_so_many_at_once_and_then_to_all_together
         room.audience._limit = RateLimit(4, 1e9)
         clients = [Client() for _ in range(4)]
 
-        def told():
+        def counts():
             return [len(client.messages) for client in clients]
 
         for client in clients:
             room.watch(client)
-        assert told() == [4, 3, 2, 1], "four states"
+        assert counts() == [4, 3, 2, 1], "four states"
         for more in (1, 2):
             for _ in range(20):
                 room.audience.send_state()
-            assert told()[0] == 3 + more, "later, and once for all that was to be told"
-            await until(lambda more=more: told() == [4 + more, 3 + more, 2 + more, 1 + more])
+            assert counts()[0] == 3 + more, "later, and once for all that was to be told"
+            await until(lambda more=more: counts() == [4 + more, 3 + more, 2 + more, 1 + more])
         clients.append(Client())
         room.watch(clients[-1])
-        assert told() == [6, 5, 4, 3, 1], "a newcomer has it at once"
+        assert counts() == [6, 5, 4, 3, 1], "a newcomer has it at once"
         (red,) = seated(room, "red")
         assert not clients[0].messages[-1].red.connected
         await until(lambda: clients[0].messages[-1].red.connected)

@@ -32,33 +32,33 @@ def started(monkeypatch):
 
 def greeted(app, host):
     """Return the first message to a client that connects by a name."""
-    heard, said = [], iter([{"type": "websocket.connect"}, {"type": "websocket.receive", "text": '{"type":"hello"}'}])
+    sent, events = [], iter([{"type": "websocket.connect"}, {"type": "websocket.receive", "text": '{"type":"hello"}'}])
 
     async def receive():
-        if (message := next(said, None)) is not None:
+        if (message := next(events, None)) is not None:
             return message
-        while len(heard) < 2:  # the acceptance and the welcome
+        while len(sent) < 2:  # the acceptance and the welcome
             await asyncio.sleep(0)
         return {"type": "websocket.disconnect", "code": 1000}
 
     async def send(message):
-        heard.append(message)
+        sent.append(message)
 
     scope = {"type": "websocket", "path": "/socket", "root_path": "", "headers": [(b"host", host.encode())]}
     asyncio.run(app(scope | {"subprotocols": [protocol.SUBPROTOCOL]}, receive, send))
-    return protocol.decode_server(heard[1]["text"])
+    return protocol.decode_server(sent[1]["text"])
 
 
 def test_who_follows_the_address_finds_the_table_that_was_asked_for(started, tmp_path, monkeypatch):
-    table, said = TableConfig(game=GameConfig(command_cells=6), min_command_interval=0.75), []
+    table, printed = TableConfig(game=GameConfig(command_cells=6), min_command_interval=0.75), []
     draw = Mock(wraps=module.density_of)
     monkeypatch.setattr(module, "density_of", draw)
-    what = {"table": table, "say": said.append, "draw_code": str, "greeting": "hello", "page": "play=ring"}
-    serve(load, {"ring": "rings"}, port=0, folder=tmp_path, **what)
+    options = {"table": table, "say": printed.append, "draw_code": str, "greeting": "hello", "page": "play=ring"}
+    serve(load, {"ring": "rings"}, port=0, folder=tmp_path, **options)
     (config,) = started
     draw.assert_called_once()  # so that the first drawing waits for no compiler
-    greeting, early, address, told = said
-    assert greeting == "hello" and "not up yet" in early and str(tmp_path) in told
+    greeting, early, address, folder = printed
+    assert greeting == "hello" and "not up yet" in early and str(tmp_path) in folder
     assert " http://127.0.0.1:" in address and address.endswith("/#play=ring")
     welcome = greeted(config.app, address.split("http://")[1].split("/")[0])
     assert (welcome.min_command_interval, welcome.command_cells) == (0.75, 6)
@@ -72,11 +72,11 @@ def test_a_server_that_is_open_says_so_and_a_proxy_leads_there_by_the_names_that
     started, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(module, "_own_addresses", lambda: {"192.0.2.7"})
-    said, allowed = [], ("play.example.org", "box.local:8443")
-    what = {"say": said.append, "draw_code": lambda url: f"code of {url}", "allowed_hosts": allowed}
-    serve(load, {"ring": ""}, host="0.0.0.0", port=0, folder=tmp_path, **what)  # noqa: S104
-    _, where, warning, code, _ = said
-    address = where.split(" at ")[1]
+    printed, allowed = [], ("play.example.org", "box.local:8443")
+    options = {"say": printed.append, "draw_code": lambda url: f"code of {url}", "allowed_hosts": allowed}
+    serve(load, {"ring": ""}, host="0.0.0.0", port=0, folder=tmp_path, **options)  # noqa: S104
+    _, line, warning, code, _ = printed
+    address = line.split(" at ")[1]
     assert address.startswith("http://192.0.2.7:") and address.endswith("/") and code == f"code of {address}"
     assert "OPEN TO THE NETWORK" in warning
     (config,) = started
@@ -86,13 +86,13 @@ def test_a_server_that_is_open_says_so_and_a_proxy_leads_there_by_the_names_that
 
 
 def test_a_place_where_nobody_can_listen_is_an_error(started, tmp_path):
-    said = []
+    printed = []
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         with pytest.raises(CommandError, match=r"127.0.0.1.*--port"):
-            serve(load, {}, port=taken.getsockname()[1], folder=tmp_path, say=said.append, greeting="hello")
-    assert not started and not said  # nothing is printed before it listens
+            serve(load, {}, port=taken.getsockname()[1], folder=tmp_path, say=printed.append, greeting="hello")
+    assert not started and not printed  # nothing is printed before it listens
 
 
 def test_a_server_is_known_by_its_names_and_no_others(monkeypatch):

@@ -88,9 +88,9 @@ def begun(tmp_path, plan=PLAN):
         yield StudyHost(folder, hall), folder
 
 
-async def posted(host, act, code="P01", data=None, **said):
+async def posted(host, act, code="P01", data=None, **fields):
     """Post an action of a participant's page, and return the status and the response."""
-    data = json.dumps({"window": "w", **said}).encode() if data is None else data
+    data = json.dumps({"window": "w", **fields}).encode() if data is None else data
 
     async def receive():
         return {"type": "http.request", "body": data, "more_body": False}
@@ -101,10 +101,10 @@ async def posted(host, act, code="P01", data=None, **said):
     return answer.status_code, json.loads(answer.body)
 
 
-async def asked(host, act, code="P01", **said):
-    status, told = await posted(host, act, code, **said)
-    assert status == 200, told
-    return told
+async def ask(host, act, code="P01", **fields):
+    status, response = await posted(host, act, code, **fields)
+    assert status == 200, response
+    return response
 
 
 def walk(walked, until):
@@ -116,18 +116,18 @@ def walk(walked, until):
 
 async def test_a_participant_is_led_from_consent_to_a_game(tmp_path):
     with begun(tmp_path) as (host, folder):
-        state = await asked(host, "state", code="p01")  # in lower or upper case
+        state = await ask(host, "state", code="p01")  # in lower or upper case
         assert (state["title"], state["step"]["kind"]) == ("A pilot", "consent")
         assert "<h2>Will you?</h2>" in state["step"]["html"]
-        out_of_turn = await asked(host, "done", step="start.form.hand", answers={})
+        out_of_turn = await ask(host, "done", step="start.form.hand", answers={})
         assert out_of_turn["step"]["id"] == "consent"
-        form = (await asked(host, "done", step="consent"))["step"]
-        wrong = await asked(host, "done", step=form["id"], answers={"hand": "both"})
+        form = (await ask(host, "done", step="consent"))["step"]
+        wrong = await ask(host, "done", step=form["id"], answers={"hand": "both"})
         assert "hand must be 'left' or 'right'" in wrong["refused"] and wrong["step"]["id"] == form["id"]
-        told = await asked(host, "done", step=form["id"], answers={"hand": "left"})
-        again = await asked(host, "done", step=form["id"], answers={"hand": "right"})
-        assert told == again, "our answer was lost, and is repeated"
-        assert await asked(host, "done", step=told["step"]["id"]) == told, "whatever a page says, a game must be played"
+        after = await ask(host, "done", step=form["id"], answers={"hand": "left"})
+        again = await ask(host, "done", step=form["id"], answers={"hand": "right"})
+        assert after == again, "our answer was lost, and is repeated"
+        assert await ask(host, "done", step=after["step"]["id"]) == after, "whatever a page says, a game must be played"
         kept = lines_of(SimpleNamespace(folder=folder.path), "P01")
         assert [line.get("answers") for line in kept] == [None, None, {"hand": "left"}]
         row = host._row(0)
@@ -144,26 +144,26 @@ async def test_a_window_is_the_participants_until_it_falls_silent_or_another_is_
     assert not visitor.claim("b", 4.0, 30.0, takes_over=False, is_busy=True)  # it is in a game
     assert visitor.claim("b", 4.0, 30.0, **free)
     with begun(tmp_path) as (host, _):
-        await asked(host, "state")
-        told = await asked(host, "done", window="another", step="consent")
-        assert told == {"code": "P01", "title": "A pilot", "elsewhere": True}
-        assert (await asked(host, "state"))["step"]["id"] == "consent"
-        assert (await asked(host, "state", window="another", here=True))["step"]["id"] == "consent"
-        assert (await asked(host, "state"))["elsewhere"]
+        await ask(host, "state")
+        state = await ask(host, "done", window="another", step="consent")
+        assert state == {"code": "P01", "title": "A pilot", "elsewhere": True}
+        assert (await ask(host, "state"))["step"]["id"] == "consent"
+        assert (await ask(host, "state", window="another", here=True))["step"]["id"] == "consent"
+        assert (await ask(host, "state"))["elsewhere"]
 
 
 async def test_a_window_stays_the_participants_while_it_plays_though_it_says_nothing(tmp_path, monkeypatch):
     now = [1000.0]
     monkeypatch.setattr(studies, "time", SimpleNamespace(time=time.time, monotonic=lambda: now[0]))
     with begun(tmp_path) as (host, folder):
-        assert (await asked(host, "state"))["step"]["id"] == "consent"
+        assert (await ask(host, "state"))["step"]["id"] == "consent"
         host.games.open((0,), Step("block1.game1", "game", folder.study.conditions[0]))
         seat = host.games.of(0).room.seats[0]
         seat.connection = object()
         now[0] += 100.0
-        assert (await asked(host, "state", window="another"))["elsewhere"]
+        assert (await ask(host, "state", window="another"))["elsewhere"]
         seat.connection = None
-        assert "elsewhere" not in await asked(host, "state", window="another")
+        assert "elsewhere" not in await ask(host, "state", window="another")
 
 
 async def test_a_break_begins_when_what_came_before_was_done_and_cannot_be_cut_short(tmp_path, monkeypatch):
@@ -174,11 +174,11 @@ async def test_a_break_begins_when_what_came_before_was_done_and_cannot_be_cut_s
     with begun(tmp_path, plan) as (host, folder):
         step = walk(folder.progress(0), "break")
         now[0] += 20.0
-        assert (await asked(host, "state"))["step"]["seconds"] == 40.0
-        early = await asked(host, "done", step=step.id)
+        assert (await ask(host, "state"))["step"]["seconds"] == 40.0
+        early = await ask(host, "done", step=step.id)
         assert "not over yet" in early["refused"] and early["step"]["id"] == step.id
         now[0] += 41.0
-        assert (await asked(host, "done", step=step.id))["step"]["id"] != step.id
+        assert (await ask(host, "done", step=step.id))["step"]["id"] != step.id
 
 
 async def test_what_one_of_two_asks_waits_for_the_other(tmp_path, monkeypatch):
@@ -193,8 +193,8 @@ async def test_what_one_of_two_asks_waits_for_the_other(tmp_path, monkeypatch):
 
     with begun(tmp_path) as (host, folder):
         monkeypatch.setattr(folder, "settle", settle)
-        told = await asyncio.gather(*(asked(host, "state", f"P0{n}") for n in range(1, 9)))
-    assert [one["step"]["id"] for one in told] == ["consent"] * 8
+        states = await asyncio.gather(*(ask(host, "state", f"P0{n}") for n in range(1, 9)))
+    assert [one["step"]["id"] for one in states] == ["consent"] * 8
 
 
 async def test_pages_are_in_the_studys_language(tmp_path):
@@ -202,7 +202,7 @@ async def test_pages_are_in_the_studys_language(tmp_path):
     (tmp_path / "plan").mkdir()
     (tmp_path / "plan" / "german.toml").write_text(german)
     with begun(tmp_path, f'words = "german.toml"\n{PLAN}') as (host, _folder):
-        state = await asked(host, "state")
+        state = await ask(host, "state")
     assert (state["language"], state["words"]["Go on"]) == ("de", "Weiter")
     for text in ('language = "de"', f"{german}\n[more]\n", german.replace('"Weiter"', "1")):
         (tmp_path / "plan" / "german.toml").write_text(text)
@@ -217,7 +217,7 @@ EARLY = ("Welcome", "A code is made of letters, digits, _ and -.", "This does no
 def test_every_phrase_of_the_page_is_in_the_example_of_a_language():
     words = tomllib.loads((STUDY / "german.toml").read_text())["words"]
     source = (PAGES / "study.js").read_text()
-    found = re.findall(r'(?:paragraph\(|button\(|complain\(|inWords\(|return |told = |[ \[]\[)"([A-Z][^"\n]+)"', source)
+    found = re.findall(r'(?:paragraph\(|button\(|complain\(|inWords\(|return |text = |[ \[]\[)"([A-Z][^"\n]+)"', source)
     found += [*re.findall(r'draw\w*\("\w+", "([^"]+)"', source), *studies._HEADINGS.values()]
     assert {"Back", "Stop, and keep it", "Do you want to stop?"} < set(found)
     assert len(found) > 20 and [one for one in found if one not in {*words, *EARLY}] == []
@@ -228,16 +228,16 @@ def test_every_phrase_of_the_page_is_in_the_example_of_a_language():
 
 async def test_who_is_nobody_what_no_page_says_and_what_is_corrupt_is_told_to_that_page_alone(tmp_path, monkeypatch):
     with begun(tmp_path) as (host, _):
-        for code, said in (("P99", "the code P99"), ("Monitor", "letters"), ("a.b", "letters"), ("x" * 33, "letters")):
-            status, told = await posted(host, "state", code)
-            assert status == 404 and said in told["fault"]
+        for code, part in (("P99", "the code P99"), ("Monitor", "letters"), ("a.b", "letters"), ("x" * 33, "letters")):
+            status, response = await posted(host, "state", code)
+            assert status == 404 and part in response["fault"]
         for data in (b"", b"[]", b"{", b"[" * 4000, b'"' + b"x" * 2**20, b'{"window": 1e999}'):
             assert (await posted(host, "state", data=data))[0] == 400
         (tmp_path / "data" / "participants" / "P08.jsonl").write_text("{}\n")
-        status, told = await posted(host, "state", "P08")
-        assert status == 409 and "please tell whoever runs the study" in told["fault"]
+        status, response = await posted(host, "state", "P08")
+        assert status == 409 and "please tell whoever runs the study" in response["fault"]
         assert host._row(7)["step"] == "corrupt" and "of another study or participant" in host._row(7)["fault"]
-        assert (await asked(host, "state", "P07"))["step"]["id"] == "consent"
+        assert (await ask(host, "state", "P07"))["step"]["id"] == "consent"
         monkeypatch.setattr(studies, "_PART_S", 0.01)
         with pytest.raises(ConfigError, match="must come within"):
             await studies._read(Request({"type": "http"}, receive=lambda: asyncio.sleep(60)))
@@ -251,8 +251,8 @@ async def test_whatever_goes_wrong_a_page_hears_words(tmp_path, monkeypatch, cap
     with begun(tmp_path) as (host, folder):
         monkeypatch.setattr(folder, "settle", fail)
         for status in (503, 500):
-            told = await posted(host, "state")
-            assert told[0] == status and "please tell whoever runs" in told[1]["fault"]
+            answer = await posted(host, "state")
+            assert answer[0] == status and "please tell whoever runs" in answer[1]["fault"]
             assert ("Traceback" in caplog.text) == (status == 500), "a full disk is no fault of ours"
 
 
@@ -285,8 +285,8 @@ async def test_who_has_withdrawn_is_told_so_and_the_partner_is_asked_no_game_of_
         pass
     withdraw(tmp_path / "data", "P01")
     with begun(tmp_path) as (host, folder):
-        status, told = await posted(host, "state")
-        assert status == 410 and "has withdrawn" in told["fault"] and host._row(0)["step"] == "withdrawn"
+        status, response = await posted(host, "state")
+        assert status == 410 and "has withdrawn" in response["fault"] and host._row(0)["step"] == "withdrawn"
         assert "block2.game1" not in [step.id for step in folder.progress(1).steps]
 
 
@@ -299,7 +299,7 @@ async def test_who_stops_in_a_game_of_two_is_gone_and_the_other_goes_on_while_th
         host,
         folder,
     ):
-        assert (await asked(host, "stop"))["step"]["id"] == "consent", "nothing is kept yet"
+        assert (await ask(host, "stop"))["step"]["id"] == "consent", "nothing is kept yet"
         steps = [walk(folder.progress(number), "practice") for number in (0, 1)]
         for number, step in enumerate(steps):
             folder.progress(number).finish(step, won=True)
@@ -310,26 +310,26 @@ async def test_who_stops_in_a_game_of_two_is_gone_and_the_other_goes_on_while_th
             player.close = lambda _: None
             room.resume(player, seat)
         await playing(room)
-        told = await asked(host, "stop", delete=is_deleted)
+        state = await ask(host, "stop", delete=is_deleted)
         assert host.games.of(0) is host.games.of(1) is None
         recordings = [path.name for path in (tmp_path / "data").glob("*/P01.block*.jsonl")]
         if is_deleted:
-            assert told["withdrawn"] and "Will you" in told["html"] and recordings == []
+            assert state["withdrawn"] and "Will you" in state["html"] and recordings == []
             assert (await posted(host, "state"))[0] == 410
             assert len(lines_of(SimpleNamespace(folder=folder.path), "P01")) == 1
         else:
-            assert told["step"]["id"] == "debriefing" and recordings == [f"P01.{game.id}.1.jsonl"]
-            end = await asked(host, "done", step="debriefing")
+            assert state["step"]["id"] == "debriefing" and recordings == [f"P01.{game.id}.1.jsonl"]
+            end = await ask(host, "done", step="debriefing")
             assert "step" not in end and end["completion"] == "" and host._row(0)["step"] == "stopped"
-        other = await asked(host, "state", code="P02")
+        other = await ask(host, "state", code="P02")
         assert other["step"]["id"] == "block2.break", "the other goes on without them"
 
 
 async def test_what_was_asked_beside_a_withdrawal_is_not_kept(tmp_path):
     with begun(tmp_path) as (host, folder):
         walk(folder.progress(0), "practice")
-        told = await asyncio.gather(posted(host, "stop", delete=True), posted(host, "stop"))
-        assert [status for status, _ in told] == [200, 410]
+        answers = await asyncio.gather(posted(host, "stop", delete=True), posted(host, "stop"))
+        assert [status for status, _ in answers] == [200, 410]
         assert len(lines_of(SimpleNamespace(folder=folder.path), "P01")) == 1
         status, nobody = await posted(host, "state", code="P99")
         assert status == 404 and str(folder.path) not in nobody["fault"], "a visitor sees no path of the server"
@@ -347,8 +347,8 @@ async def test_a_page_gets_a_copy_of_the_consent_and_no_right_answers_and_the_co
         scope = {"type": "http", "method": "GET", "headers": [], "path_params": {"code": "P01"}}
         with pytest.raises(HTTPException):
             await consent(Request(scope))
-        await asked(host, "state")
-        state = await asked(host, "done", step="consent")
+        await ask(host, "state")
+        state = await ask(host, "done", step="consent")
         assert state["step"]["items"][0]["id"] == "hand" and "correct" not in state["step"]["items"][0]
         copy = (await consent(Request(scope))).body.decode()
         assert "You <em>may</em> stop." in copy and "P01: &#10003; 20" in copy
@@ -360,7 +360,7 @@ async def test_a_page_gets_a_copy_of_the_consent_and_no_right_answers_and_the_co
                 else {}
             )
             walked.finish(step, answers=answers)
-        assert (await asked(host, "state"))["completion"] == "C1"
+        assert (await ask(host, "state"))["completion"] == "C1"
 
 
 # --- its games ------------------------------------------------------------------------------------
@@ -433,12 +433,12 @@ def shape(value):
 
 def test_who_knows_the_page_alone_takes_part_and_each_of_two_has_their_line(study):
     """The documentation's transcript is right, and its program completes a study, twice at the same time."""
-    said = (STUDY / "transcript.txt").read_text().replace("KQ7F2MPD4X", "P01")
-    transcript = re.findall(r"^> POST (\S+) (.*)\n< (\d+) (.*)", said, re.M)
+    text = (STUDY / "transcript.txt").read_text().replace("KQ7F2MPD4X", "P01")
+    transcript = re.findall(r"^> POST (\S+) (.*)\n< (\d+) (.*)", text, re.M)
     assert len(transcript) == 4
-    for path, said, status, told in transcript:
-        answer = study.ask(path, json.loads(said))
-        assert (answer[0], shape(answer[1])) == (int(status), shape(json.loads(told)))
+    for path, body, status, response in transcript:
+        answer = study.ask(path, json.loads(body))
+        assert (answer[0], shape(answer[1])) == (int(status), shape(json.loads(response)))
     space, codes = {}, ["P01", "P02"]
     exec((STUDY / "participant.py").read_text(), space)  # noqa: S102  (our own)
     with ThreadPoolExecutor() as pool:

@@ -71,8 +71,8 @@ async def test_a_seat_says_what_it_takes_and_its_commands_are_recorded_and_playe
     monkeypatch.setattr(Magnet, "solve", noted)
     with opened(tmp_path, table=table("ergodic", "magnet"), **SETTINGS) as room:
         other, flown = both = await running(room)
-        told = flown.heard(protocol.Seated)[0].commands
-        assert (told.system, told.takes, told.shape, told.low, told.high) == ("magnet", "place", [2], 0.0, 1.0)
+        spec = flown.heard(protocol.Seated)[0].commands
+        assert (spec.system, spec.takes, spec.shape, spec.low, spec.high) == ("magnet", "place", [2], 0.0, 1.0)
         state = flown.heard(protocol.RoomState)[-1]
         assert (state.settings.red_system, state.settings.blue_system) == ("ergodic", "magnet")
         give(room, flown, protocol.CommandMessage(1, command=[0.25, 0.75]))
@@ -101,10 +101,10 @@ async def test_a_command_that_cannot_fly_the_seat_is_refused_and_the_game_goes_o
         ({"command": {"shape": "ring"}}, "red's command"),
         ({"command": PUSH, "density": EYE}, "either"),
     )
-    for count, (given, told) in enumerate(cases, 1):
-        guest.say(protocol.CommandMessage(1, **given))
+    for count, (fields, reason) in enumerate(cases, 1):
+        guest.say(protocol.CommandMessage(1, **fields))
         refused = await guest.refused(count)
-        assert (refused.code, refused.about) == ("not_valid", "command") and told in refused.reason
+        assert (refused.code, refused.about) == ("not_valid", "command") and reason in refused.reason
     await ticks(hall.room(), hall.room().session.game.tick + 1)
     assert not guest.heard(protocol.Received)
 

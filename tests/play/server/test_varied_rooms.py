@@ -54,11 +54,11 @@ async def test_only_the_seat_that_is_varied_sees_less_and_its_end_comes_later(tm
         red, blue = await running(room)
         watcher = Client()
         room.watch(watcher)
-        seen = []
-        blue.send = lambda message: (blue.messages.append(message), seen.append((is_over(blue), is_over(red))))
+        ends = []
+        blue.send = lambda message: (blue.messages.append(message), ends.append((is_over(blue), is_over(red))))
         give(room, red, command(1))
         await until(lambda: is_over(red))
-        assert seen[-1] == (True, False)
+        assert ends[-1] == (True, False)
         recording = read(room)
     shown = [decode_frame(frame) for frame, _ in red.frames]
     assert {frame.hidden for frame in shown} == {1} and np.isnan(shown[-1].positions[shown[-1].teams == 1]).all()
@@ -67,8 +67,8 @@ async def test_only_the_seat_that_is_varied_sees_less_and_its_end_comes_later(tm
         frames = [decode_frame(frame) for frame, _ in other.frames]
         assert all(frame.hidden is None and np.isfinite(frame.positions).all() for frame in frames)
     assert not [data for data in red.bytes if data[0] == 2] and [data for data in blue.bytes if data[0] == 2]
-    told = red.heard(protocol.Seated)[0].factors
-    assert told == protocol.SeatFactors(hide=["opponents", "target"]) and blue.heard(protocol.Seated)[0].factors is None
+    reds = red.heard(protocol.Seated)[0].factors
+    assert reds == protocol.SeatFactors(hide=["opponents", "target"]) and blue.heard(protocol.Seated)[0].factors is None
     display, other = (delays.display for delays in recording.end.delays)
     assert display.asked_ms == 150.0 and display.count > 0 and display.got_ms >= 149.0 and other.asked_ms == 0.0
     assert Playback(recording).verify().verified
@@ -134,10 +134,10 @@ async def test_a_shared_command_is_mixed_recorded_and_shown_as_such(tmp_path):
 
 
 async def test_a_game_waits_for_the_helper(tmp_path):
-    there = asyncio.Event()
+    ready = asyncio.Event()
 
     async def loading(seat):
-        await there.wait()
+        await ready.wait()
 
     with opened(tmp_path, Workers(loading=loading), varied(HELPED), time_limit=None) as room:
         red, blue = seated(room, "red", "blue")
@@ -145,7 +145,7 @@ async def test_a_game_waits_for_the_helper(tmp_path):
         room.ready(red, True)
         room.ready(blue, True)
         assert room.phase == "waiting"
-        there.set()
+        ready.set()
         await playing(room)
 
 
@@ -198,8 +198,8 @@ async def test_a_command_that_the_end_comes_before_is_written_down_all_the_same(
         room.stop()
         recording = read(room)
     assert [line.number for line in recording.of(SeatCommand)] == [1, 2] and not recording.of(InForceMessage)
-    told = recording.end.delays[0].command
-    assert told.count == 0 and told.got_ms is None and Playback(recording).verify().verified
+    delay = recording.end.delays[0].command
+    assert delay.count == 0 and delay.got_ms is None and Playback(recording).verify().verified
 
 
 async def test_a_policy_is_delayed_as_players_are(tmp_path):

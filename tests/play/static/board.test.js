@@ -17,11 +17,11 @@ const field = (...marked) => {
   return values;
 };
 // Two drones: one at (0.25, 0.11), the other at (0.75, 0.91).
-const frame = (tick, teams, has = {}) => ({
+const frame = (tick, teams, patch = {}) => ({
   tick, serverMs: time.ms, teams: Uint8Array.from(teams), fields: null,
-  positions: Float32Array.from([0.25, 0.11, 0.75, 0.91]), velocities: new Float32Array(4), ...has,
+  positions: Float32Array.from([0.25, 0.11, 0.75, 0.91]), velocities: new Float32Array(4), ...patch,
 });
-const near = (given, wanted, within = 1e-6) => assert.ok(Math.abs(given - wanted) <= within, `${given} is not ${wanted}`);
+const near = (got, wanted, within = 1e-6) => assert.ok(Math.abs(got - wanted) <= within, `${got} is not ${wanted}`);
 let arena;
 
 beforeEach(() => {
@@ -31,7 +31,7 @@ beforeEach(() => {
 });
 
 // Return the parts of the paths that were painted on a canvas in a colour.
-const painted = (of, did, colour) => of.getContext("2d").done.filter((one) => one.did === did && one.style === colour).flatMap(({ path }) => path);
+const painted = (of, op, colour) => of.getContext("2d").done.filter((one) => one.op === op && one.style === colour).flatMap(({ path }) => path);
 
 // --- the arena --------------------------------------------------------------------------------------
 
@@ -63,10 +63,10 @@ test("a frame that is too old is not shown, a late link or few frames a second e
 });
 
 test("drones are carried on by their velocities, at the speed of the game, for a moment at most and within the walls", () => {
-  const place = (ageMs, has = {}) => {
-    Object.assign(arena, { speed: 1, rate: 30 }, has);
-    const told = { serverMs: time.ms - ageMs, positions: Float32Array.from([0.2, 0.5]), velocities: Float32Array.from([2, 0]) };
-    arena.take(frame(3, [0], told));
+  const place = (ageMs, settings = {}) => {
+    Object.assign(arena, { speed: 1, rate: 30 }, settings);
+    const motion = { serverMs: time.ms - ageMs, positions: Float32Array.from([0.2, 0.5]), velocities: Float32Array.from([2, 0]) };
+    arena.take(frame(3, [0], motion));
     arena.paint();
     return arena.places[0];
   };
@@ -85,7 +85,7 @@ test("drones in danger are ringed: those that are guarded, on ground that nearly
     arena.guarded = guarded;
     arena.take(frame(3, [0, 1], { fields: [field(), field(cell)], velocities: Float32Array.from(velocities) }));
     arena.paint();
-    return arena.drones.getContext("2d").done.filter(({ did, style }) => did === "image" && painted(style, "stroke", look.ink).length).length;
+    return arena.drones.getContext("2d").done.filter(({ op, style }) => op === "image" && painted(style, "stroke", look.ink).length).length;
   };
   const under = [12, 5, captures], ahead = [22, 5, 128];
   const ringed = [
@@ -96,9 +96,9 @@ test("drones in danger are ringed: those that are guarded, on ground that nearly
 });
 
 test("trails lead without a gap from where drones were to where they are shown, and each piece makes older ones fainter", () => {
-  const strokes = (of) => of.getContext("2d").done.filter(({ did, width }) => did === "stroke" && width < 2);
+  const strokes = (of) => of.getContext("2d").done.filter(({ op, width }) => op === "stroke" && width < 2);
   const xs = (of) => strokes(of).flatMap(({ path }) => path.map(([, x]) => x)).slice(-2);
-  const kept = arena.trails.canvas;
+  const trail = arena.trails.canvas;
   const moved = (tick, x) => arena.take(frame(tick, [0], {
     positions: Float32Array.from([x, 0.5]), velocities: Float32Array.from([2, 0]), serverMs: time.ms - 50,
   }));
@@ -106,10 +106,10 @@ test("trails lead without a gap from where drones were to where they are shown, 
   moved(3, 0.15); // too soon for another piece of the trail
   moved(6, 0.2);
   arena.paint();
-  xs(kept).forEach((x, i) => near(x, [50, 100][i], 1e-3));
+  xs(trail).forEach((x, i) => near(x, [50, 100][i], 1e-3));
   xs(arena.drones).forEach((x, i) => near(x, [100, 500 * arena.places[0]][i], 1e-3));
-  assert.ok(Math.max(...[kept, arena.drones].flatMap(strokes).map(({ alpha }) => alpha)) < 0.4, "fainter than drones");
-  const fades = () => kept.getContext("2d").done.filter(({ did, path }) => did === "fill" && path[0][3] === 500).length;
+  assert.ok(Math.max(...[trail, arena.drones].flatMap(strokes).map(({ alpha }) => alpha)) < 0.4, "fainter than drones");
+  const fades = () => trail.getContext("2d").done.filter(({ op, path }) => op === "fill" && path[0][3] === 500).length;
   const before = fades();
   for (let tick = 12; tick <= 180; tick += 6) moved(tick, 0.2);
   arena.paint();
@@ -136,8 +136,8 @@ test("ground captures from the value on that Python paints it with", () => {
   const ground = new Ground(canvas());
   assert.equal(ground.nears(0, 0.5, 0.5), false, "before the first fields");
   ground.fields = [field([10, 20, captures], [30, 20, captures - 1], [31, 20, 127], [0, 0, 255], [49, 49, 255]), field([10, 40, 255])];
-  const asked = [[0, 0.2, 0.4], [0, 0.2199, 0.4199], [0, 0.2201, 0.4], [0, 0.62, 0.4], [1, 0.2, 0.8], [0, 0.2, 0.8], [0, -0.1, -0.1], [0, 1.1, 1]];
-  assert.deepEqual(asked.map(([team, x, y]) => ground.nears(team, x, y)), [true, true, false, false, true, false, true, true]);
+  const cases = [[0, 0.2, 0.4], [0, 0.2199, 0.4199], [0, 0.2201, 0.4], [0, 0.62, 0.4], [1, 0.2, 0.8], [0, 0.2, 0.8], [0, -0.1, -0.1], [0, 1.1, 1]];
+  assert.deepEqual(cases.map(([team, x, y]) => ground.nears(team, x, y)), [true, true, false, false, true, false, true, true]);
 });
 
 // --- the chart --------------------------------------------------------------------------------------

@@ -30,12 +30,12 @@ function read(buffer) {
 
 const parts = (values, size) => Array.from({ length: values.length / size }, (_, i) => values.subarray(i * size, (i + 1) * size));
 const inside = (field) => Int32Array.from({ length: SQUARE }, (_, cell) => field[placeOf(cell)]);
-const farthest = (given, wanted) => given.reduce((most, value, i) => Math.max(most, Math.abs(value - wanted[i])), 0);
-const same = (given, wanted) => given.length === wanted.length && given.every((value, i) => value === wanted[i]);
+const farthest = (got, wanted) => got.reduce((most, value, i) => Math.max(most, Math.abs(value - wanted[i])), 0);
+const same = (got, wanted) => got.length === wanted.length && got.every((value, i) => value === wanted[i]);
 
 // Keeps the largest of each deviation; `faults` lists failed checks and deviations beyond their bounds.
-class Found {
-  constructor(has) { Object.assign(this, has, { faults: [] }); }
+class Tally {
+  constructor(fields) { Object.assign(this, fields, { faults: [] }); }
 
   check(what, isRight) { if (!isRight) this.faults.push(what); }
 
@@ -48,52 +48,52 @@ class Found {
 // Play tick by tick, each from the simulator's state. `ties` are drones that the last bit of a position puts into another
 // cell: their effects in that tick are not faults. `halves` counts cells of fields for which 255 value / maximum lies
 // half-way between two integers and the simulator rounded down, since its processor multiplies by 1 / maximum.
-async function compare(buffer, { seen, players: names }) {
-  const given = read(buffer), [red, blue, seed, ticks, every] = given.start(0);
+async function compare(buffer, { seen: views, players: names }) {
+  const truth = read(buffer), [red, blue, seed, ticks, every] = truth.start(0);
   /** @type {any} */
   const game = new Game({ red, blue, timeLimit: 120 }, seed);
   const { ground, teams, positions, controller: { memory, weights } } = game;
-  const found = new Found({ seed, red, blue, ticks, captures: 0, images: 0, halves: 0, ties: [] });
+  const tally = new Tally({ seed, red, blue, ticks, captures: 0, images: 0, halves: 0, ties: [] });
   const players = await Promise.all(PLAYERS.map((name) => loadPlayer(name, weightsOf)));
-  found.check("the names of players", same(PLAYERS, names));
-  found.check("the start", same(positions, given.positions(0)));
+  tally.check("the names of players", same(PLAYERS, names));
+  tally.check("the start", same(positions, truth.positions(0)));
   for (let tick = 0; ; tick++) {
     const now = `at tick ${tick}`;
-    found.check(`fields ${now}`, ground.fields.every((field, team) => same(inside(field), parts(given.fields(tick), SQUARE)[team])));
+    tally.check(`fields ${now}`, ground.fields.every((field, team) => same(inside(field), parts(truth.fields(tick), SQUARE)[team])));
     if (tick % every === 0) {
-      const images = [0, 1].flatMap((team) => seen.map(([grid, channels]) => observe(game, team, channels, grid)));
-      found.check(`what is seen ${now}`, same(images.flatMap((image) => [...image]), given.seen(tick / every)));
-      found.check(`fields of a frame ${now}`, fieldsOf(game).every((field, team) => same(field, parts(images[0], SQUARE)[4 + team])));
-      found.images += images.length;
-      found.halves += given.halves(tick / every)[0];
+      const images = [0, 1].flatMap((team) => views.map(([grid, channels]) => observe(game, team, channels, grid)));
+      tally.check(`what is seen ${now}`, same(images.flatMap((image) => [...image]), truth.seen(tick / every)));
+      tally.check(`fields of a frame ${now}`, fieldsOf(game).every((field, team) => same(field, parts(images[0], SQUARE)[4 + team])));
+      tally.images += images.length;
+      tally.halves += truth.halves(tick / every)[0];
     }
     if (tick % 150 === 0) {
       const answers = players.flatMap((player) => [0, 1].map((team) => player.act(game, team, tick / 75 + team)));
-      answers.forEach((answer, i) => found.take("answer", farthest(answer, given.answers(tick / 150).subarray(100 * i, 100 * i + 100))));
+      answers.forEach((answer, i) => tally.take("answer", farthest(answer, truth.answers(tick / 150).subarray(100 * i, 100 * i + 100))));
     }
-    if (tick === ticks || found.faults.length) break;
-    if (tick % 30 === 0) parts(given.commands(tick / 30), 100).forEach((density, team) => game.command(team, density));
+    if (tick === ticks || tally.faults.length) break;
+    if (tick % 30 === 0) parts(truth.commands(tick / 30), 100).forEach((density, team) => game.command(team, density));
     if (tick % 3 === 0) {
-      for (const [own, wanted] of [[memory, given.memory(tick / 3)], [weights, given.weights(tick / 3)]]) {
-        found.take("memory", farthest(own, wanted));
+      for (const [own, wanted] of [[memory, truth.memory(tick / 3)], [weights, truth.weights(tick / 3)]]) {
+        tally.take("memory", farthest(own, wanted));
         own.set(wanted);
       }
     }
-    found.captures += game.advance().length;
-    const accelerations = given.accelerations(tick), next = given.positions(tick + 1), slot = tick % TRAIL * teams.length;
-    found.take("acceleration", farthest(game.accelerations, accelerations) / (farthest(accelerations, accelerations.map(() => 0)) || 1));
-    found.take("position", farthest(positions, next));
-    found.take("velocity", farthest(game.velocities, given.velocities(tick + 1)));
+    tally.captures += game.advance().length;
+    const accelerations = truth.accelerations(tick), next = truth.positions(tick + 1), slot = tick % TRAIL * teams.length;
+    tally.take("acceleration", farthest(game.accelerations, accelerations) / (farthest(accelerations, accelerations.map(() => 0)) || 1));
+    tally.take("position", farthest(positions, next));
+    tally.take("velocity", farthest(game.velocities, truth.velocities(tick + 1)));
     const cells = (at) => Array.from(teams, (_, i) => cellOf(at[2 * i], at[2 * i + 1])), wanted = cells(next);
     const ties = cells(positions).flatMap((cell, drone) => (cell === wanted[drone] ? [] : [{ tick, drone, cell }]));
-    if (ties.length) correct(game, wanted, slot, given.teams(tick + 1));
-    else found.check(`captured drones ${now}`, same(teams, given.teams(tick + 1)));
-    found.ties.push(...ties);
+    if (ties.length) correct(game, wanted, slot, truth.teams(tick + 1));
+    else tally.check(`captured drones ${now}`, same(teams, truth.teams(tick + 1)));
+    tally.ties.push(...ties);
     positions.set(next);
-    game.velocities.set(given.velocities(tick + 1));
+    game.velocities.set(truth.velocities(tick + 1));
     game.accelerations.set(accelerations);
   }
-  return found;
+  return tally;
 }
 
 // Set the drones' cells and teams to the simulator's, and recompute the fields.
@@ -108,19 +108,19 @@ function correct(game, cells, slot, teams) {
 
 // Compare the densities of drawings and the pictures of targets with Python's.
 function compareDrawings({ drawings }) {
-  const found = new Found({ drawings: drawings.length, cells: 0 });
+  const tally = new Tally({ drawings: drawings.length, cells: 0 });
   for (const { strokes, density, picture } of drawings) {
-    found.take("density", farthest(densityOf(strokes), density));
+    tally.take("density", farthest(densityOf(strokes), density));
     const shown = targetOf(densityOf(strokes));
-    found.take("picture", farthest(shown, picture));
-    found.cells += picture.filter((value, i) => value !== shown[i]).length;
+    tally.take("picture", farthest(shown, picture));
+    tally.cells += picture.filter((value, i) => value !== shown[i]).length;
   }
-  return found;
+  return tally;
 }
 
-function holds(t, found) {
-  t.diagnostic(JSON.stringify(found));
-  assert.deepEqual(found.faults, []);
+function holds(t, tally) {
+  t.diagnostic(JSON.stringify(tally));
+  assert.deepEqual(tally.faults, []);
 }
 
 for (const name of readdirSync(FOLDER).filter((one) => one.endsWith(".game"))) {

@@ -7,14 +7,14 @@ import { bytes, fixtures, plain } from "./page.js";
 import { decode, FRAME, TARGET } from "../../../swarm_pz/play/static/frames.js";
 import { trace } from "../../../swarm_pz/play/static/ground.js";
 
-const near = (given, wanted) => {
-  assert.equal(given.length, wanted.length);
-  given.forEach((value, i) => assert.ok(value === wanted[i] || Math.abs(value - wanted[i]) < 1e-6, `${value} is not ${wanted[i]}`));
+const near = (got, wanted) => {
+  assert.equal(got.length, wanted.length);
+  got.forEach((value, i) => assert.ok(value === wanted[i] || Math.abs(value - wanted[i]) < 1e-6, `${value} is not ${wanted[i]}`));
 };
 
 test("a frame says here what it says in Python, with or without altitudes, ground and hidden drones", () => {
-  for (const { bytes: written, positions, velocities, ...rest } of fixtures.frames) {
-    const { type, ...frame } = plain(decode(bytes(written)));
+  for (const { bytes: base64, positions, velocities, ...rest } of fixtures.frames) {
+    const { type, ...frame } = plain(decode(bytes(base64)));
     assert.equal(type, FRAME);
     near(frame.positions, positions);
     near(frame.velocities, velocities);
@@ -23,8 +23,8 @@ test("a frame says here what it says in Python, with or without altitudes, groun
 });
 
 test("a target says here what it says in Python", () => {
-  for (const { bytes: written, ...target } of fixtures.targets) {
-    assert.deepEqual(plain(decode(bytes(written))), { type: TARGET, ...target });
+  for (const { bytes: base64, ...target } of fixtures.targets) {
+    assert.deepEqual(plain(decode(bytes(base64))), { type: TARGET, ...target });
   }
 });
 

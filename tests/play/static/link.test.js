@@ -17,17 +17,17 @@ beforeEach(() => {
 async function connect(wanted = null) {
   const link = new Link(() => wanted), [socket] = Socket.all;
   await socket.open();
-  return { link, socket, heard: (type, has) => { link.addEventListener(type, has); } };
+  return { link, socket, heard: (type, listener) => { link.addEventListener(type, listener); } };
 }
 
 test("the page greets in the server's protocol, as a person, with its screen, and asks for its seat", async () => {
   const { socket } = await connect({ token: SEAT.token });
-  const [hello, ping] = socket.said;
+  const [hello, ping] = socket.sent;
   assert.deepEqual([socket.address, socket.protocol], ["ws://table/socket", fixtures.subprotocol]);
   assert.deepEqual([hello.type, hello.kind, hello.token, hello.client.viewport, ping.type], ["hello", "person", SEAT.token, [390, 844], "ping"]);
   reload();
   Socket.all = [];
-  assert.equal("token" in (await connect()).socket.said[0], false);
+  assert.equal("token" in (await connect()).socket.sent[0], false);
 });
 
 test("nothing is said before the greeting, nor on a line that is lost", async () => {
@@ -37,7 +37,7 @@ test("nothing is said before the greeting, nor on a line that is lost", async ()
   assert.equal(link.send({ type: "ready" }), true);
   socket.readyState = 3;
   assert.equal(link.send({ type: "ready" }), false);
-  assert.equal(socket.said.filter(({ type }) => type === "ready").length, 1);
+  assert.equal(socket.sent.filter(({ type }) => type === "ready").length, 1);
 });
 
 test("the quickest of the latest pings sets the clock", async () => {
@@ -51,13 +51,13 @@ test("the quickest of the latest pings sets the clock", async () => {
 });
 
 test("every fourth frame is acknowledged by its number, and all are passed on", async () => {
-  const { link, socket } = await connect(), seen = [];
-  link.addEventListener("frame", ({ detail }) => seen.push(detail.sequence));
-  link.addEventListener("target", ({ detail }) => seen.push(detail.number));
+  const { link, socket } = await connect(), received = [];
+  link.addEventListener("frame", ({ detail }) => received.push(detail.sequence));
+  link.addEventListener("target", ({ detail }) => received.push(detail.number));
   for (let i = 0; i < 8; i++) socket.hear(bytes(fixtures.frames[0].bytes));
   socket.hear(bytes(fixtures.targets[0].bytes));
-  assert.deepEqual(seen, [...Array(8).fill(7), 9]);
-  assert.deepEqual(socket.said.filter(({ type }) => type === "acknowledge"), Array(2).fill({ type: "acknowledge", sequence: 7 }));
+  assert.deepEqual(received, [...Array(8).fill(7), 9]);
+  assert.deepEqual(socket.sent.filter(({ type }) => type === "acknowledge"), Array(2).fill({ type: "acknowledge", sequence: 7 }));
 });
 
 test("a seat is kept by this window, and by the browser for who closes it", async () => {

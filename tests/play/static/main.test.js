@@ -19,7 +19,7 @@ const WELCOME = {
   opponents: ["uniform"],
 };
 const FREE = { ...fixtures.room.blue, kind: "free", name: "", policy_state: null, connected: false };
-const room = (has = {}) => ({ ...fixtures.room, ...has });
+const room = (patch = {}) => ({ ...fixtures.room, ...patch });
 let loads = 0;
 
 beforeEach(() => {
@@ -46,8 +46,8 @@ async function hear(...messages) {
   await settled();
 }
 
-const said = (type) => Socket.last.line.last(type);
-const refuse = (about, has = {}) => hear({ type: "refused", code: "unknown", reason: "not so", about, ...has });
+const sent = (type) => Socket.last.line.last(type);
+const refuse = (about, patch = {}) => hear({ type: "refused", code: "unknown", reason: "not so", about, ...patch });
 const view = () => ["lobby", "table"].filter((name) => !at(name).hidden).join();
 async function click(id) {
   at(id).click();
@@ -56,12 +56,12 @@ async function click(id) {
 
 // --- addresses --------------------------------------------------------------------------------------
 
-for (const [hash, asked] of [["#room=!!", null], ["#what", null], ["#room=zzzz", "join"], ["#play=exec:A%3D1%20./bot", "create"], ["#replay=none.jsonl", null]]) {
+for (const [hash, type] of [["#room=!!", null], ["#what", null], ["#room=zzzz", "join"], ["#play=exec:A%3D1%20./bot", "create"], ["#replay=none.jsonl", null]]) {
   test(`${hash} leads nowhere, and so to the start`, async () => {
     await load(hash);
-    if (asked) {
-      assert.ok(said(asked));
-      await refuse(asked);
+    if (type) {
+      assert.ok(sent(type));
+      await refuse(type);
     }
     assert.deepEqual([view(), location.hash, at("says").textContent !== ""], ["lobby", "", hash !== "#what"]);
   });
@@ -69,46 +69,46 @@ for (const [hash, asked] of [["#room=!!", null], ["#what", null], ["#room=zzzz",
 
 test("the token of a seat goes to its own room alone", async () => {
   await load("#room=ABCD", { saved: SAVED, welcome: null });
-  assert.equal(said("hello").token, SAVED.token);
+  assert.equal(sent("hello").token, SAVED.token);
   reload();
   await load("#room=WXYZ", { saved: SAVED, welcome: null });
-  assert.equal(said("hello").token, undefined);
+  assert.equal(sent("hello").token, undefined);
 });
 
 test("a seat that is wanted before the table has answered is returned to", async () => {
   await load("", { saved: SAVED, welcome: null });
-  assert.equal(said("hello").token, undefined);
+  assert.equal(sent("hello").token, undefined);
   at("return").onclick?.();
   await click("return");
   await hear(WELCOME);
   time.pass(250);
   await Socket.last.open();
-  assert.equal(said("hello").token, SAVED.token);
+  assert.equal(sent("hello").token, SAVED.token);
 });
 
 test("a challenge waits until one is ready, and is played again from its start; an opponent alone is met at once", async () => {
   await load("#play=ring@123");
-  assert.deepEqual([said("create").opponent, said("create").seed], ["ring", 123]);
+  assert.deepEqual([sent("create").opponent, sent("create").seed], ["ring", 123]);
   const policy = { ...fixtures.room.blue, name: "ring" };
   await hear({ type: "seated", ...SEAT }, room({ phase: "waiting", red: { ...fixtures.room.red, ready: false }, blue: policy }));
-  assert.deepEqual([said("ready"), at("ready").hidden, at("taught").hidden], [undefined, false, false]);
+  assert.deepEqual([sent("ready"), at("ready").hidden, at("taught").hidden], [undefined, false, false]);
   await click("ready");
-  assert.ok(said("ready"));
+  assert.ok(sent("ready"));
   await hear(room({ blue: policy }), room({ phase: "over", outcome: "blue", recording: "a.jsonl", blue: policy }));
   await click("ready");
-  assert.deepEqual([Socket.last.line.count("create"), said("create").seed], [2, 123]);
+  assert.deepEqual([Socket.last.line.count("create"), sent("create").seed], [2, 123]);
   reload();
   await load("#play=ring");
   await hear({ type: "seated", ...SEAT });
-  assert.deepEqual([said("create").seed, said("ready") !== undefined], [undefined, true]);
+  assert.deepEqual([sent("create").seed, sent("ready") !== undefined], [undefined, true]);
 });
 
 test("the game of the day is one for all, where no server is, and its wins in a row are counted", async () => {
   await load("#daily");
-  assert.deepEqual([said("create"), view()], [undefined, "lobby"], "a server has none");
+  assert.deepEqual([sent("create"), view()], [undefined, "lobby"], "a server has none");
   reload();
   await load("#daily", { welcome: { ...WELCOME, guests: false } });
-  const { seed, opponent } = said("create"), over = room({ phase: "over", recording: "a.jsonl", blue: { ...fixtures.room.blue, name: opponent } });
+  const { seed, opponent } = sent("create"), over = room({ phase: "over", recording: "a.jsonl", blue: { ...fixtures.room.blue, name: opponent } });
   assert.deepEqual({ ...daily(WELCOME.opponents), day: 0 }, { day: 0, seed, opponent });
   await hear({ type: "seated", ...SEAT }, room(), { ...over, outcome: "blue" });
   assert.match(at("streak").textContent, /try again/);
@@ -121,8 +121,8 @@ test("days in a row are counted once a day, until one is left out", () => {
   const { day } = daily(["a"]);
   assert.deepEqual([1, 1, 2, 4].map((days) => (winDay(day + days), dayStreak(day + days))), [1, 1, 2, 1]);
   assert.deepEqual([dayStreak(day + 5), dayStreak(day + 6)], [1, 0]);
-  const seen = new Set(Array.from({ length: 60 }, (_, k) => daily(["a", "b", "c"], day + k).opponent));
-  assert.equal(seen.size, 3);
+  const opponents = new Set(Array.from({ length: 60 }, (_, k) => daily(["a", "b", "c"], day + k).opponent));
+  assert.equal(opponents.size, 3);
 });
 
 test("a finished game is shared by its result, and by links to its start and to its recording", async () => {
@@ -149,7 +149,7 @@ test("a room is as the form says", async () => {
   const fill = (values) => { for (const [id, value] of Object.entries(values)) at(id).value = value; };
   fill({ opponent: "none", side: "blue", "red-drones": "10", "blue-drones": "7", "time-limit": "120", decided: "draw", speed: "0.5", label: "P3", "red-system": "direct", "blue-system": "ergodic" });
   at("create").fire("submit");
-  assert.deepEqual(said("create"), {
+  assert.deepEqual(sent("create"), {
     type: "create", seat: "blue", label: "P3", player: null, opponent: null,
     settings: { red: 0, blue: 7, time_limit: 120, majority: false, speed: 0.5, red_system: "direct", blue_system: "ergodic" },
   });
@@ -157,22 +157,22 @@ test("a room is as the form says", async () => {
   at("side").fire("change");
   assert.deepEqual([at("red-player").hidden, at("opponent-side").textContent], [false, "Blue"]);
   at("create").fire("submit");
-  const { seat, player, opponent, settings } = said("create");
+  const { seat, player, opponent, settings } = sent("create");
   assert.deepEqual([seat, player, opponent, settings.time_limit, settings.red], ["watch", "uniform", "ring", null, 10]);
 });
 
 // --- studies and experiments ------------------------------------------------------------------------
 
 test("the page in a frame hears its experiment alone, begins once, and tells how the game went", async () => {
-  const told = [], begun = [], link = new Line(), answers = [{ ok: false }, new Response(fixtures.recorded.default.text)];
-  globalThis.parent = { postMessage: (message, origin) => told.push([message, origin]) };
+  const posts = [], begun = [], link = new Line(), answers = [{ ok: false }, new Response(fixtures.recorded.default.text)];
+  globalThis.parent = { postMessage: (message, origin) => posts.push([message, origin]) };
   globalThis.fetch = async () => answers.shift();
   const embed = new Embed(link, "https://lab", (message) => begun.push(message)), { parent } = globalThis;
-  const begin = (has = {}) => embed.hear({ source: parent, origin: "https://lab", data: { type: "swarm-pz.begin", create: { opponent: "ring" } }, ...has });
+  const begin = (patch = {}) => embed.hear({ source: parent, origin: "https://lab", data: { type: "swarm-pz.begin", create: { opponent: "ring" } }, ...patch });
   begin();
   embed.greet(["https://other"]);
   begin();
-  assert.deepEqual([told, begun], [[], []], "no experiment that the table was started for");
+  assert.deepEqual([posts, begun], [[], []], "no experiment that the table was started for");
   embed.greet(["https://lab"]);
   begin({ source: {} });
   begin({ origin: "https://other" });
@@ -188,9 +188,9 @@ test("the page in a frame hears its experiment alone, begins once, and tells how
   await ended;
   embed.refused({ about: "create", reason: "late" });
   const row = { side: "blue", kind: "policy", opponent: "", outcome: "stopped", commands: 2, seconds: 5, seed: 1, recording: "a.jsonl" };
-  assert.deepEqual(told.map(([{ type }, origin]) => [type, origin]), [["swarm-pz.ready", "https://lab"], ["swarm-pz.over", "https://lab"]]);
-  assert.deepEqual({ ...told[1][0].row, ...row }, told[1][0].row);
+  assert.deepEqual(posts.map(([{ type }, origin]) => [type, origin]), [["swarm-pz.ready", "https://lab"], ["swarm-pz.over", "https://lab"]]);
+  assert.deepEqual({ ...posts[1][0].row, ...row }, posts[1][0].row);
   const other = new Embed(link, "https://lab", () => true);
   other.watch({ red: { policy_state: "failed", name: "ring", reason: "no file" }, blue: {}, phase: "waiting" });
-  assert.deepEqual(told.at(-1)[0], { type: "swarm-pz.refused", reason: "ring cannot play: no file" });
+  assert.deepEqual(posts.at(-1)[0], { type: "swarm-pz.refused", reason: "ring cannot play: no file" });
 });

@@ -45,7 +45,7 @@ export async function settled() { for (let i = 0; i < 5; i++) await new Promise(
 class Context {
   constructor() { Object.assign(this, { done: [], path: [], globalAlpha: 1 }); }
 
-  put(did, style, path = this.path) { this.done.push({ did, style, alpha: this.globalAlpha, width: this.lineWidth, path: [...path] }); }
+  put(op, style, path = this.path) { this.done.push({ op, style, alpha: this.globalAlpha, width: this.lineWidth, path: [...path] }); }
 
   beginPath() { this.path = []; }
 
@@ -135,9 +135,9 @@ class Element extends EventTarget {
   }
 
   // Dispatch an event to it.
-  fire(type, has = {}) {
+  fire(type, fields = {}) {
     if (type === "change") this.onchange?.({ target: this });
-    this.dispatchEvent(Object.assign(new Event(type, { cancelable: true }), has));
+    this.dispatchEvent(Object.assign(new Event(type, { cancelable: true }), fields));
   }
 
   closest() { return null; }
@@ -224,14 +224,14 @@ function go(_, __, address) { location.hash = address.startsWith("#") ? address 
 
 // A connection without a server. It records the messages, which Python later reads as the server does.
 export class Line extends EventTarget {
-  said = []; isOpen = true; table = SERVER; seat = null; lastSeat = null; offsetMs = 0; roundTripMs = 0;
+  sent = []; isOpen = true; table = SERVER; seat = null; lastSeat = null; offsetMs = 0; roundTripMs = 0;
 
   system = "ergodic"; // the control system of its drones
 
   now() { return time.ms; }
 
   send(message) {
-    this.said.push(plain(message));
+    this.sent.push(plain(message));
     appendFileSync(`${FOLDER}/said.jsonl`, `${this.system} ${JSON.stringify(message)}\n`);
     return this.isOpen;
   }
@@ -240,9 +240,9 @@ export class Line extends EventTarget {
 
   hear(type, detail) { this.tell(type, detail); }
 
-  last(type) { return this.said.findLast((message) => message.type === type); }
+  last(type) { return this.sent.findLast((message) => message.type === type); }
 
-  count(type) { return this.said.filter((message) => message.type === type).length; }
+  count(type) { return this.sent.filter((message) => message.type === type).length; }
 }
 
 // A socket whose other end is the test. It records the messages for Python, too.
@@ -258,7 +258,7 @@ export class Socket {
 
   static get last() { return Socket.all.at(-1); }
 
-  get said() { return this.line.said; }
+  get sent() { return this.line.sent; }
 
   send(text) { this.line.send(JSON.parse(text)); }
 

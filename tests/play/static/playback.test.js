@@ -46,8 +46,8 @@ test("a shared command is not taken for the player's of the same number", () => 
   assert.deepEqual(playback.latest(0).density, own.density);
 });
 
-const header = (has) => ([first, ...lines]) => [{ ...first, ...has }, ...lines];
-const game = (has) => ([first, ...lines]) => [{ ...first, table: { ...first.table, game: { ...first.table.game, ...has } } }, ...lines];
+const header = (patch) => ([first, ...lines]) => [{ ...first, ...patch }, ...lines];
+const game = (patch) => ([first, ...lines]) => [{ ...first, table: { ...first.table, game: { ...first.table.game, ...patch } } }, ...lines];
 for (const [fault, change, reason] of [
   ["of another protocol", header({ protocol: "v9" }), /protocol swarm-pz/], ["nothing to be seen", (lines) => lines.slice(0, 1), /broke off/],
 ]) {
@@ -75,9 +75,9 @@ test("the loss that turned a game is told with its place, who made the ground, a
   assert.deepEqual([tick, text], [200, "Red lost a drone on ground that 1 of blue’s 3 drones had made, circling close around it. It had been blue’s for 5.0 s."]);
   near(place, [0.51, 0.51], 1e-6);
   assert.equal(whyOf(turned(200, "draw")), null);
-  for (const [way, isShared, told] of [
+  for (const [way, isShared, tail] of [
     [[[-1, -1], [-1, 1], [-1, -1], [-1, 1]], false, ". It had been blue’s for 5.0 s."], // flying on one side of the place is not circling it
     [[...CIRCLE.slice(1), [-9, -9]], false, ", circling close around it."], // held on and off: neither for long, nor only just then
     [CIRCLE, true, ", circling close around it. Red held it, too."],
-  ]) assert.equal(whyOf(turned(200, "blue", way, isShared)).text, `Red lost a drone on ground that 1 of blue’s 3 drones had made${told}`);
+  ]) assert.equal(whyOf(turned(200, "blue", way, isShared)).text, `Red lost a drone on ground that 1 of blue’s 3 drones had made${tail}`);
 });

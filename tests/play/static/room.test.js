@@ -11,7 +11,7 @@ import { loadPlayer } from "../../../swarm_pz/play/static/engine/players.js";
 import { pack, unpack } from "../../../swarm_pz/play/static/engine/linked.js";
 import { Playback } from "../../../swarm_pz/play/static/engine/playback.js";
 import { Shelf } from "../../../swarm_pz/play/static/engine/recording.js";
-import { askedBy, Table } from "../../../swarm_pz/play/static/engine/worker.js";
+import { queryOf, Table } from "../../../swarm_pz/play/static/engine/worker.js";
 import { rowOf } from "../../../swarm_pz/play/static/embed.js";
 
 const DOT = [{ brush: "attract", width: 0.1, points: [[0.2, 0.7]] }];
@@ -41,10 +41,10 @@ class Folder {
 }
 
 class Visitor {
-  constructor(folder = new Folder(), asked = {}) {
+  constructor(folder = new Folder(), query = {}) {
     this.folder = folder;
-    this.table = new Table(fixtures.told, new Shelf(folder), { countdown: 1, ...asked });
-    this.said = [];
+    this.table = new Table(fixtures.told, new Shelf(folder), { countdown: 1, ...query });
+    this.received = [];
     this.frames = [];
     this.targets = [];
     this.table.say = (message) => this.take(message);
@@ -54,26 +54,26 @@ class Visitor {
     if (message.type === "frame") this.frames.push(message);
     else if (message.type === "target") this.targets.push(message);
     else {
-      this.said.push(structuredClone(message));
+      this.received.push(structuredClone(message));
       appendFileSync(`${FOLDER}/told.jsonl`, `${JSON.stringify(message)}\n`);
     }
   }
 
-  async say(type, has = {}) {
-    await this.table.hear(JSON.stringify({ type, ...has }));
+  async say(type, fields = {}) {
+    await this.table.hear(JSON.stringify({ type, ...fields }));
     await settled();
   }
 
   async greet(token = undefined) { await this.say("hello", { kind: "person", client: { viewport: [1, 1] }, token }); }
 
-  last(type) { return this.said.findLast((message) => message.type === type); }
+  last(type) { return this.received.findLast((message) => message.type === type); }
 
-  all(type) { return this.said.filter((message) => message.type === type); }
+  all(type) { return this.received.filter((message) => message.type === type); }
 
   // Open a room and let its game begin.
-  async begin(asked = {}, settings = {}) {
+  async begin(patch = {}, settings = {}) {
     await this.greet();
-    await this.say("create", { opponent: "lasso", seed: 7, settings: { red: 4, blue: 4, time_limit: 4, ...settings }, ...asked });
+    await this.say("create", { opponent: "lasso", seed: 7, settings: { red: 4, blue: 4, time_limit: 4, ...settings }, ...patch });
     await this.say("ready");
     await this.pass(1000);
   }
@@ -87,7 +87,7 @@ class Visitor {
     }
   }
 
-  draw(number, has = { strokes: DOT }) { return this.say("command", { number, ...has }); }
+  draw(number, drawing = { strokes: DOT }) { return this.say("command", { number, ...drawing }); }
 
   // Keep a recorded game for Python, and return its lines.
   async keep(name) {
@@ -136,7 +136,7 @@ test("a session goes as at the server", async () => {
   for (const { say, pause_ms: pause = 0, hear } of steps) {
     if (say) await visitor.say(say.type, say);
     await visitor.pass(pause);
-    if (hear) assert.deepEqual(visitor.said.map(heard).findLast(Boolean), hear, JSON.stringify(say));
+    if (hear) assert.deepEqual(visitor.received.map(heard).findLast(Boolean), hear, JSON.stringify(say));
   }
 });
 
@@ -156,13 +156,13 @@ test("a recorded game is shown at any moment, with what was asked for", async ()
   await visitor.begin({}, { red: 6, blue: 3, majority: true });
   await visitor.draw(1);
   await visitor.pass(4500);
-  const { recording, outcome, ended_by: by } = visitor.last("room"), seen = new Map(visitor.frames.map((frame) => [frame.tick, frame]));
+  const { recording, outcome, ended_by: by } = visitor.last("room"), frames = new Map(visitor.frames.map((frame) => [frame.tick, frame]));
   assert.deepEqual([outcome, by], ["red", "time"], "by majority");
   const playback = new Playback(recording, await visitor.table.answer(`recordings/${recording}`));
   assert.deepEqual([playback.room.last_tick, playback.room.sizes.length, playback.room.outcome], [120, 5, "red"]);
   for (const tick of [100, 31, 32, 119]) {
     playback.goTo(tick);
-    const { moment } = playback, { positions, teams, fields } = seen.get(tick);
+    const { moment } = playback, { positions, teams, fields } = frames.get(tick);
     assert.deepEqual([moment.tick, moment.teams], [tick, teams]);
     assert.ok(moment.positions.every((place, i) => Math.abs(place - positions[i]) < 1e-5));
     if (fields) assert.deepEqual(moment.fields, fields);
@@ -173,8 +173,8 @@ test("a recorded game is shown at any moment, with what was asked for", async ()
 test("a game in a link is played again as it was, and what cannot be is no link", async () => {
   const visitor = new Visitor(), line = Array.from({ length: 40 }, (_, k) => [0.1 + k / 97, Math.round(1e4 * (0.5 + 0.3 * Math.sin(k / 7))) / 1e4]);
   await visitor.begin({ opponent: "lasso", seed: 7 }, { time_limit: 20 });
-  for (const [number, has] of [[1, { brush: "attract", width: 0.1 }], [2, { brush: "repel", width: 0.23 }]]) {
-    await visitor.draw(number, { strokes: [{ ...has, points: line.map((point) => point.map((value) => Math.round(1e4 * value) / 1e4)) }] });
+  for (const [number, tool] of [[1, { brush: "attract", width: 0.1 }], [2, { brush: "repel", width: 0.23 }]]) {
+    await visitor.draw(number, { strokes: [{ ...tool, points: line.map((point) => point.map((value) => Math.round(1e4 * value) / 1e4)) }] });
     await visitor.pass(1000);
   }
   await visitor.pass(20_000);
@@ -241,20 +241,20 @@ test("an opponent commands once a second, by what its own side sees", async () =
   const visitor = new Visitor();
   await visitor.begin();
   await visitor.pass(4500);
-  const given = (await visitor.keep(visitor.last("room").recording)).filter(({ type, seat }) => type === "command" && seat === "blue");
-  assert.deepEqual(given.map(({ tick }) => tick), [0, 30, 60, 90]);
-  const asked = (await loadPlayer("lasso")).act(new Game({ red: 4, blue: 4 }, 7), 1);
-  assert.ok(given[0].density.flat().every((value, i) => Math.abs(value - asked[i]) < 1e-6));
+  const commands = (await visitor.keep(visitor.last("room").recording)).filter(({ type, seat }) => type === "command" && seat === "blue");
+  assert.deepEqual(commands.map(({ tick }) => tick), [0, 30, 60, 90]);
+  const density = (await loadPlayer("lasso")).act(new Game({ red: 4, blue: 4 }, 7), 1);
+  assert.ok(commands[0].density.flat().every((value, i) => Math.abs(value - density[i]) < 1e-6));
 });
 
 test("a learned player has the weights of its own name, beside the engine", async (context) => {
-  const asked = [], weights = readFileSync(new URL("../../../policies/zoo/hunter/policy.safetensors", import.meta.url));
+  const paths = [], weights = readFileSync(new URL("../../../policies/zoo/hunter/policy.safetensors", import.meta.url));
   const fetch = context.mock.method(globalThis, "fetch", async (address) => {
-    asked.push(address.pathname.split("/").slice(-2).join("/"));
+    paths.push(address.pathname.split("/").slice(-2).join("/"));
     return new Response(weights);
   });
   await loadPlayer("champion");
-  assert.deepEqual(asked, ["engine/champion.safetensors"]);
+  assert.deepEqual(paths, ["engine/champion.safetensors"]);
   fetch.mock.mockImplementation(async () => new Response("", { status: 404 }));
   await assert.rejects(loadPlayer("veteran"), /the weights of veteran must lie beside the engine, got status 404/);
 });
@@ -281,9 +281,9 @@ test("the latest 200 games are kept, and listed in that order", async () => {
 });
 
 test("an address may have got more on its way, and what makes no sense in it is refused when a game begins", async () => {
-  assert.deepEqual(askedBy("?fbclid=IwAR-0&countdown=0"), { countdown: 0 });
+  assert.deepEqual(queryOf("?fbclid=IwAR-0&countdown=0"), { countdown: 0 });
   for (const [search, named] of [["?countdown=-1", /countdown cannot be -1/], ["?countdown=soon", /cannot be "soon"/], ["?factors=null", /factors cannot be null/]]) {
-    const visitor = new Visitor(undefined, askedBy(search));
+    const visitor = new Visitor(undefined, queryOf(search));
     await visitor.greet();
     await visitor.say("create", { opponent: "ring" });
     assert.match(visitor.last("refused").reason, named);
@@ -305,12 +305,12 @@ test("what needs a server or a second person is refused, and changes nothing", a
   const visitor = new Visitor();
   await visitor.begin();
   const { code } = visitor.last("room");
-  for (const [type, has] of [
+  for (const [type, fields] of [
     ["create", { opponent: "nobody" }], ["create", { seat: "watch", opponent: "ring" }], ["create", { opponent: null }], ["create", { opponent: "ring", seed: 0.5 }],
     ...[{ red_system: "direct" }, { red: 0 }, { time_limit: 7.25 }, { speed: 3 }, { size: 3 }].map((settings) => ["create", { opponent: "ring", settings }]),
     ["join", { room: "ABCD" }], ["join", { room: "ABCD", seat: "blue" }], ["command", { number: 1, density: [] }],
   ]) {
-    await visitor.say(type, has);
+    await visitor.say(type, fields);
     assert.equal(visitor.last("refused").about, type);
   }
   await visitor.pass(200);
@@ -322,10 +322,10 @@ test("a game ends for a visitor who leaves or greets anew, and they hear nothing
     const visitor = new Visitor();
     await visitor.begin();
     assert.equal(await visitor.table.answer("recordings"), "[]", "it is no recorded game yet");
-    const { room } = visitor.last("seated"), heard = visitor.all("room").length;
+    const { room } = visitor.last("seated"), count = visitor.all("room").length;
     await visitor.say(type, { kind: "person", client: { viewport: [1, 1] } });
     const [{ name, ended_by: by }] = JSON.parse(await visitor.table.answer("recordings"));
-    assert.deepEqual([by, name.includes(room), visitor.all("room").length], ["left", true, heard]);
+    assert.deepEqual([by, name.includes(room), visitor.all("room").length], ["left", true, count]);
     await visitor.keep(name);
   }
 });

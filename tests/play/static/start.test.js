@@ -15,17 +15,17 @@ beforeEach(reload);
 test("opponents unlock one by one, stars add up over games, and a game counts where the sides are even and it is no lesson", () => {
   const opponents = ["corners", "centre", "halo"], policies = opponents.map((name) => ({ name, card: null })), chosen = [];
   const buttons = () => opponentCards(policies, opponents, progress(opponents), (name) => chosen.push(name)).flatMap((item) => item.all("button"));
-  const told = () => buttons().map(({ disabled, children }) => [disabled, children.at(-1).all("small")[0].textContent]);
-  assert.deepEqual(told(), [[false, "next"], [true, "after corners"], [true, "after centre"]]);
+  const menu = () => buttons().map(({ disabled, children }) => [disabled, children.at(-1).all("small")[0].textContent]);
+  assert.deepEqual(menu(), [[false, "next"], [true, "after corners"], [true, "after centre"]]);
   count("corners", true, 50, 11);
-  assert.deepEqual(told(), [[false, "★★☆"], [false, "next"], [true, "after centre"]]);
+  assert.deepEqual(menu(), [[false, "★★☆"], [false, "next"], [true, "after centre"]]);
   count("corners", true, 90, 10);
   assert.deepEqual(progress(opponents), { stars: { corners: [true, true, true] }, streak: 2, next: "centre" });
   count("centre", false, 10, 1);
   for (const button of buttons()) button.click();
   assert.deepEqual([chosen, progress(opponents).streak], [["corners", "centre"], 0]);
   localStorage.setItem("swarm-pz.progress", '{"stars": {"centre": [true]}}');
-  assert.equal(told()[2][1], "after corners", "what is beaten already opens nothing");
+  assert.equal(menu()[2][1], "after corners", "what is beaten already opens nothing");
   for (const name of opponents) count(name, true, 90, 20);
   assert.equal(progress(opponents).next, "halo", "the last one again");
   const policy = { kind: "policy" }, game = { settings: { red: 10, blue: 10, speed: 1 } }, uneven = { settings: { red: 20, blue: 10, speed: 1 } };
@@ -53,13 +53,13 @@ test("a step is done once a drawing of one's own has had an effect: drones are i
   const { lesson } = learn();
   const reached = (step, ...drones) => {
     Object.assign(lesson, { step, held: false, isDrawn: false, drawnTick: null });
-    const looked = [10, 100].map((tick) => {
+    const steps = [10, 100].map((tick) => {
       lesson.watch(scene(tick, ...drones), 0);
       return lesson.step;
     });
     lesson.sent([{ points: [[0.9, 0.9]] }]);
-    for (const tick of [110, 130, 140]) looked.push((lesson.watch(scene(tick, ...drones), 0), lesson.step));
-    return looked.map((at) => at - step);
+    for (const tick of [110, 130, 140]) steps.push((lesson.watch(scene(tick, ...drones), 0), lesson.step));
+    return steps.map((at) => at - step);
   };
   assert.deepEqual(reached(0, [0, 0.9, 0.9], [0, 0.9, 0.3], [0, 0.3, 0.3]), [0, 0, 0, 0, 0]);
   assert.deepEqual(reached(0, [0, 0.9, 0.9], [0, 0.8, 0.8], [0, 0.3, 0.3]), [0, 0, 0, 0, 1]);
@@ -70,19 +70,19 @@ test("a step is done once a drawing of one's own has had an effect: drones are i
 
 test("each step has a room of its own, such as the server opens, waits on where it gets none, shows where to draw, and may be skipped", () => {
   let answers = false;
-  const { lesson, line } = learn((message) => line.send({ type: "create", ...message }) && answers), seen = [];
+  const { lesson, line } = learn((message) => line.send({ type: "create", ...message }) && answers), states = [];
   const act = () => {
     lesson.act();
-    seen.push([lesson.held, line.count("create")]);
+    states.push([lesson.held, line.count("create")]);
   };
   lesson.start();
   act();
   answers = true;
   act();
   line.hear("refused", { about: "create" });
-  seen.push([lesson.held, line.count("create")]);
+  states.push([lesson.held, line.count("create")]);
   act();
-  assert.deepEqual(seen, [[true, 1], [false, 2], [true, 2], [false, 3]]);
+  assert.deepEqual(states, [[true, 1], [false, 2], [true, 2], [false, 3]]);
   lesson.over(false);
   assert.deepEqual([lesson.held, at("step-title").textContent, line.last("create").lesson], [true, "Once more", true]);
   lesson.act();

@@ -11,17 +11,17 @@ const CODE = readFileSync(new URL("../../../swarm_pz/play/static/engine/sw.js", 
 function worker(version, stores) {
   const acts = {}, caches = {
     open: async (name) => {
-      const kept = stores.get(name) ?? stores.set(name, new Map()).get(name);
+      const files = stores.get(name) ?? stores.set(name, new Map()).get(name);
       return {
-        addAll: async (all) => { for (const { url, cache } of all) kept.set(new URL(url, SCOPE).href, `${version} ${cache}`); },
-        match: async (wanted) => kept.get(wanted.url ?? wanted),
+        addAll: async (all) => { for (const { url, cache } of all) files.set(new URL(url, SCOPE).href, `${version} ${cache}`); },
+        match: async (wanted) => files.get(wanted.url ?? wanted),
       };
     },
     keys: async () => [...stores.keys()], delete: async (name) => stores.delete(name),
   };
   runInNewContext(CODE.replace('VERSION = "", FILES = []', `VERSION = "${version}", FILES = ["./", "static/main.js"]`), {
     caches, registration: { scope: SCOPE }, addEventListener: (type, act) => { acts[type] = act; }, fetch: async () => "from the network",
-    Request: class { constructor(url, has) { Object.assign(this, { url, ...has }); } },
+    Request: class { constructor(url, options) { Object.assign(this, { url, ...options }); } },
   });
   return async (type, request = {}) => {
     let done;

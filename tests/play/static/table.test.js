@@ -17,14 +17,14 @@ beforeEach(() => {
 });
 
 // Take a seat in a running game.
-async function sit(system = "ergodic", has = {}) {
+async function sit(system = "ergodic", patch = {}) {
   const line = Object.assign(new Line(), { system });
   const table = new Table(line, { left() {}, begin() {} });
   line.hear("welcome", { policies: [], opponents: [], addresses: [] });
-  line.hear("seated", { ...fixtures.seats[system], ...has });
+  line.hear("seated", { ...fixtures.seats[system], ...patch });
   await settled();
   line.hear("room", fixtures.room);
-  const commands = () => line.said.filter(({ type }) => type === "command");
+  const commands = () => line.sent.filter(({ type }) => type === "command");
   return { table, line, commands, sent: () => commands().at(-1)?.command ?? commands().at(-1)?.strokes };
 }
 
@@ -40,9 +40,9 @@ function draw(...points) {
 
 function press(...keys) {
   for (const key of keys) {
-    const [name, ...held] = key.split("+").reverse(), has = { key: name || "+", shiftKey: held.includes("Shift") };
-    at("arena").fire("keydown", has);
-    dispatchEvent(Object.defineProperty(Object.assign(new Event("keydown"), has), "target", { value: at("arena") }));
+    const [name, ...held] = key.split("+").reverse(), fields = { key: name || "+", shiftKey: held.includes("Shift") };
+    at("arena").fire("keydown", fields);
+    dispatchEvent(Object.defineProperty(Object.assign(new Event("keydown"), fields), "target", { value: at("arena") }));
   }
 }
 
@@ -197,11 +197,11 @@ test("a saved formation of another game is sent within the bounds of this one, a
   assert.equal(at("told").textContent, "Sent: 1");
 });
 
-const seen = (teams, positions) => ({ tick: 3, serverMs: time.ms, fields: null, teams: Uint8Array.from(teams), positions: Float32Array.from(positions), velocities: new Float32Array(2 * teams.length) });
+const scene = (teams, positions) => ({ tick: 3, serverMs: time.ms, fields: null, teams: Uint8Array.from(teams), positions: Float32Array.from(positions), velocities: new Float32Array(2 * teams.length) });
 
 // --- what a seat knows of its commands --------------------------------------------------------------
 
-const inForce = (number, has = {}) => ({ seat: "red", number, tick: 30, server_ms: 0, sender: "", ...has });
+const inForce = (number, patch = {}) => ({ seat: "red", number, tick: 30, server_ms: 0, sender: "", ...patch });
 
 test("a shared command is followed once, whatever its helper asks for later", async () => {
   const { line, table } = await sit();
@@ -227,24 +227,24 @@ test("what one has left is shown no more, and leaving a game that others play is
   assert.equal(table.isPlaying, false, "nobody else is in it");
   table.leave();
   assert.deepEqual([line.count("leave"), table.seat, at("controls").hidden], [1, null, true]);
-  line.hear("frame", seen([0, 1], [0.1, 0.1, 0.9, 0.9]));
+  line.hear("frame", scene([0, 1], [0.1, 0.1, 0.9, 0.9]));
   assert.equal(table.arena.frame, null);
 });
 
 test("a game that one wins unlocks the next opponent, and no other game does", async () => {
   const { line } = await sit(), beaten = () => Object.keys(JSON.parse(localStorage.getItem("swarm-pz.progress"))?.stars ?? {});
   localStorage.removeItem("swarm-pz.progress");
-  for (const [outcome, of] of [["blue", []], ["draw", []], ["red", ["blind_ring"]]]) {
+  for (const [outcome, names] of [["blue", []], ["draw", []], ["red", ["blind_ring"]]]) {
     line.hear("room", fixtures.room);
     line.hear("room", { ...fixtures.room, phase: "over", outcome });
-    assert.deepEqual(beaten(), of, outcome);
+    assert.deepEqual(beaten(), names, outcome);
   }
 });
 
 test("after a game between people both see the score, who wants another one, and no script to go to", async () => {
   const { line, table } = await sit(), person = { ...fixtures.room.blue, kind: "person", name: "", label: "Bob", ready: false, policy_state: null };
-  const end = (has = {}, own = {}, outcome = "red") => {
-    line.hear("room", { ...fixtures.room, phase: "over", outcome, wins: [2, 1], blue: { ...person, ...has }, red: { ...fixtures.room.red, ready: false, ...own } });
+  const end = (other = {}, own = {}, outcome = "red") => {
+    line.hear("room", { ...fixtures.room, phase: "over", outcome, wins: [2, 1], blue: { ...person, ...other }, red: { ...fixtures.room.red, ready: false, ...own } });
     return at("streak").textContent;
   };
   line.hear("room", { ...fixtures.room, blue: person });
@@ -258,16 +258,16 @@ test("after a game between people both see the score, who wants another one, and
   line.hear("seated", { ...fixtures.seats.ergodic, seat: "blue" });
   line.hear("room", { ...fixtures.room, phase: "starting", wins: [1, 2], red: person });
   assert.deepEqual([table.seat, table.arena.guarded], [1, [1]]);
-  const told = () => { // the text that the cover shows in the next frame
+  const coverText = () => { // the text that the cover shows in the next frame
     end();
     return table.cover.result(90);
   };
-  assert.match(told(), /^You lost/);
+  assert.match(coverText(), /^You lost/);
   table.seat = null;
   line.hear("seated", { ...fixtures.seats.ergodic, seat: "blue" });
-  assert.match(told(), /^Red won/, "a newcomer has not lost");
+  assert.match(coverText(), /^Red won/, "a newcomer has not lost");
   line.hear("room", fixtures.room);
-  assert.match(told(), /^You lost/);
+  assert.match(coverText(), /^You lost/);
 });
 
 test("a recorded game is watched aside from its room, and one comes back to the result, or to the next game", async () => {
@@ -290,7 +290,7 @@ test("a recorded game is watched aside from its room, and one comes back to the 
 
 test("while a room waits one practises in the page alone, until the game begins", async () => {
   const { line, table, commands } = await sit(), person = { ...fixtures.room.blue, kind: "person", name: "", policy_state: null };
-  const waits = (has = {}) => line.hear("room", { ...fixtures.room, phase: "waiting", red: { ...fixtures.room.red, ready: false }, blue: { ...person, ready: false, ...has } });
+  const waits = (patch = {}) => line.hear("room", { ...fixtures.room, phase: "waiting", red: { ...fixtures.room.red, ready: false }, blue: { ...person, ready: false, ...patch } });
   waits();
   assert.equal(at("practise").hidden, false);
   at("practise").click();
@@ -319,7 +319,7 @@ test("while a room waits one practises in the page alone, until the game begins"
 test("captures that come too soon after shown ones are shown a moment later, though nothing more happens", async () => {
   const { line } = await sit(), places = [0.1, 0.1, 0.9, 0.9], shown = () => [at("red-size").textContent, at("log").all("li")[0]?.textContent];
   const hear = (tick, teams) => {
-    line.hear("frame", { ...seen(teams, places), tick, serverMs: time.ms });
+    line.hear("frame", { ...scene(teams, places), tick, serverMs: time.ms });
     time.frame();
   };
   hear(90, [1, 1]);
@@ -331,14 +331,14 @@ test("captures that come too soon after shown ones are shown a moment later, tho
 });
 
 test("a game against a policy stops while one looks at help or at another tab, and no other game does", async (context) => {
-  const { line, table } = await sit(), query = context.mock.method(document, "querySelector", () => null), told = () => line.said.filter(({ type }) => type === "pause").map(({ paused }) => paused);
+  const { line, table } = await sit(), query = context.mock.method(document, "querySelector", () => null), pauses = () => line.sent.filter(({ type }) => type === "pause").map(({ paused }) => paused);
   const look = (dialog) => {
     query.mock.mockImplementation(() => dialog);
     time.frame();
   };
   look(at("legend"));
   time.frame();
-  assert.deepEqual(told(), [true]);
+  assert.deepEqual(pauses(), [true]);
   line.hear("room", { ...fixtures.room, paused: true });
   time.pass(5000);
   time.frame();
@@ -348,14 +348,14 @@ test("a game against a policy stops while one looks at help or at another tab, a
   dispatchEvent(new Event("visibilitychange"));
   document.hidden = false;
   dispatchEvent(new Event("visibilitychange"));
-  assert.deepEqual(told(), [true, false, true, false]);
+  assert.deepEqual(pauses(), [true, false, true, false]);
   line.hear("room", { ...fixtures.room, blue: { ...fixtures.room.blue, kind: "person" } });
   look(at("legend"));
   line.hear("room", { ...fixtures.room, once: true });
   time.frame();
   table.seat = null;
   line.hear("room", fixtures.room);
-  assert.equal(told().length, 4);
+  assert.equal(pauses().length, 4);
 });
 
 test("a page sends nothing where it cannot give the commands of its seat", async () => {

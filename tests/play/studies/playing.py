@@ -63,7 +63,7 @@ def begun(folder, text=PLAIN):
     return contextlib.closing(StudyFolder.begin(folder / "plan" / "study.toml", folder / "data"))
 
 
-def told(step):
+def answers_to(step):
     """Return a participant's answers in a step that is no game."""
     return {"answers": ANSWERS[step.form.name]} if step.form is not None else {}
 
@@ -73,7 +73,7 @@ def walk(folder, number, until=None, ticks=30, outcome="red"):
     progress = folder.progress(number)
     while (step := progress.next) is not None and step.id != until:
         if not step.is_game:
-            progress.finish(step, **told(step))
+            progress.finish(step, **answers_to(step))
             continue
         config = TableConfig(game=step.played.game(folder.study.rules), speed=step.played.speed)
         own, path = TEAM_NAMES.index(folder.side_of(number, step)), folder.recording(number, step)

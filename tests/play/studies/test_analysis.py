@@ -25,8 +25,8 @@ def simulated(seed, gain):
             won = bool(chance.random() < skill + more)
             chance.exponential()  # a draw that nothing uses: the bounds below were set with it
             played.append(game(f"P{person}", condition, won, 10.0, decided=True))
-    (found,) = compare_pairs("win_rate", values_of(played)["win_rate"])
-    return found
+    (effect,) = compare_pairs("win_rate", values_of(played)["win_rate"])
+    return effect
 
 
 def test_a_planted_difference_is_found_and_none_where_none_was_planted():
@@ -43,10 +43,10 @@ FACTOR = {"factor": {"y": "1", "x": "2"}}
 def within(differences):
     """Return the effect of a factor within people, x less y, from each person's difference."""
     people = [f"P{number:02d}" for number in range(len(differences))]
-    (found,) = factor_effects(
+    (effect,) = factor_effects(
         "m", {"y": dict.fromkeys(people, 0.0), "x": dict(zip(people, differences, strict=True))}, FACTOR
     )
-    return found
+    return effect
 
 
 def between(first, second):
@@ -55,8 +55,8 @@ def between(first, second):
         {f"{title}{number}": value for number, value in enumerate(own)}
         for title, own in zip("yx", (first, second), strict=True)
     ]
-    (found,) = factor_effects("m", dict(zip("yx", groups, strict=True)), FACTOR, ("factor",))
-    return found
+    (effect,) = factor_effects("m", dict(zip("yx", groups, strict=True)), FACTOR, ("factor",))
+    return effect
 
 
 @pytest.mark.parametrize(
@@ -75,22 +75,22 @@ def test_the_test_counts_all_signs(differences, p):
 @pytest.mark.parametrize("count", [3, 6, 20])
 def test_an_interval_holds_the_shifts_that_the_test_does_not_refuse(count):
     """The ends are computed without trying shifts; too few participants exclude nothing."""
-    given = np.random.default_rng(count).normal(1.4, 0.3, count)
-    found = within(given)
-    assert np.isfinite([found.low, found.high]).all() == (count >= 6)
-    for end, outwards in ((found.low, -1e-6), (found.high, 1e-6)):
+    differences = np.random.default_rng(count).normal(1.4, 0.3, count)
+    effect = within(differences)
+    assert np.isfinite([effect.low, effect.high]).all() == (count >= 6)
+    for end, outwards in ((effect.low, -1e-6), (effect.high, 1e-6)):
         if count >= 6:
-            assert within(given - end - outwards).p <= 0.05 < within(given - end + outwards).p
+            assert within(differences - end - outwards).p <= 0.05 < within(differences - end + outwards).p
 
 
 def test_between_people_they_are_exchanged_among_groups():
     first, second = np.array([0.0, 1.0, 2.0]), np.array([3.0, 4.0, 7.0])
-    found = between(first, second)
-    assert (found.difference, found.p, found.participants) == (pytest.approx(14 / 3 - 1), 2 / 20, 6)
-    assert (found.low, found.high) == (-np.inf, np.inf), "20 ways to choose a group exclude nothing at 5 %"
+    effect = between(first, second)
+    assert (effect.difference, effect.p, effect.participants) == (pytest.approx(14 / 3 - 1), 2 / 20, 6)
+    assert (effect.low, effect.high) == (-np.inf, np.inf), "20 ways to choose a group exclude nothing at 5 %"
     second = np.array([5.0, 6.0, 7.0, 9.0, 9.5])
-    found = between(first, second)
-    for end, outwards in ((found.low, -1e-6), (found.high, 1e-6)):
+    effect = between(first, second)
+    for end, outwards in ((effect.low, -1e-6), (effect.high, 1e-6)):
         assert between(first, second - end - outwards).p <= 0.05 < between(first, second - end + outwards).p
 
 
@@ -99,13 +99,13 @@ def test_main_effects_and_interactions_of_a_factorial_design_are_those_by_hand()
     cells = np.random.default_rng(1).normal((4.0, 3.0, 2.0, 0.0), 1.0, (7, 4))
     values = {title: {f"P{number}": cells[number, place] for number in range(7)} for place, title in enumerate("abcd")}
     values["a"]["P9"] = 100.0  # met only one condition, so shows no effect
-    found = {one.effect: one for one in factor_effects("m", values, factors)}
+    effects = {one.effect: one for one in factor_effects("m", values, factors)}
     for effect, weights in (
         ("delay", [-0.5, -0.5, 0.5, 0.5]),
         ("view", [-0.5, 0.5] * 2),
         ("delay x view", [1, -1, -1, 1]),
     ):
-        own, one = cells @ weights, found[effect]
+        own, one = cells @ weights, effects[effect]
         signs = np.array(list(np.ndindex((2,) * 7))) * 2 - 1
         as_large = np.abs((signs * own).mean(axis=1)) >= abs(own.mean()) - 1e-12
         assert (one.difference, one.p) == (pytest.approx(own.mean()), as_large.mean())
@@ -128,10 +128,10 @@ def test_of_a_mixed_design_an_interaction_exchanges_people_and_the_effect_within
             10.0 * place,
             10.0 * place + step,
         )
-    found = {one.effect: one for one in factor_effects("m", values, factors, ("group",))}
-    assert found["view"].difference == pytest.approx(steps.mean()) and found["view"].p == 2 / 2**8
-    assert found["group x view"].difference == pytest.approx(3.0) and found["group x view"].p == 2 / 70
-    assert found["group"].difference == pytest.approx(1.5)
+    effects = {one.effect: one for one in factor_effects("m", values, factors, ("group",))}
+    assert effects["view"].difference == pytest.approx(steps.mean()) and effects["view"].p == 2 / 2**8
+    assert effects["group x view"].difference == pytest.approx(3.0) and effects["group x view"].p == 2 / 70
+    assert effects["group"].difference == pytest.approx(1.5)
 
 
 def test_pairs_are_corrected_by_holm():
@@ -141,9 +141,9 @@ def test_pairs_are_corrected_by_holm():
         title: dict(zip(people, chance.normal(mean, 1.0, 8), strict=True))
         for title, mean in (("a", 0), ("b", 1), ("c", 4))
     }
-    found = compare_pairs("m", values)
-    assert [one.effect for one in found] == ["a less b", "a less c", "b less c"]
-    ordered = sorted(found, key=lambda one: one.p)
+    effects = compare_pairs("m", values)
+    assert [one.effect for one in effects] == ["a less b", "a less c", "b less c"]
+    ordered = sorted(effects, key=lambda one: one.p)
     assert ordered[0].p_holm == min(3 * ordered[0].p, 1.0)
     assert ordered[1].p_holm == max(ordered[0].p_holm, min(2 * ordered[1].p, 1.0))
     assert ordered[2].p_holm == max(ordered[1].p_holm, ordered[2].p)

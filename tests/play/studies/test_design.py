@@ -35,9 +35,9 @@ def test_a_file_becomes_a_study_in_which_everybody_meets_the_same_games(tmp_path
     assert study.conditions[0].game(study.rules).time_limit == 6.0
     assert study.text(study.consent) == "# Will you?"
     assert orders(study, 3) == [["drawing", "late"], ["late", "drawing"], ["drawing", "late"]]
-    assert [asked.when for asked in study.forms] == ["block", "start"]
-    given = study.replace(order=(("late", "drawing"), ("drawing",)))
-    assert orders(given, 3) == [["late", "drawing"], ["drawing"], ["late", "drawing"]]
+    assert [form.when for form in study.forms] == ["block", "start"]
+    ordered = study.replace(order=(("late", "drawing"), ("drawing",)))
+    assert orders(ordered, 3) == [["late", "drawing"], ["drawing"], ["late", "drawing"]]
     seeds = [study.seed_of(game) for game in range(50)]
     assert len(set(seeds)) == 50
     assert not set(seeds) & {study.seed_of(game, practice=True) for game in range(50)}
@@ -85,11 +85,11 @@ def test_whatever_conditions_vary_is_a_factor_and_all_combinations_make_a_factor
         "hide": "opponents+trails",
         "capture_threshold": "0.5",
     }
-    told = [{"levels": {"advice": word}} | more for word, more in (("no", late), ("yes", {}))]
-    study = Study(title="t", participants=2, conditions=conditions(*told))
+    fields = [{"levels": {"advice": word}} | more for word, more in (("no", late), ("yes", {}))]
+    study = Study(title="t", participants=2, conditions=conditions(*fields))
     assert list(study.factors) == ["command_delay_ms", "advice"] and list(study.crossed) == ["advice"]
     with pytest.raises(ConfigError, match="levels must be of every condition"):
-        study.replace(conditions=conditions(told[0], {}))
+        study.replace(conditions=conditions(fields[0], {}))
 
 
 MANY = "".join(f'[[conditions]]\ntitle = "{n}"\n' for n in range(51))

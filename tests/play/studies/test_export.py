@@ -86,8 +86,8 @@ def test_tables_hold_a_row_for_each_thing_that_happened(ran, out):
         sizes = int(game["drones"]), int(game["opponent_drones"])
         assert sizes == ((3, 4) if is_late else (3, 3)), "the late ones are blue, against four"
         own = [row for row in commands if (row["participant"], row["step"]) == key]
-        told = [(line.number, line.tick, line.density) for line in recording.of(SeatCommand)]
-        assert [(int(row["number"]), int(row["tick"]), json.loads(row["values"])) for row in own] == told
+        recorded = [(line.number, line.tick, line.density) for line in recording.of(SeatCommand)]
+        assert [(int(row["number"]), int(row["tick"]), json.loads(row["values"])) for row in own] == recorded
         assert sum(row["by"] == "participant" for row in own) == int(game["commands"])
         assert {row["side"] for row in own if row["by"] == "participant"} == {game["side"]}
         taken = [row for row in captures if (row["participant"], row["step"]) == key]
@@ -114,8 +114,8 @@ def test_tables_hold_a_row_for_each_thing_that_happened(ran, out):
     lines = lines_of(ran / "participants" / "P01.jsonl")[1:]
     day = datetime.datetime.fromtimestamp(lines[0]["at"], datetime.UTC).date().isoformat()
     assert first["consent_day"] == day, "a board asks who agreed, and when"
-    told = {line["step"]: round(line["at"] - lines[0]["at"]) for line in lines}
-    assert all(float(game["after_s"]) == told[game["step"]] for game in games if game["participant"] == "P01")
+    seconds = {line["step"]: round(line["at"] - lines[0]["at"]) for line in lines}
+    assert all(float(game["after_s"]) == seconds[game["step"]] for game in games if game["participant"] == "P01")
 
 
 def test_forms_hold_answers_and_scores(out):
@@ -146,8 +146,8 @@ def test_whatever_conditions_vary_is_a_column_of_every_table(out):
     }
     for name in TABLES:
         for row in table(out, name):
-            found = {key.removeprefix("factor_"): value for key, value in row.items() if key.startswith("factor_")}
-            assert found == levels.get(row.get("condition"), dict.fromkeys(levels["late"], ""))
+            factors = {key.removeprefix("factor_"): value for key, value in row.items() if key.startswith("factor_")}
+            assert factors == levels.get(row.get("condition"), dict.fromkeys(levels["late"], ""))
 
 
 def test_what_was_asked_of_participants_is_published_without_their_codes(tmp_path):
@@ -158,15 +158,15 @@ def test_what_was_asked_of_participants_is_published_without_their_codes(tmp_pat
     ):
         with begun(tmp_path / "in", text) as folder:
             walk(folder, 0, until="block1.practice1")
-        found = export(tmp_path / "in" / "data", tmp_path / "out", overwrite=True)
+        exported = export(tmp_path / "in" / "data", tmp_path / "out", overwrite=True)
         assert (tmp_path / "out" / "materials" / "consent.md").read_text() == "# Will you?"
         file = tmp_path / "out" / "materials" / "study.toml"
-        if found.faults:
-            assert "codes" in found.faults[0] and not file.exists()
+        if exported.faults:
+            assert "codes" in exported.faults[0] and not file.exists()
         else:
             assert Study.read(file).title == "Two interfaces" and "'aa'" not in file.read_text()
         shutil.rmtree(tmp_path / "in")
-    assert found.faults, "of a file that hides them"
+    assert exported.faults, "of a file that hides them"
 
 
 def test_the_pages_snippets_read_it(out, capsys):
@@ -174,9 +174,9 @@ def test_the_pages_snippets_read_it(out, capsys):
     programs = [one for one in re.findall(r"^```python\n(.*?)^```", text, re.M | re.S) if ">>>" not in one]
     for program in programs:
         exec(compile(program.replace("OUT/", f"{out}/"), "docs/data.md", "exec"), {})  # noqa: S102  (our own page)
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     assert len(programs) == 2
-    assert "500.0" in told and "75.0" in told
+    assert "500.0" in printed and "75.0" in printed
 
 
 def test_it_is_a_psych_ds_data_set_that_describes_every_column(out):
@@ -282,8 +282,8 @@ def test_an_export_is_replaced_whole_if_told_and_nothing_else_ever(small, tmp_pa
     before = sorted(goal.rglob("*"))
     other.mkdir()
     (other / "thesis.txt").write_text("")
-    for wrong, said in ((other, "is no export"), (other / "thesis.txt", "a file"), (small / "out", "outside")):
-        with pytest.raises(OutputError, match=said):
+    for wrong, message in ((other, "is no export"), (other / "thesis.txt", "a file"), (small / "out", "outside")):
+        with pytest.raises(OutputError, match=message):
             export(small, wrong, overwrite=True)
 
     def fail(*given):
@@ -312,8 +312,8 @@ def test_what_is_corrupt_is_left_out_and_told_and_titles_are_escaped_wherever_th
     lines = lines_of(people / "P01.jsonl")
     lines[-1] |= {"recording": "../../secret.jsonl"}
     (people / "P01.jsonl").write_text("".join(f"{json.dumps(line)}\n" for line in (*lines, {"step": "block9.game1"})))
-    found, out = export(tmp_path / "data", tmp_path / "out"), tmp_path / "out"
-    assert len(found.faults) == 6
+    exported, out = export(tmp_path / "data", tmp_path / "out"), tmp_path / "out"
+    assert len(exported.faults) == 6
     for fault in (
         "P02.jsonl is no participant",
         "line 1 of",
@@ -322,11 +322,11 @@ def test_what_is_corrupt_is_left_out_and_told_and_titles_are_escaped_wherever_th
         "is not in the study's folder",
         "P01: block9.game1 is no step",
     ):
-        assert any(fault in told for told in found.faults), fault
-    assert [game.commands is None for game in found.games] == [False, True, True]
+        assert any(fault in message for message in exported.faults), fault
+    assert [game.commands is None for game in exported.games] == [False, True, True]
     report, *others = [(out / name).read_text() for name in ("report.md", "README.md")]
     assert all(f"- `{name}`: " in others[0] for name in (out / "results.csv").read_text().splitlines()[0].split(","))
-    assert all(markdown(fault) in report for fault in found.faults)
+    assert all(markdown(fault) in report for fault in exported.faults)
     for text in (report, *others):
         assert "\\<b\\>" in text and "<b" not in text.replace("\\<b", "")
     with begun(tmp_path / "begun") as opened:

@@ -99,8 +99,8 @@ def test_of_two_each_has_their_side_their_outcome_and_their_delays_and_practice_
         for number, side in enumerate(("red", "blue")):
             walk(folder, number, outcome=outcome)
             line = folder.progress(number).done["block1.game1"]
-            told = "draw" if outcome == "draw" else "win" if side == outcome else "loss"
-            assert (line["side"], line["outcome"], line["won"]) == (side, told, side == outcome)
+            result = "draw" if outcome == "draw" else "win" if side == outcome else "loss"
+            assert (line["side"], line["outcome"], line["won"]) == (side, result, side == outcome)
             assert (line["opponent"], line["delays"]["display"]["count"]) == ("person", number)
             assert line["recording"] == "games/P01.block1.game1.jsonl"
 

@@ -45,8 +45,8 @@ def test_a_plan_is_of_tests_that_there_are_and_is_shown_beside_the_data(tmp_path
         walk(folder, 0)
     file = tmp_path / "data" / "study" / "study.toml"
     text = plan_of(folder.study, file)
-    for told in ("A *delay* costs", "sus: drawing less late", "After four.", "command_delay_ms, within people: 0, 300"):
-        assert told in text
+    for part in ("A *delay* costs", "sus: drawing less late", "After four.", "command_delay_ms, within people: 0, 300"):
+        assert part in text
     assert hashlib.sha256((tmp_path / "plan" / "study.toml").read_bytes()).hexdigest() in text, "of the file as it was"
     tests = write_report(read_study(tmp_path / "data"), tmp_path)
     assert [(one.measure, one.planned) for one in tests if one.kind == "pair"] == [

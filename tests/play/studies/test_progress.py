@@ -7,14 +7,14 @@ import pytest
 
 from swarm_pz.errors import ConfigError, RecordingError
 from swarm_pz.play.studies.progress import Progress, items_of
-from tests.play.studies.playing import PLAIN, told, written
+from tests.play.studies.playing import PLAIN, answers_to, written
 
 
 def finish(progress, won=False):
     """Do the next step, if there is one; return its name."""
     if (step := progress.next) is None:
         return None
-    progress.finish(step, **({"won": won or step.game == 1} if step.is_game else told(step)))
+    progress.finish(step, **({"won": won or step.game == 1} if step.is_game else answers_to(step)))
     return step.id
 
 
@@ -32,7 +32,7 @@ def test_a_participant_does_everything_in_turn(tmp_path):
     progress = Progress(written(tmp_path, plan), tmp_path / "p.jsonl", 0)
     planned, block = len(progress.steps), ("practice1", "practice2", "game1", "game2", "form.sus")
     progress.finish(progress.next)
-    progress.finish(progress.next, **told(progress.next))
+    progress.finish(progress.next, **answers_to(progress.next))
     progress.finish(progress.next)
     whole = [f"block{number}.{step}" for number in (1, 2) for step in block]
     whole[5:5] = ["block2.break", "block2.text"]
@@ -51,7 +51,7 @@ def test_a_participant_does_everything_in_turn(tmp_path):
 def test_practice_ends_when_it_is_won_or_has_been_enough(is_won, games, tmp_path):
     progress = Progress(written(tmp_path), tmp_path / "p.jsonl", 0)
     while (step := progress.next).kind != "game":
-        progress.finish(step, **(told(step) | {"won": is_won}))
+        progress.finish(step, **(answers_to(step) | {"won": is_won}))
     assert sum("practice" in name for name in progress.done) == games
 
 
@@ -76,12 +76,12 @@ RIGHT, WRONG = {"answers": {"goal": "win", "size": 3}}, {"answers": {"goal": "wi
 def test_a_form_with_right_answers_is_asked_again_beside_the_text_and_may_end_the_study(fails, tmp_path):
     head, forms = QUIZ.replace("FAILS", fails).split("\n\n[[", 1)
     study = written(tmp_path, f"{head}\n{PLAIN}[[{forms}")
-    for given, after in ((RIGHT, "block1.practice1"), (WRONG, "welcome.form.quiz.2")):
+    for answers, after in ((RIGHT, "block1.practice1"), (WRONG, "welcome.form.quiz.2")):
         progress = Progress(study, tmp_path / f"{after}.jsonl", 0)
         for _ in range(3):
-            progress.finish(progress.next, **told(progress.next))
+            progress.finish(progress.next, **answers_to(progress.next))
         assert (progress.next.id, progress.next.text) == ("welcome.form.quiz", "")
-        progress.finish(progress.next, **given)
+        progress.finish(progress.next, **answers)
         assert progress.next.id == after
     assert progress.next.text == study.welcome
     progress.finish(progress.next, **WRONG)
@@ -96,7 +96,7 @@ def test_who_stops_is_asked_nothing_more_and_is_debriefed(tmp_path):
     progress = Progress(written(tmp_path, 'debriefing = "consent.md"\n' + PLAIN), tmp_path / "p.jsonl", 0)
     assert not progress.may_stop, "nothing is kept before the consent"
     for _ in range(2):
-        progress.finish(progress.next, **told(progress.next))
+        progress.finish(progress.next, **answers_to(progress.next))
     assert progress.may_stop
     progress.stop()
     progress.stop()
@@ -123,13 +123,13 @@ def test_whatever_ends_the_program_nothing_is_asked_twice_and_nothing_is_lost(tm
     study = written(tmp_path)
     whole = walk(Progress(study, tmp_path / "whole.jsonl", 1))
     path = tmp_path / "torn.jsonl"
-    asked, chance = [], np.random.default_rng(0)
+    names, chance = [], np.random.default_rng(0)
     while (progress := Progress(study, path, 1)).next is not None:
-        asked += filter(None, (finish(progress) for _ in range(chance.integers(3))))
+        names += filter(None, (finish(progress) for _ in range(chance.integers(3))))
         if progress.next is not None:
             with path.open("ab") as file:  # the power goes while a line is written
                 file.write(json.dumps({"step": progress.next.id}).encode()[: chance.integers(8)])
-    assert asked == whole
+    assert names == whole
     lines = path.read_bytes()
     for size in range(0, len(lines), 31):
         path.write_bytes(lines[:size])

@@ -111,12 +111,12 @@ def test_a_game_of_two_that_was_over_is_written_down_for_the_other_before_it_goe
 
 
 def test_who_is_not_there_or_may_be_in_session_is_refused(ran):
-    for path, code, said in (
+    for path, code, message in (
         (ran, "bobb", r"compare it with .*codes\.txt"),
         (ran, "../P01", "code must"),
         (ran / "games", "ann", "no study has run"),
     ):
-        with pytest.raises(ConfigError, match=said):
+        with pytest.raises(ConfigError, match=message):
             withdraw(path, code)
     before = tree(ran)
     with begun(ran.parent, PLAN), pytest.raises(OutputError, match="may be in session"):

@@ -24,7 +24,7 @@ export const FACTORS = {
 };
 export const ADDRESS = {
   countdown: number(0, 60),
-  factors: (of) => of?.constructor === Object && Object.keys(of).every(either("red", "blue")),
+  factors: (factors) => factors?.constructor === Object && Object.keys(factors).every(either("red", "blue")),
 };
 export const GAME = { seed: (seed) => seed === null || whole(0, 2 ** 32 - 1)(seed), seat: either("red", "blue") };
 

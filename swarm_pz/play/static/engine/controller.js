@@ -65,7 +65,7 @@ export class Controller {
     this.sinX = numbers(points * MODES);
     this.cosY = numbers(points * MODES);
     this.sinY = numbers(points * MODES);
-    this.seen = sums(); // by one drone
+    this.sums = sums(); // of one drone
     this.means = [sums(), sums()]; // of red and blue
     this.errors = sums();
     this.slopes = sums();
@@ -92,7 +92,7 @@ export class Controller {
 
   // Add a drone's place, and its places ahead if it coasts, to its own and its team's sums.
   expect(i, positions, velocities, size, mean) {
-    const { memory, weights, seen, x, y, cosX, sinX, cosY, sinY } = this, first = i * SQUARE;
+    const { memory, weights, sums, x, y, cosX, sinX, cosY, sinY } = this, first = i * SQUARE;
     for (let h = 0; h <= HORIZON; h++) {
       const point = i * HORIZON + Math.max(h - 1, 0), at = point * MODES; // only the memory needs the present
       x[point] = positions[2 * i] + TIMES[h] * velocities[2 * i];
@@ -101,13 +101,13 @@ export class Controller {
       tabulate(y[point], cosY, sinY, at);
       for (let k1 = 0, k = 0; k1 < MODES; k1++) {
         const along = cosX[at + k1];
-        if (h) for (let k2 = 0; k2 < MODES; k2++, k++) seen[k] += along * cosY[at + k2];
-        else for (let k2 = 0; k2 < MODES; k2++, k++) memory[first + k] = seen[k] = DECAY * memory[first + k] + along * cosY[at + k2];
+        if (h) for (let k2 = 0; k2 < MODES; k2++, k++) sums[k] += along * cosY[at + k2];
+        else for (let k2 = 0; k2 < MODES; k2++, k++) memory[first + k] = sums[k] = DECAY * memory[first + k] + along * cosY[at + k2];
       }
     }
     weights[i] = DECAY * weights[i] + 1;
     const share = 1 / (size * (weights[i] + HORIZON));
-    for (let k = 0; k < SQUARE; k++) mean[k] += share * seen[k];
+    for (let k = 0; k < SQUARE; k++) mean[k] += share * sums[k];
   }
 
   // Set a drone's acceleration against the costate, summed along its path; the first point has weight 0.

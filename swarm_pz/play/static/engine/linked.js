@@ -35,16 +35,16 @@ export async function pack(text) {
   const [header, ...lines] = text.trimEnd().split("\n").map((line) => JSON.parse(line)), { table, seed, software } = header;
   const side = SIDES.find((one) => header[one].kind === "person"), other = header[SIDES[1 - SIDES.indexOf(side)]], end = lines.at(-1);
   if (!software.endsWith("in a page") || end.type !== "end" || JSON.stringify(table.factors) !== JSON.stringify([UNVARIED, UNVARIED])) return null;
-  const arrived = new Map(), commands = [], [red, blue = red] = [table.game.drones_per_team].flat();
+  const drawings = new Map(), commands = [], [red, blue = red] = [table.game.drones_per_team].flat();
   for (const line of lines.filter(({ seat }) => seat === side)) {
-    if (line.type === "command") arrived.set(line.number, line.strokes);
-    if (line.type === "in_force") commands.push([line.tick, arrived.get(line.number).map(shorten)]);
+    if (line.type === "command") drawings.set(line.number, line.strokes);
+    if (line.type === "in_force") commands.push([line.tick, drawings.get(line.number).map(shorten)]);
   }
   const { time_limit: limit } = table.game, settings = { red, blue, time_limit: limit < UNTIMED ? limit : null, speed: table.speed, majority: Boolean(table.majority) };
   const plain = [side, other.policy || null, seed, settings, table.min_command_interval, commands, end.tick, end.sizes];
-  const written = new TextEncoder().encode(JSON.stringify(plain)), bytes = new Uint8Array(await through(written, new CompressionStream("deflate-raw")));
+  const json = new TextEncoder().encode(JSON.stringify(plain)), bytes = new Uint8Array(await through(json, new CompressionStream("deflate-raw")));
   const packed = btoa(String.fromCharCode(...bytes)).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
-  return isShort(settings, end.tick) && packed.length <= LONGEST && written.length <= MOST_BYTES ? packed : null;
+  return isShort(settings, end.tick) && packed.length <= LONGEST && json.length <= MOST_BYTES ? packed : null;
 }
 
 // Replay a packed game by the table.json of `swarm-pz site`. Return its recording, and whether it ends as it did.

@@ -51,16 +51,16 @@ function convolution({ shape: [outputs, inputs, sources, size], values }, { valu
 // Read a network from a file of weights: from channels on a grid to log-densities in [-1, 1] on cells.
 export function networkOf(/** @type {ArrayBuffer} */ buffer) {
   const tensor = tensorsOf(buffer), head = tensor("head.weight").values, [bias] = tensor("head.bias").values;
-  const layer = (name, ...how) => convolution(tensor(`trunk.${name}.weight`), tensor(`trunk.${name}.bias`), ...how);
+  const layer = (name, ...args) => convolution(tensor(`trunk.${name}.weight`), tensor(`trunk.${name}.bias`), ...args);
   const [, planes, , block] = tensor("trunk.near.0.weight").shape, cells = tensor("trunk.whole.0.weight").shape[3], grid = block * cells;
   const first = layer("near.0", block), second = layer("near.2", 1, 1), around = layer("around", 1, 1);
   const gather = layer("whole.0"), summary = layer("whole.2");
   const edge = Float32Array.from({ length: grid }, (_, i) => Math.abs(2 * i / (grid - 1) - 1)); // how far from the middle
 
   function act(images) {
-    const seen = Float32Array.from({ length: planes * grid * grid }, (_, i) => images[i] / 255);
-    for (let i = 0; i < grid * grid; i++) seen[images.length + i] = Math.max(edge[i % grid], edge[Math.floor(i / grid)]);
-    const near = relu(second(relu(first(seen, grid)), cells)), whole = summary(relu(gather(near, cells)), 1);
+    const input = Float32Array.from({ length: planes * grid * grid }, (_, i) => images[i] / 255);
+    for (let i = 0; i < grid * grid; i++) input[images.length + i] = Math.max(edge[i % grid], edge[Math.floor(i / grid)]);
+    const near = relu(second(relu(first(input, grid)), cells)), whole = summary(relu(gather(near, cells)), 1);
     const answers = new Float64Array(cells * cells).fill(bias);
     around(near, cells).forEach((value, i) => {
       const feature = Math.floor(i / answers.length), weight = head[feature % head.length] / ORIENTATIONS;

@@ -33,10 +33,10 @@ export class Playback {
     this.frames = lines.filter(({ type }) => type === "frame").map(({ data }) => decode(Uint8Array.from(atob(data), (byte) => byte.charCodeAt(0)).buffer));
     if (!this.frames.length) throw new Error("it broke off before anything was to be seen");
     this.lastTick = this.frames.at(-1).tick;
-    this.places = new Uint32Array(this.lastTick + 1); // index of the latest frame at each tick
-    this.frames.forEach(({ tick }, i) => this.places.fill(i, tick, this.frames[i + 1]?.tick));
+    this.indices = new Uint32Array(this.lastTick + 1); // index of the latest frame at each tick
+    this.frames.forEach(({ tick }, i) => this.indices.fill(i, tick, this.frames[i + 1]?.tick));
     this.captures = lines.filter(({ type }) => type === "captured");
-    this.followed = followed(lines);
+    this.commands = commandsOf(lines);
     this.hasFields = hasOwnFields(game);
     const seats = SIDES.map((side) => {
       const { kind, policy, label = "" } = header[side];
@@ -59,14 +59,14 @@ export class Playback {
   }
 
   teamsAt(tick) {
-    const frame = this.frames[this.places[tick]], teams = frame.teams.slice();
+    const frame = this.frames[this.indices[tick]], teams = frame.teams.slice();
     if (frame.tick < tick) for (const { tick: at, drone, seat } of this.captures) if (at > frame.tick && at <= tick) teams[drone] = SIDES.indexOf(seat);
     return teams;
   }
 
   // Positions and velocities at a tick.
   motionAt(tick) {
-    const place = this.places[tick], from = this.frames[place], to = this.frames[place + 1], ticks = tick - from.tick;
+    const index = this.indices[tick], from = this.frames[index], to = this.frames[index + 1], ticks = tick - from.tick;
     if (ticks <= 0 || !to) return from;
     const gap = to.tick - from.tick, positions = new Float32Array(from.positions.length), velocities = new Float32Array(positions.length);
     for (let i = 0; i < positions.length; i++) {
@@ -106,7 +106,7 @@ export class Playback {
   }
 
   // The command that a team follows, if any.
-  latest(team) { return this.followed.findLast((command) => command.team === team && command.tick < this.tick); }
+  latest(team) { return this.commands.findLast((command) => command.team === team && command.tick < this.tick); }
 
   // The target of that command; uniform without a command, or for one of another kind.
   target(team) {
@@ -116,11 +116,11 @@ export class Playback {
 }
 
 // Return the commands that came into force, in order. Numbers may restart: the latest command with a number counts.
-function followed(lines) {
-  const arrived = new Map(), keyOf = ({ seat, sender = "", number }) => `${seat} ${sender} ${number}`;
+function commandsOf(lines) {
+  const densities = new Map(), keyOf = ({ seat, sender = "", number }) => `${seat} ${sender} ${number}`;
   return lines.flatMap((line) => {
-    if (line.type === "command") arrived.set(keyOf(line), line.density);
+    if (line.type === "command") densities.set(keyOf(line), line.density);
     if (line.type !== "in_force") return [];
-    return [{ team: SIDES.indexOf(line.seat), tick: line.tick, number: line.number, density: arrived.get(keyOf(line)) }];
+    return [{ team: SIDES.indexOf(line.seat), tick: line.tick, number: line.number, density: densities.get(keyOf(line)) }];
   });
 }

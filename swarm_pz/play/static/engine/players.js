@@ -21,9 +21,9 @@ const SCRIPTS = {
   corners: () => every((x, y) => disc(Math.hypot(Math.min(x, 1 - x) - 0.1, Math.min(y, 1 - y) - 0.1))),
   halo: () => ring(MIDDLE, 0.15),
   hoop: ({ answers }) => ring(lap(0.15, 6, answers), 0.08, 0.15),
-  lasso: (told) => ring(opponents(told).map((place) => 0.5 + 0.3 * (place - 0.5)), 0.15),
+  lasso: (state) => ring(opponents(state).map((place) => 0.5 + 0.3 * (place - 0.5)), 0.15),
   pendulum: ({ answers }) => away([0.5 + 0.35 * Math.sin(2 * Math.PI * answers / 24), 0.5]).map(disc),
-  ring: (told) => ring(opponents(told)),
+  ring: (state) => ring(opponents(state)),
   runner: ({ answers }) => away(lap(0.24, 6, answers)).map((distance) => spot(distance, 0.18)),
   stroller: ({ answers }) => away(lap(0.24, 10, answers)).map((distance) => spot(distance, 0.18)),
   tide({ answers }) {
@@ -31,8 +31,8 @@ const SCRIPTS = {
     return every((x, y) => disc(Math.hypot((side ? 1 - x : x) - 0.25, Math.max(Math.abs(y - 0.5) - 0.3, 0))));
   },
   uniform: () => every(() => 1),
-  wavefront(told) {
-    const gathersLeft = opponents(told)[0] > 0.5, front = 0.25 + 0.75 * Math.min(Math.max((told.answers % 12 - 4) / 8, 0), 1);
+  wavefront(state) {
+    const gathersLeft = opponents(state)[0] > 0.5, front = 0.25 + 0.75 * Math.min(Math.max((state.answers % 12 - 4) / 8, 0), 1);
     return every((x) => 1 / (1 + Math.exp(((gathersLeft ? x : 1 - x) - front) / 0.03)));
   },
 };
@@ -42,13 +42,13 @@ export const PLAYERS = [...Object.keys(SCRIPTS), ...LEARNED];
 
 // Return the mean place of the opposing drones in the observation.
 function opponents({ game, team }) {
-  const grid = 25, seen = observe(game, team, ["opposing_positions"], grid), total = seen.reduce((a, b) => a + b);
-  const mean = (along) => seen.reduce((sum, value, i) => sum + value * (2 * along(i) + 1), 0) / (2 * grid * total);
+  const grid = 25, image = observe(game, team, ["opposing_positions"], grid), total = image.reduce((a, b) => a + b);
+  const mean = (along) => image.reduce((sum, value, i) => sum + value * (2 * along(i) + 1), 0) / (2 * grid * total);
   return total ? [mean((i) => i % grid), mean((i) => Math.floor(i / grid))] : MIDDLE;
 }
 
 // Return the density of a network's log-densities, interpolated between the centres of its cells.
-function asked({ channels, grid, cells, act }, game, team) {
+function infer({ channels, grid, cells, act }, game, team) {
   const answers = act(observe(game, team, ALL_CHANNELS.slice(0, channels), grid));
   const hat = (at, cell) => Math.max(0, 1 - Math.abs(Math.min(Math.max(at * cells - 0.5, 0), cells - 1) - cell));
   const logs = every((x, y) => answers.reduce((sum, value, i) => sum + hat(x, i % cells) * hat(y, Math.floor(i / cells)) * value, 0));
@@ -68,7 +68,7 @@ export async function loadPlayer(name, fetchBytes = fetchBeside) {
   if (!PLAYERS.includes(name)) throw new Error(`a player must be one of ${PLAYERS.join(", ")}, got ${name}`);
   const network = script ? null : (await import("./network.js")).networkOf(await fetchBytes(name));
   function act(game, team, answers = game.tick / TICKS) {
-    const density = script ? script({ game, team, answers }) : asked(network, game, team), most = Math.max(...density);
+    const density = script ? script({ game, team, answers }) : infer(network, game, team), most = Math.max(...density);
     return Float32Array.from(density, (value) => value / most);
   }
   return { name, act };

@@ -6,11 +6,11 @@ export const UNTIMED = 1e6; // seconds that stand for no limit
 const LISTED = 200, ENDS = 8192; // games; bytes of a file's beginning and end that are read for its summary
 
 // Return the first line of a recording: the table with a room's settings.
-export function headerOf(table, { red, blue, time_limit: limit, speed, majority = false }, has) {
+export function headerOf(table, { red, blue, time_limit: limit, speed, majority = false }, fields) {
   const capture = { ...table.game.capture, enabled: red > 0 && blue > 0 };
   const game = { ...table.game, drones_per_team: red === blue ? red : [red, blue], time_limit: limit ?? UNTIMED, capture };
   const own = { ...table, game, speed, ...(majority ? { majority } : {}) };
-  return { type: "game", protocol: "swarm-pz.play.v2", started: new Date().toISOString(), table: own, ...has };
+  return { type: "game", protocol: "swarm-pz.play.v2", started: new Date().toISOString(), table: own, ...fields };
 }
 
 // The recordings of this browser; without a folder, they last as long as the page.

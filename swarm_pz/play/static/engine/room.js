@@ -25,7 +25,7 @@ function later(act, ms) {
 }
 
 // Scale a density to a maximum of 1 and round it, as it is followed and recorded.
-function followed(values) {
+function rounded(values) {
   const most = Math.max(...values) || 1;
   return Array.from(values, (value) => Math.round(value / most * STEPS) / STEPS);
 }
@@ -38,17 +38,17 @@ function seatOf({ kind = "free", policy = "", label = "", ready = false, state =
 }
 
 // Return the message `room`; parts that are not given have the values of a new room.
-function stateOf(has) {
-  const none = { outcome: null, recording: null, starts_ms: null, ended_by: null, wins: [0, 0] };
-  return { type: "room", once: false, forfeit: "", ...none, ...has };
+function stateOf(parts) {
+  const defaults = { outcome: null, recording: null, starts_ms: null, ended_by: null, wins: [0, 0] };
+  return { type: "room", once: false, forfeit: "", ...defaults, ...parts };
 }
 
 export class Room {
   game; log; player; loading; recording; outcome; endedBy;
 
-  // asked is the message that opens the room.
-  constructor(table, code, asked) {
-    const { settings = {}, seat = "red", opponent = null, label = "", once = false, lesson = false, seed = null } = asked;
+  // message is the one that opens the room.
+  constructor(table, code, message) {
+    const { settings = {}, seat = "red", opponent = null, label = "", once = false, lesson = false, seed = null } = message;
     const { red = 10, blue = 10, time_limit: limit = 300, speed, majority } = settings;
     check({ seed, seat }, GAME);
     check(settings, SETTINGS);
@@ -232,13 +232,13 @@ export class Room {
   }
 
   // Submit a command when its team's delay is over.
-  submit(team, { density, ...has }) {
-    const command = { ...has, density: followed(density) }, received = now(), { game } = this;
+  submit(team, { density, ...rest }) {
+    const command = { ...rest, density: rounded(density) }, received = now(), { game } = this;
     later(() => {
       if (!this.isOn || this.game !== game) return;
       const rows = Array.from({ length: CELLS }, (_, row) => command.density.slice(row * CELLS, (row + 1) * CELLS));
       this.waiting[team] = command;
-      this.log.push({ type: "command", ...has, density: rows, seat: SIDES[team], tick: game.tick, server_ms: received });
+      this.log.push({ type: "command", ...rest, density: rows, seat: SIDES[team], tick: game.tick, server_ms: received });
     }, this.table.factors[team].command_delay_ms);
   }
 

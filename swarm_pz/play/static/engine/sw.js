@@ -12,5 +12,5 @@ addEventListener("activate", (event) => event.waitUntil(
 ));
 addEventListener("fetch", (event) => {
   const { request } = event, wanted = request.mode === "navigate" ? registration.scope : request;
-  event.respondWith(caches.open(NAME).then((cache) => cache.match(wanted, { ignoreSearch: true })).then((kept) => kept ?? fetch(request)));
+  event.respondWith(caches.open(NAME).then((cache) => cache.match(wanted, { ignoreSearch: true })).then((hit) => hit ?? fetch(request)));
 });

@@ -3,7 +3,7 @@
 import { FRAME } from "../frames.js";
 
 const KEPT_AFTER = 30; // frames
-let shown = 0;
+let frames = 0;
 // The worker's name carries the page's query string: the address of its own script may come from the cache.
 const worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: location.search });
 
@@ -23,7 +23,7 @@ export const PAGE = {
       },
     };
     port.onmessage = ({ data }) => {
-      if (data?.type === FRAME && ++shown === KEPT_AFTER) keepAll();
+      if (data?.type === FRAME && ++frames === KEPT_AFTER) keepAll();
       if (data !== null) socket.onmessage({ data });
       else {
         socket.readyState = WebSocket.OPEN;

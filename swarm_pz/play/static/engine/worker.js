@@ -9,11 +9,11 @@ import { SIDES } from "../words.js";
 const LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789";
 
 export class Table {
-  asked; rules; commands; shelf; countdown; interval; room; kind; client;
+  query; rules; commands; shelf; countdown; interval; room; kind; client;
 
-  // The first argument is table.json of `swarm-pz site`; asked holds values of the page's address; say sends a message.
-  constructor({ welcome, rules, commands }, shelf, asked = {}) {
-    const fitting = Object.fromEntries(Object.entries(asked).filter(([of, value]) => ADDRESS[of]?.(value)));
+  // The first argument is table.json of `swarm-pz site`; query holds values of the page's address; say sends a message.
+  constructor({ welcome, rules, commands }, shelf, query = {}) {
+    const fitting = Object.fromEntries(Object.entries(query).filter(([key, value]) => ADDRESS[key]?.(value)));
     const { countdown = 3, factors = {} } = /** @type {any} */ (fitting);
     const isHere = (name) => PLAYERS.includes(name);
     this.factors = SIDES.map((side) => ({ ...UNVARIED, ...factors[side] }));
@@ -21,7 +21,7 @@ export class Table {
     this.software = `swarm-pz ${welcome.version}, in a page`;
     /** @type {any} */
     this.say = () => {};
-    Object.assign(this, { asked, rules, commands, shelf, countdown, interval: rules.min_command_interval, room: null });
+    Object.assign(this, { query, rules, commands, shelf, countdown, interval: rules.min_command_interval, room: null });
   }
 
   async hear(text) {
@@ -49,11 +49,11 @@ export class Table {
     return this.room;
   }
 
-  open(asked) {
-    check(this.asked, ADDRESS);
+  open(message) {
+    check(this.query, ADDRESS);
     for (const factors of this.factors) check(factors, FACTORS);
     const code = Array.from(crypto.getRandomValues(new Uint8Array(4)), (byte) => LETTERS[byte % LETTERS.length]).join("");
-    const room = new Room(this, code, asked);
+    const room = new Room(this, code, message);
     this.leave();
     this.room = room;
     room.enter();
@@ -84,15 +84,15 @@ const ACTS = {
 };
 
 // Return the values in the page's address, read as JSON, by name. Unknown names, which other sites add, are skipped.
-export function askedBy(search) {
+export function queryOf(search) {
   const read = (text) => { try { return JSON.parse(text); } catch { return text; } };
-  return Object.fromEntries([...new URLSearchParams(search)].filter(([of]) => Object.hasOwn(ADDRESS, of)).map(([of, text]) => [of, read(text)]));
+  return Object.fromEntries([...new URLSearchParams(search)].filter(([key]) => Object.hasOwn(ADDRESS, key)).map(([key, text]) => [key, read(text)]));
 }
 
 async function begin() {
-  const written = await (await fetch(new URL("table.json", import.meta.url))).json();
-  written.welcome.embedders = [location.origin];
-  return new Table(written, await Shelf.find(), askedBy(self.name));
+  const tableFile = await (await fetch(new URL("table.json", import.meta.url))).json();
+  tableFile.welcome.embedders = [location.origin];
+  return new Table(tableFile, await Shelf.find(), queryOf(self.name));
 }
 
 if ("WorkerGlobalScope" in globalThis) {

@@ -10,19 +10,19 @@ const table = make("table", {}, make("thead", {}, make("tr", {}, ...heads)), row
 async function look() {
   try {
     const headers = { authorization: `Bearer ${decodeURIComponent(location.hash.slice(1))}` };
-    const answer = await fetch("/study/monitor/data", { headers }), told = await answer.json();
-    byId("lost").textContent = told.fault ?? "";
-    if (told.rows) show(told);
+    const answer = await fetch("/study/monitor/data", { headers }), report = await answer.json();
+    byId("lost").textContent = report.fault ?? "";
+    if (report.rows) show(report);
   } catch {
     byId("lost").textContent = "The server does not answer. You see what it said last.";
   }
   setTimeout(look, EVERY_MS);
 }
 
-function show({ title, games, rows: told }) {
+function show({ title, games, rows: lines }) {
   byId("heading").textContent = document.title = title;
   rows.dataset.games = games;
-  rows.replaceChildren(...told.map(({ name, where, seen_s, step, fault, block, order, won, played, done, of }) => make(
+  rows.replaceChildren(...lines.map(({ name, where, seen_s, step, fault, block, order, won, played, done, of }) => make(
     "tr", { "data-name": name }, make("th", { scope: "row" }, name),
     ...[where, seen(seen_s)].map((text) => make("td", {}, text)), make("td", { className: fault ? "fault" : "" }, fault || step),
     ...[block, order.join(", "), `${won} of ${played}`, of ? `${done} of ${of}` : ""].map((text) => make("td", {}, text)),

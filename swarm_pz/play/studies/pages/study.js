@@ -15,7 +15,7 @@ let asks = false; // a page of its own is shown until it is answered: the partic
 /** @type {any} */
 let later = 0;
 let words = {}; // the pages' phrases in the study's language
-let own = recall("window", "session") ?? newWindow();
+let windowName = recall("window", "session") ?? newWindow();
 
 function newWindow() {
   const name = crypto.getRandomValues(new Uint32Array(2)).join("-");
@@ -25,11 +25,11 @@ function newWindow() {
 
 // Return a phrase in the study's language, where # stands for a number.
 function inWords(text) {
-  const numbers = text.match(/\d+/g) ?? [], found = words[text.replace(/\d+/g, "#")];
-  return found ? found.replace(/#/g, () => numbers.shift() ?? "") : text;
+  const numbers = text.match(/\d+/g) ?? [], phrase = words[text.replace(/\d+/g, "#")];
+  return phrase ? phrase.replace(/#/g, () => numbers.shift() ?? "") : text;
 }
 
-function make(tag, has = {}, ...parts) { return makePlain(tag, has, ...parts.map((part) => (typeof part === "string" ? inWords(part) : part))); }
+function make(tag, props = {}, ...parts) { return makePlain(tag, props, ...parts.map((part) => (typeof part === "string" ? inWords(part) : part))); }
 
 function button(text, onclick) { return make("button", { type: "button", onclick }, text); }
 
@@ -39,10 +39,10 @@ function tell(text) { byId("told").textContent = inWords(text); }
 
 async function ask(act, more = {}) {
   clearTimeout(later);
-  const said = { window: own, loaded: performance.timeOrigin, ...(takesOver ? { here: true } : {}), ...more };
+  const request = { window: windowName, loaded: performance.timeOrigin, ...(takesOver ? { here: true } : {}), ...more };
   for (;;) {
     try {
-      const answer = await fetch(`/study/${CODE}/${act}`, { method: "POST", body: JSON.stringify(said) });
+      const answer = await fetch(`/study/${CODE}/${act}`, { method: "POST", body: JSON.stringify(request) });
       const state = await answer.json();
       byId("lost").textContent = "";
       takesOver = false;
@@ -77,8 +77,8 @@ function show(state) {
   if (state.elsewhere) return showElsewhere();
   for (const [id, text, is] of [["stop", "Stop", state.may_stop], ["consented", "Your consent", state.consented]]) Object.assign(byId(id), { hidden: !is, textContent: inWords(text) });
   if (state.withdrawn) {
-    const told = [paragraph("All that was kept of you is deleted. You can close this page."), ...text(state)];
-    return draw("withdrawn", "You have withdrawn", told);
+    const content = [paragraph("All that was kept of you is deleted. You can close this page."), ...text(state)];
+    return draw("withdrawn", "You have withdrawn", content);
   }
   if (state.may_stop && location.hash === "#stop") return askToStop();
   Object.assign(byId("progress"), { max: state.of, value: state.done });
@@ -93,8 +93,8 @@ function show(state) {
   const key = `${step.id}${begun} ${game?.phase ?? ""}${about}`;
   const again = key !== shown && step.attempt > 1 ? "Some answers were not right. Please try once more." : "";
   if (key !== shown) draw(key, step.heading, parts(state, about));
-  const told = state.refused || game?.fault || recall("told", "session") || again;
-  if (told) tell(told);
+  const notice = state.refused || game?.fault || recall("told", "session") || again;
+  if (notice) tell(notice);
   keep("told", "", "session");
   lookAgain(["waiting", "saving"].includes(game?.phase) ? WAIT_MS : STATE_MS);
 }
@@ -103,7 +103,7 @@ function showElsewhere() {
   draw("elsewhere", "This study is open in another window", [
     paragraph("Go on there, or close that window. You can also go on here; the other window then stops."),
     choices(button("Go on here", () => {
-      own = newWindow();
+      windowName = newWindow();
       takesOver = true;
       ask("state");
     })),
@@ -125,27 +125,27 @@ function draw(key, heading, content) {
 // The server's own rendering of a text.
 function text({ html }) { return html ? [make("div", { className: "text", innerHTML: html })] : []; }
 
-function completion({ completion: told }) {
-  if (!told) return [];
-  if (/^https:/.test(told)) return [choices(make("a", { href: told, className: "button" }, "Go on"))];
-  return [paragraph("This code shows that you have taken part:"), make("p", { id: "completion" }, told)];
+function completion({ completion: codeOrLink }) {
+  if (!codeOrLink) return [];
+  if (/^https:/.test(codeOrLink)) return [choices(make("a", { href: codeOrLink, className: "button" }, "Go on"))];
+  return [paragraph("This code shows that you have taken part:"), make("p", { id: "completion" }, codeOrLink)];
 }
 
 // Show a page of its own, with ways on: what buttons say, and what they then send.
-function drawAside(key, heading, told, ways) {
+function drawAside(key, heading, text, ways) {
   asks = true;
   clearTimeout(later);
-  draw(key, heading, [paragraph(told), choices(...ways.map(([text, act, has]) => button(text, () => {
+  draw(key, heading, [paragraph(text), choices(...ways.map(([label, act, more]) => button(label, () => {
     asks = false;
     history.replaceState(null, "", location.pathname);
-    ask(act, has);
+    ask(act, more);
   })))]);
 }
 
 // Ask if the participant wants to stop, and what becomes of what they have done.
 function askToStop() {
-  const told = "You need not say why, and you cannot come back. What you have done so far can be kept for the study, or deleted.";
-  drawAside("stop", "Do you want to stop?", told, [
+  const text = "You need not say why, and you cannot come back. What you have done so far can be kept for the study, or deleted.";
+  drawAside("stop", "Do you want to stop?", text, [
     ["Go back to the study", "state"], ["Stop, and keep it", "stop"], ["Stop, and delete it", "stop", { delete: true }],
   ]);
 }
@@ -205,8 +205,8 @@ function ownForm(check, ...content) {
 function consent(step) {
   const agree = make("input", { type: "checkbox", name: "agree" });
   const label = make("label", { className: "agree" }, agree, "I have read this, and I agree to take part.");
-  const told = "Nothing was written down about you. You can close this page.";
-  const refuse = button("I do not want to take part", () => drawAside("declined", "Thank you for reading this", told, [["Back", "state"]]));
+  const text = "Nothing was written down about you. You can close this page.";
+  const refuse = button("I do not want to take part", () => drawAside("declined", "Thank you for reading this", text, [["Back", "state"]]));
   return ownForm(() => {
     if (agree.checked) ask("done", { step: step.id });
     else complain("To take part, tick that you agree.", label, agree);
@@ -215,10 +215,10 @@ function consent(step) {
 
 function form(step) {
   const draft = `draft.${CODE}.${step.id}`, items = step.items.map((item) => ({ item, ...question(item) }));
-  const before = recall(draft, "session") ?? {};
-  for (const { item, put } of items) if (before[item.id] !== undefined && before[item.id] !== null) put(before[item.id]);
+  const saved = recall(draft, "session") ?? {};
+  for (const { item, put } of items) if (saved[item.id] !== undefined && saved[item.id] !== null) put(saved[item.id]);
   const answers = () => Object.fromEntries(items.map(({ item, get }) => [item.id, get()]));
-  const made = ownForm(() => {
+  const element = ownForm(() => {
     for (const { block } of items) block.classList.remove("wrong");
     const open = items.find(({ item, get }) => get() === null && !item.optional);
     const wrong = open ?? items.find(({ field }) => field && !field.checkValidity());
@@ -226,8 +226,8 @@ function form(step) {
     const { least, most } = wrong.item;
     complain(open ? "Please answer this question." : `Please give a number from ${least} to ${most}.`, wrong.block, wrong.block.querySelector("input, textarea"));
   }, ...items.map(({ block }) => block), choices(submit()));
-  made.addEventListener("input", () => keep(draft, answers(), "session"));
-  return made;
+  element.addEventListener("input", () => keep(draft, answers(), "session"));
+  return element;
 }
 
 function complain(text, block, field) {
@@ -246,7 +246,7 @@ function question(item) {
   return chosen(item);
 }
 
-function asked({ text, optional }) { return text + (optional ? ` ${inWords("(if you like)")}` : ""); }
+function labelOf({ text, optional }) { return text + (optional ? ` ${inWords("(if you like)")}` : ""); }
 
 function written(item) {
   const isNumber = item.kind === "number", required = !item.optional;
@@ -254,7 +254,7 @@ function written(item) {
     ? make("input", { id: item.id, type: "number", min: item.least, max: item.most, step: "any", inputMode: "decimal", required })
     : make("textarea", { id: item.id, maxLength: 4000, required });
   return {
-    block: make("div", { className: "item" }, make("label", { htmlFor: item.id }, asked(item)), field),
+    block: make("div", { className: "item" }, make("label", { htmlFor: item.id }, labelOf(item)), field),
     get: () => (field.value.trim() === "" && !field.validity.badInput ? null : isNumber ? field.valueAsNumber : field.value),
     put: (value) => { field.value = value; },
     field: isNumber ? field : null,
@@ -269,7 +269,7 @@ function chosen(item) {
   const answers = fields.map((field, place) => make("label", {}, field, String(values[place])));
   return {
     block: make(
-      "fieldset", { className: "item" }, make("legend", {}, asked(item)),
+      "fieldset", { className: "item" }, make("legend", {}, labelOf(item)),
       make("div", { className: `answers ${isScale ? "points" : "words"}` }, ...answers), ...(item.low || item.high ? [ends(item)] : []),
     ),
     get: () => values[fields.findIndex((field) => field.checked)] ?? null,
@@ -312,8 +312,8 @@ function range({ least, most, step }) {
   return Array.from({ length: Math.floor((most - least) / step) + 1 }, (_, place) => least + place * step);
 }
 
-function ends({ low, high }, has = {}, ...between) {
-  return make("p", { className: "ends", ...has }, make("span", {}, low), ...between, make("span", {}, high));
+function ends({ low, high }, props = {}, ...between) {
+  return make("p", { className: "ends", ...props }, make("span", {}, low), ...between, make("span", {}, high));
 }
 
 function paragraph(text) { return make("p", {}, text); }
