@@ -37,11 +37,11 @@ from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.workers import open_pool, share
 from swarm_pz.policies.exporting import export_model
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.training.config import FIELD, RECIPES
+from swarm_pz.training.config import RECIPES
 from swarm_pz.training.networks import GridPolicy, as_policy
 from swarm_pz.training.vec_env import SwarmVecEnv
 
-RECIPE = RECIPES["quick"].replace(threads=1, batch_size=1024, epochs=3, opponents=FIELD)
+RECIPE = RECIPES["quick"].replace(threads=1, batch_size=1024, epochs=3)
 SCRIPTS = ("noise", "ring", "halo", "wavefront", "corners")
 """Opponents of all methods, besides `uniform`, when they are evaluated."""
 EVALUATION_SEED = 1_000
