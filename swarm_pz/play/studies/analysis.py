@@ -76,13 +76,10 @@ class Effect:
 def conditions(games: Sequence[GameRow]) -> list[ConditionRow]:
     """Return a row for each condition, in the order of their first games."""
     rows = []
-    for condition in dict.fromkeys(game.condition for game in games):
-        own = [game for game in games if game.condition == condition]
-        people: dict[str, list[bool]] = {}
-        for game in own:
-            people.setdefault(game.participant, []).append(game.won)
+    for condition, people in _played(games).items():
+        own = [game for of in people.values() for game in of]
         median, mean = kaplan_meier([game.seconds for game in own], [game.decided for game in own])
-        low, high = win_interval(list(people.values()))
+        low, high = win_interval([[game.won for game in of] for of in people.values()])
         rows.append(
             ConditionRow(
                 condition=condition,
@@ -96,6 +93,14 @@ def conditions(games: Sequence[GameRow]) -> list[ConditionRow]:
             )
         )
     return rows
+
+
+def _played(games: Sequence[GameRow]) -> dict[str, dict[str, list[GameRow]]]:
+    """Return the games of each condition and participant."""
+    played: dict[str, dict[str, list[GameRow]]] = {}
+    for game in games:
+        played.setdefault(game.condition, {}).setdefault(game.participant, []).append(game)
+    return played
 
 
 def win_interval(people: Sequence[Sequence[bool]]) -> tuple[float, float]:
@@ -122,12 +127,9 @@ def win_interval(people: Sequence[Sequence[bool]]) -> tuple[float, float]:
 def values_of(games: Sequence[GameRow]) -> dict[str, dict[str, dict[str, float]]]:
     """Return participants' means (share won, length of games) by measure, condition and participant."""
     longest = max((game.seconds for game in games), default=0.0)
-    played: dict[str, dict[str, list[GameRow]]] = {}
-    for game in games:
-        played.setdefault(game.condition, {}).setdefault(game.participant, []).append(game)
     means: dict[str, dict[str, dict[str, float]]] = {"win_rate": {}, "restricted_mean_s": {}}
-    for title, of in played.items():
-        for person, own in of.items():
+    for title, people in _played(games).items():
+        for person, own in people.items():
             lasted = [game.seconds if game.decided else longest for game in own]  # without a winner it would go on
             for measure, values in zip(means.values(), ([float(game.won) for game in own], lasted), strict=True):
                 measure.setdefault(title, {})[person] = float(np.mean(values))

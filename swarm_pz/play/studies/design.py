@@ -24,9 +24,8 @@ from swarm_pz.errors import ConfigError, nearest
 from swarm_pz.files import read_text, read_toml
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, check_words
+from swarm_pz.play.studies.forms import Form, check_words
 
-When = Literal["start", "welcome", "block", "end"]
 PERSON = "person"
 """The opponent of a condition in which two participants play each other."""
 _STUDY = 21
@@ -97,17 +96,6 @@ class Practice(Config):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked(Config):
-    """A form, and when it is asked: at the start, after the welcome, after each block, or at the end."""
-
-    form: Form
-    when: When = "block"
-
-    def _path(self, field: str) -> str:
-        return f"form {self.form.name}: {field}"
-
-
-@dataclass(frozen=True, kw_only=True)
 class Plan(Config):
     """A plan made before the data: hypotheses, confirmatory tests as "MEASURE: EFFECT", and when to stop."""
 
@@ -134,14 +122,14 @@ class Study(Config):
     """
 
     title: str
-    conditions: tuple[Condition, ...]
+    conditions: tuple[Condition, ...] = ()
     participants: Annotated[int, Range(1, 10_000)]
     games: Annotated[int, Range(1, 1000)] = 4
     order: str | tuple[tuple[str, ...], ...] = "balanced"
     rules: dict[str, Any] = field(default_factory=dict)
     practice: Practice = field(default_factory=Practice)
     break_s: Annotated[float, Range(0.0, 86_400.0)] = 0.0
-    forms: tuple[Asked, ...] = ()
+    forms: tuple[Form, ...] = ()
     plan: Plan = field(default_factory=Plan)
     consent: str = ""
     welcome: str = ""
@@ -158,31 +146,28 @@ class Study(Config):
         titles = [condition.title for condition in self.conditions]
         check(0 < len(titles) <= _MOST_CONDITIONS, "conditions", titles, f"1 to {_MOST_CONDITIONS} [[conditions]]")
         check(len(set(titles)) == len(titles), "conditions", titles, "conditions of different titles")
-        names = [asked.form.name for asked in self.forms]
+        names = [form.name for form in self.forms]
         check(len(set(names)) == len(names), "forms", names, "forms of different names")
         check_words(self.completion, "completion", may_be_empty=True)
         self._check_order(titles)
-        self._check_codes()
+        for code in self.codes:
+            check_code(code)
+        fits = len({code.upper() for code in self.codes}) == len(self.codes) == self.participants
+        count = f"{self.participants} different ones, one a participant; upper and lower case count as the same"
+        check(fits or self.codes == (), "codes", self.codes, count)
+        named = sorted(self.conditions[0].levels)
         for condition in self.conditions:
             self._check_condition(condition)
-            named = sorted(self.conditions[0].levels)
             check(sorted(condition.levels) == named, "levels", condition.levels, f"of every condition, here of {named}")
         for name in self.texts:
             self.text(name)
-        check(bool(self.phrases) == bool(self.words), "words", self.words, "a file of phrases")
+        _ = self.phrases  # which checks their file
         pairs = [f"{first} less {second}" for first, second in itertools.combinations(titles, 2)]
-        scores = [score for asked in self.forms if asked.when == "block" for score in asked.form.score_names]
+        scores = [score for form in self.forms if form.when == "block" for score in form.score_names]
         for test in self.plan.tests:
             measure, _, effect = test.partition(": ")
             check_choice(measure, f"plan.tests: {test!r}: measure", ("win_rate", "restricted_mean_s", *scores))
             check_choice(effect, f"plan.tests: {test!r}: effect", (*self.effects, *pairs))
-
-    def _check_codes(self) -> None:
-        for code in self.codes:
-            check_code(code)
-        count = f"{self.participants} different ones, one a participant; upper and lower case count as the same"
-        fits = len({code.upper() for code in self.codes}) == len(self.codes) == self.participants
-        check(fits or self.codes == (), "codes", self.codes, count)
 
     def name_of(self, number: int) -> str:
         """Return the name of a participant (number, from 0) in files and tables, such as P01; it opens no session."""
@@ -199,7 +184,6 @@ class Study(Config):
         """The content of the file `words`: a language, and translations of the pages' English phrases."""
         if not self.words:
             return {}
-        self.text(self.words)
         with _named(self.words):
             content = read_toml(self.folder / self.words)
             words, expected = content.get("words"), "a line `language = ...` and a table [words] of texts"
@@ -269,12 +253,8 @@ class Study(Config):
             check(self.participants % rows == 0, "participants", self.participants, expected)
             return
         check(self.participants % together == 0, "participants", self.participants, "even: they play in pairs")
-        check(
-            isinstance(self.order, tuple) and bool(self.order),
-            "order",
-            self.order,
-            '"balanced", or rows of conditions\' titles',
-        )
+        is_rows = isinstance(self.order, tuple) and bool(self.order)
+        check(is_rows, "order", self.order, '"balanced", or rows of conditions\' titles')
         for row in self.order:
             for name in row:
                 if name not in titles:
@@ -297,14 +277,16 @@ class Study(Config):
             raise ConfigError(f"{path} is no study: it {error}") from error
         with _named(str(path)):
             check("folder" not in plain, "folder", plain.get("folder"), "left out: texts are beside the study's file")
-            forms = tuple(_asked(one) for one in _tables(plain, "forms"))
-            read = {"conditions": _tables(plain, "conditions"), "forms": forms, "folder": path.parent}
-            return cls.from_dict(plain | read)
+            for name in ("conditions", "forms"):
+                tables = plain.get(name, [])
+                fits = isinstance(tables, list) and all(isinstance(one, dict) for one in tables)
+                check(fits, name, tables, f"tables, each begun by [[{name}]]")
+            return cls.from_dict(plain | {"folder": path.parent})
 
     def text(self, name: str) -> str:
         """Return a text of the study; raise ConfigError if it is not in its folder, not readable, or too long."""
         expected = "a file in the study's folder, by its name there"
-        place = PurePath(name if isinstance(name, str) else "/")
+        place = PurePath(name)
         check(not place.is_absolute() and ".." not in place.parts and "\0" not in name, "text", name, expected)
         path = (self.folder / name).resolve()
         check(path.is_relative_to(self.folder.resolve()), "text", name, expected)
@@ -384,21 +366,3 @@ def balanced_order(count: int) -> tuple[tuple[int, ...], ...]:
     zigzag = [(step + 1) // 2 if step % 2 else -(step // 2) for step in range(count)]
     rows = tuple(tuple((place + shift) % count for place in zigzag) for shift in range(count))
     return rows if count % 2 == 0 or count == 1 else rows + tuple(row[::-1] for row in rows)
-
-
-def _tables(plain: dict[str, Any], name: str) -> list[dict[str, Any]]:
-    tables = plain.get(name, [])
-    fits = isinstance(tables, list) and all(isinstance(one, dict) for one in tables)
-    check(fits, name, tables, f"tables, each begun by [[{name}]]")
-    return list(tables)
-
-
-def _asked(plain: dict[str, Any]) -> Asked:
-    rest = dict(plain)
-    when = rest.pop("when", "block")
-    if set(rest) == {"name"}:
-        known = KNOWN_FORMS.get(str(rest["name"]))
-        if known is None:
-            raise ConfigError(f"forms: there is no form {rest['name']!r}; {nearest(str(rest['name']), KNOWN_FORMS)}")
-        return Asked(form=known, when=when)
-    return Asked(form=Form.from_dict(rest), when=when)

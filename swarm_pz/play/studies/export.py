@@ -14,20 +14,19 @@
 from __future__ import annotations
 
 import json
+import os
 import re
-import shutil
 import tomllib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from swarm_pz.errors import OutputError, require_extra
 from swarm_pz.evaluation.provenance import versions
-from swarm_pz.files import check_folder, explain, read_text
+from swarm_pz.files import check_folder, read_text
 from swarm_pz.play.recordings.tables import columns_of, write_table
 from swarm_pz.play.studies.analysis import Effect
-from swarm_pz.play.studies.folder import FILE, FROZEN
+from swarm_pz.play.studies.folder import FILE, FROZEN, folder_draft
 from swarm_pz.play.studies.planning import plan_of
 from swarm_pz.play.studies.reading import StudyData, read_study
 from swarm_pz.play.studies.report import markdown, write_report
@@ -60,11 +59,11 @@ def export(
         raise OutputError(f"the export of {folder} must lie outside of it, got {out}: what ran stays as it is")
     _check_out(out, overwrite)
     data = read_study(folder, progress)
-    with _draft_of(out) as draft:
+    with folder_draft(out) as draft:
         (draft / "data").mkdir()
         for name, kind in TABLES.items():
             path = draft / "data" / f"description-{name}_data.csv"
-            write_table(data.table(name), kind, path, data.factor_columns)
+            write_table(getattr(data, name), kind, path, data.factor_columns)
         _describe(data, draft)
         (draft / "plan.md").write_text(plan_of(data.study, folder / FROZEN / FILE), encoding="utf-8")
         _copy_materials(data, folder, draft / "materials")
@@ -128,31 +127,9 @@ def _variables(data: StudyData) -> list[dict[str, Any]]:
 
 
 def _check_out(out: Path, overwrite: bool) -> None:
-    check_folder(out.parent)
-    if out.is_dir():
-        there = sorted(path.name for path in out.iterdir())
-        if there and not _MARKS.issubset(there):
-            raise OutputError(f"{out} holds {there[0]!r} and is no export: give a free folder (--out)")
-        if there and not overwrite:
-            raise OutputError(f"{out} holds an export: replace it (--overwrite), or give a free folder (--out)")
-    elif out.exists() or out.is_symlink():
-        raise OutputError(f"cannot write into {str(out)!r}: it is a file, not a folder")
-
-
-@contextmanager
-def _draft_of(out: Path) -> Iterator[Path]:
-    """Yield a draft beside a folder, which replaces it at the end of the block, or is deleted if it fails."""
-    draft = out.with_name(f".{out.name}.draft")
-    try:
-        shutil.rmtree(draft, ignore_errors=True)
-        draft.mkdir()
-        yield draft
-        if out.exists():
-            shutil.rmtree(out)
-        draft.rename(out)
-    except OSError as error:
-        if isinstance(error, OutputError):
-            raise
-        raise OutputError(f"{str(out)!r} cannot be written: {explain(error)}") from error
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
+    check_folder(out if os.path.lexists(out) else out.parent)
+    there = sorted(path.name for path in out.iterdir()) if out.exists() else []
+    if there and not _MARKS.issubset(there):
+        raise OutputError(f"{out} holds {there[0]!r} and is no export: give a free folder (--out)")
+    if there and not overwrite:
+        raise OutputError(f"{out} holds an export: replace it (--overwrite), or give a free folder (--out)")

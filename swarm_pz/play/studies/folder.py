@@ -20,6 +20,7 @@ import os
 import re
 import shutil
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,11 @@ class StudyFolder:
         check_folder(path)
         if not frozen.exists():
             _keep_codes(study, path / CODES)
-            _freeze(files, frozen)
+            with folder_draft(frozen) as draft:
+                for source, name in files:
+                    copy = draft / name
+                    copy.parent.mkdir(parents=True, exist_ok=True)
+                    write_down(copy, source.read_bytes())
         for source, name in files:
             kept = frozen / name
             if not kept.is_file() or kept.read_bytes() != source.read_bytes():
@@ -279,17 +284,22 @@ def write_down(path: Path, data: bytes, mode: int = 0o666) -> None:
         os.fsync(file.fileno())
 
 
-def _freeze(files: list[tuple[Path, str]], frozen: Path) -> None:
-    """Copy a study's files, all of them or none."""
-    draft = frozen.with_name(f".{frozen.name}.draft")
+@contextlib.contextmanager
+def folder_draft(path: Path) -> Iterator[Path]:
+    """Yield a draft beside a folder, which replaces it at the end of the block, or is deleted if the block fails.
+
+    Raises OutputError if something cannot be written.
+    """
+    draft = path.with_name(f".{path.name}.draft")
     try:
         shutil.rmtree(draft, ignore_errors=True)
         draft.mkdir()  # fails if a link is there: it may lead elsewhere
-        for source, name in files:
-            copy = draft / name
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            write_down(copy, source.read_bytes())
-        draft.rename(frozen)
-        sync_folder(frozen.parent)
+        yield draft
+        if path.exists():
+            shutil.rmtree(path)
+        draft.rename(path)
+        sync_folder(path.parent)
     except OSError as error:
-        raise OutputError(f"the study cannot be kept in {frozen}: {explain(error)}") from error
+        raise OutputError(f"{str(path)!r} cannot be written: {explain(error)}") from error
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)

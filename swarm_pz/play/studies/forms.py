@@ -14,11 +14,12 @@ import random
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from swarm_pz.config.base import Config, Range, check, check_choice
 from swarm_pz.errors import ConfigError, nearest
 
+When = Literal["start", "welcome", "block", "end"]
 Kind = Literal["scale", "choice", "number", "text", "pair"]
 Number = Annotated[int, Range(-(10**9), 10**9)]
 MOST_TEXT = 4000
@@ -107,6 +108,7 @@ class Item(Config):
 class Form(Config):
     """A page of questions; `score` names the method that scores its answers, if any.
 
+    It is asked at the start, after the welcome, after each block, or at the end. Of `KNOWN_FORMS` the name is enough.
     While answers are not right (see `Item`), the form is asked again, up to `tries` times in all. Participants who fail
     the last try are left out of comparisons; if `fails` is "end", the study also ends for them. `shuffle` gives each
     participant the questions in a random order.
@@ -119,6 +121,17 @@ class Form(Config):
     tries: Annotated[int, Range(1, 10)] = 1
     fails: Literal["exclude", "end"] = "exclude"
     shuffle: bool = False
+    when: When = "block"
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Self:
+        """Build the form from plain values; raise ConfigError if it has no questions and is no known one."""
+        if "name" not in values or not set(values) <= {"name", "when"}:
+            return super().from_dict(values)
+        name = str(values["name"])
+        if name not in KNOWN_FORMS:
+            raise ConfigError(f"forms: there is no form {name!r}; {nearest(name, KNOWN_FORMS)}")
+        return KNOWN_FORMS[name].replace(**values)
 
     def _path(self, field: str) -> str:
         return "form.name" if field == "name" else f"form {self.name}: {field}"
@@ -180,7 +193,8 @@ class Form(Config):
     def scores(self, answers: Mapping[str, Any]) -> dict[str, float]:
         """Return the scores of the answers; empty for forms without a score."""
         if self.score == "sus":
-            return {"sus": sus_score([int(answers[item.id]) for item in self.items])}
+            points = [int(answers[item.id]) for item in self.items]
+            return {"sus": 2.5 * (sum(points[::2]) - 5 + 25 - sum(points[1::2]))}  # answer - 1 and 5 - answer in turn
         if self.score == "nasa-tlx":
             ratings = {scale: float(answers[scale]) for scale in TLX_SCALES}
             chosen = [answers[item.id] for item in self.items if item.kind == "pair"]
@@ -209,15 +223,6 @@ _SUS = (
     "I felt very confident using the system.",
     "I needed to learn a lot of things before I could get going with this system.",
 )
-
-
-def sus_score(points: list[int]) -> float:
-    """Return the System Usability Scale, from 0 to 100, of ten answers from 1 to 5.
-
-    It is 2.5 times the sum of answer - 1 over odd statements and 5 - answer over even ones.
-    """
-    counted = [answer - 1 if place % 2 == 0 else 5 - answer for place, answer in enumerate(points)]
-    return 2.5 * sum(counted)
 
 
 def tlx_scores(ratings: Mapping[str, float], chosen: list[str] | None) -> dict[str, float]:

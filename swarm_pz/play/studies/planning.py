@@ -28,7 +28,7 @@ def plan_of(study: Study, file: Path) -> str:
     lines += ["", "## Tests", "", *_listed(plan.tests), ""]
     lines += ["Two-sided permutation tests at 5 %; pairs are corrected by Holm. All other tests are exploratory."]
     lines += ["", "## Exclusions", ""]
-    for form in (one.form for one in study.forms):
+    for form in study.forms:
         if rights := [item.id for item in form.items if item.correct is not None]:
             tries = f"within {form.tries} tries" if form.tries > 1 else "at once"
             lines.append(f"- Participants who do not answer {', '.join(rights)} of {form.name} right {tries}.")

@@ -92,7 +92,7 @@ def steps_of(
 
     def form_steps(when: str, name: str, condition: Condition | None = None, text: str = "") -> list[Step]:
         attempts = []
-        for form in (one.form for one in study.forms if one.when == when):
+        for form in (one for one in study.forms if one.when == when):
             for attempt in range(1, form.tries + 1):
                 step = f"{name}.form.{form.name}" + (f".{attempt}" if attempt > 1 else "")
                 attempts.append(Step(step, "form", condition, form, text if attempt > 1 else "", attempt=attempt))

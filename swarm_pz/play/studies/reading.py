@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -17,10 +17,11 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play.commands import CommandReader
 from swarm_pz.play.protocol import CapturedMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
-from swarm_pz.play.recordings.seats import SeatRow, seat_rows
+from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
-from swarm_pz.play.studies.progress import Step, ended_early, items_of, read_lines, steps_of
+from swarm_pz.play.studies.forms import Form
+from swarm_pz.play.studies.progress import Progress, Step, items_of, read_lines
 from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
 
 _OF_LINE = ("system", "opponent", "side", "seed", "outcome", "seconds", "recording")
@@ -49,10 +50,6 @@ class StudyData:
         """Names of participants who failed a form, and so are in no comparison."""
         return {one.participant for one in self.participants if one.failed}
 
-    def table(self, name: str) -> list[Row]:
-        """Return the rows of a table."""
-        return list(getattr(self, name))
-
     @property
     def factor_columns(self) -> dict[str, Callable[[Row], str]]:
         """Functions from a row to its level of a factor, by column; the level is empty if a row has several."""
@@ -80,69 +77,60 @@ def read_study(folder: Path, progress: Callable[[float, float], None] | None = N
     """
     opened = StudyFolder(folder)
     data = StudyData(study=opened.study)
-    known: dict[int, list[dict[str, Any]]] = {}
+    numbers = {opened.file_of(number): number for number in range(data.study.participants)}
+    known: dict[int, Progress] = {}
     for path in sorted((folder / "participants").glob("*.jsonl")):
         try:
-            number, lines = _lines_of(path, data.study)
-            known[number] = lines
+            if path not in numbers:
+                raise RecordingError(f"{path} is no participant of {data.study.title!r}")
+            if not read_lines(path)[0]:
+                raise RecordingError(f"{path} is empty")
+            known[numbers[path]] = opened.progress(numbers[path])
         except RecordingError as error:
             data.faults.append(str(error))
     if not known:
         raise RecordingError("\n  ".join([f"nobody has taken part in the study of {folder}", *data.faults]))
-    for done, (number, lines) in enumerate(sorted(known.items()), 1):
-        _Person(data, opened, number, lines).read()
+    for done, one in enumerate(known.values(), 1):
+        _Person(data, opened, one).read()
         if progress is not None:
             progress(done, len(known))
     return data
 
 
-def _lines_of(path: Path, study: Study) -> tuple[int, list[dict[str, Any]]]:
-    """Return a participant's number and steps."""
-    lines, _ = read_lines(path)
-    if not lines:
-        raise RecordingError(f"{path} is empty")
-    number: Any = lines[0].get("number")
-    is_number = type(number) is int and number >= 0
-    if lines[0].get("study") != study.title or not is_number or path.stem != study.name_of(number):
-        raise RecordingError(f"{path} is no participant of {study.title!r}: its first line is {lines[0]}")
-    return number, lines[1:]
-
-
 class _Person:
     """Reads one participant into the tables."""
 
-    def __init__(self, data: StudyData, folder: StudyFolder, number: int, lines: Sequence[dict[str, Any]]) -> None:
-        self.data, self.folder, self.number, self.participant = data, folder, number, data.study.name_of(number)
-        self.done = {str(line["step"]): line for line in lines}
-        self.is_alone = folder.is_alone(number)
-        self.steps = steps_of(data.study, number, self.done, is_alone=self.is_alone)
-        self.began = min((line["at"] for line in lines if "at" in line), default=0.0)
+    def __init__(self, data: StudyData, folder: StudyFolder, progress: Progress) -> None:
+        self.data, self.folder, self.progress = data, folder, progress
+        self.number, self.done, self.steps = progress.participant, progress.done, progress.steps
+        self.participant, self.is_alone = data.study.name_of(self.number), folder.is_alone(self.number)
+        self.began = min((line["at"] for line in self.done.values() if "at" in line), default=0.0)
 
     def read(self) -> None:
         known = {step.id for step in self.steps}
         for name in self.done.keys() - known:
             self._fault(name, "is no step of the study", "")
         steps = [step for step in self.steps if step.id in self.done]
-        failed = [step.form.name for step in steps if step.form and self._has_failed(step)]
+        asked = [(step, step.form) for step in steps if step.form is not None]
+        missed = [one for one in asked if not self.done[one[0].id].get("passed", True)]
+        failed = [form.name for step, form in missed if step.attempt == form.tries]
         for step in steps:
             if step.is_game:
                 self._game(step)
-            self._form(step)
+        for step, form in asked:
+            self._form(step, form)
         self.data.participants.append(
             ParticipantRow(
                 participant=self.participant,
                 number=self.number,
                 order=" > ".join(condition.title for condition in self.data.study.order_of(self.number)),
                 withdrawn=self.number in self.folder.withdrawn,
-                finished=len(steps) == len(self.steps) and not ended_early(self.done),
+                finished=len(steps) == len(self.steps) and not self.progress.has_ended_early,
                 stopped="stop" in self.done,
                 failed=", ".join(dict.fromkeys(failed)),
                 consent_day=_day(self.done.get("consent", {}).get("at")),
             )
         )
-
-    def _has_failed(self, step: Step) -> bool:
-        return step.form is not None and step.attempt == step.form.tries and not self.done[step.id].get("passed", True)
 
     def _after(self, step: str) -> float | None:
         """Return the seconds from the first finished step to this one: a time of day could identify the person."""
@@ -170,7 +158,9 @@ class _Person:
         if recording is not None:
             seat = next((row for row in seat_rows(recording) if row.side == line["side"]), None)
             sizes = recording.config.game.team_sizes
-            columns |= _of_recording(seat) | {"drones": sizes[own], "opponent_drones": sizes[1 - own]}
+            names = [one.name for one in fields(GameRow) if one.default is not MISSING]
+            columns |= {name: getattr(seat, name) for name in names if hasattr(seat, name)}
+            columns |= {"drones": sizes[own], "opponent_drones": sizes[1 - own]}
             self._commands(step, recording, own)
             self._captures(step, recording, own)
         elif self.is_alone and condition.is_of_two:
@@ -247,10 +237,8 @@ class _Person:
 
     # --- forms ------------------------------------------------------------------------------------
 
-    def _form(self, step: Step) -> None:
-        line, form = self.done[step.id], step.form
-        if form is None:
-            return
+    def _form(self, step: Step, form: Form) -> None:
+        line = self.done[step.id]
         answers, scores = line.get("answers", {}), line.get("scores", {})
         block = re.match(r"block(\d+)\.", step.id)
         rows: list[tuple[Any, ...]] = [
@@ -279,12 +267,6 @@ class _Person:
 def _day(at: float | None) -> str:
     """Return the day of a time in UTC."""
     return "" if at is None else datetime.datetime.fromtimestamp(at, datetime.UTC).date().isoformat()
-
-
-def _of_recording(seat: SeatRow | None) -> dict[str, Any]:
-    """Return the columns of a game that come from its recording."""
-    names = [one.name for one in fields(GameRow) if one.default is not MISSING]
-    return {name: getattr(seat, name) for name in names if hasattr(seat, name)}
 
 
 def _centre(sums: np.ndarray[Any, Any]) -> float | None:

@@ -25,7 +25,6 @@ def withdraw(path: Path, code: str) -> tuple[str, int]:
     Raises ConfigError if no study ran there, nobody has the code, or their data are deleted already; OutputError if a
     server runs the study, or a file cannot be deleted.
     """
-    StudyFolder(path)
     try:
         opened = StudyFolder(path, only_read=False)
     except ResultsError as error:

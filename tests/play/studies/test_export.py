@@ -308,14 +308,16 @@ def test_what_is_corrupt_is_left_out_and_told_and_titles_are_escaped_wherever_th
     (people / "P02.jsonl").write_text('{"type": "participant", "number": 1, "study": "another"}\n')
     (people / "P03.jsonl").write_text("{\n")
     (people / "P04.jsonl").write_text("")
+    (people / "P05.jsonl").write_text("")
     (games / "P01.block1.game1.jsonl").write_text("{}\n")
     lines = lines_of(people / "P01.jsonl")
     lines[-1] |= {"recording": "../../secret.jsonl"}
     (people / "P01.jsonl").write_text("".join(f"{json.dumps(line)}\n" for line in (*lines, {"step": "block9.game1"})))
     exported, out = export(tmp_path / "data", tmp_path / "out"), tmp_path / "out"
-    assert len(exported.faults) == 6
+    assert len(exported.faults) == 7
     for fault in (
-        "P02.jsonl is no participant",
+        "P02.jsonl is of another study",
+        "P05.jsonl is no participant",
         "line 1 of",
         "P04.jsonl is empty",
         "not one of a recorded game",

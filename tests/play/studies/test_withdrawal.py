@@ -81,7 +81,7 @@ def test_of_a_pair_one_withdraws_and_the_other_keeps_what_is_theirs(code, own, o
     row = next(one for one in data.participants if one.participant == own)
     assert row.withdrawn and not row.finished
     assert [one.participant for one in data.remaining] == [other, "P03"]
-    rows = [data.table(name) for name in ("games", "commands", "captures", "forms")]
+    rows = [getattr(data, name) for name in ("games", "commands", "captures", "forms")]
     assert own not in {one.participant for table in rows for one in table}
     (game,) = [one for one in data.games if one.participant == other and not one.practice]
     assert (game.won, game.outcome) == ((False, "loss") if other == "P02" else (True, "win"))
