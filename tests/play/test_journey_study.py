@@ -31,7 +31,7 @@ welcome = "consent.md"
 debriefing = "consent.md"
 completion = "SWARM-1"
 rules = { time_limit = 1.0, drones_per_team = 3 }
-practice = { wins = 1, most = 1 }
+practice = { wins = 1, most = 1, opponent = "uniform" }
 
 [[conditions]]
 title = "drawing"
@@ -135,7 +135,6 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     go_on(page)
 
     at_heading(page, "How demanding was it?")
-    check(page, "NASA-TLX")
     go_on(page)
     expect(page.locator("#told")).to_have_text("Please answer this question.")
     check(page, "NASA-TLX, unanswered")
@@ -179,7 +178,6 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     go_on(page)
     expect(page.locator("#told")).to_contain_text("not right")
     expect(page.locator("h2")).to_have_text("Will you?")  # the text is shown again, beside the questions
-    check(page, "once more")
     page.get_by_label("own all").check()
     go_on(page)
     at_heading(page, "Please read")
@@ -192,7 +190,6 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     assert kept["start.form.own"]["answers"] == own
 
     expect(page.locator("#asked")).to_contain_text("until you have won 1, or played 1")
-    check(page, "before a game")
     page.evaluate("sessionStorage.setItem('hold', 'yes')")
     go_on(page, "Begin")
     page.wait_for_selector("#table[data-phase=over]")
@@ -200,7 +197,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     for name in ("#leave", "#ready", "#practise", "#taught", "#share", "#recording", "#go-home", "#lobby", "#shelf"):
         expect(page.locator(name)).to_be_hidden()
     expect(page.locator("#blue-who")).to_have_text("the opponent")
-    assert "corners" not in page.locator("body").inner_text(), "the opponent has no name"
+    assert "uniform" not in page.locator("body").inner_text(), "the opponent has no name"
     check(page, "a game's result")
     page.evaluate("sessionStorage.removeItem('hold')")
     page.reload()
@@ -217,7 +214,6 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     page.evaluate("sessionStorage.setItem('hold', 'yes')")
     go_on(page, "Begin")
     expect(page.locator("#asked")).to_contain_text("when the other participant is, too")
-    check(page, "waiting")
     meeting = threading.Thread(target=Participant(study, "P02").walk, args=[lambda step: step["kind"] == "break"])
     meeting.start()
     page.wait_for_selector("#table[data-phase=over]")
@@ -267,7 +263,6 @@ def test_a_second_window_says_so_and_may_take_over_and_the_monitor_follows(visit
     check(monitor, "monitor")
     second = visit("study/P03")
     at_heading(second, "This study is open in another window")
-    check(second, "elsewhere")
     go_on(second, "Go on here")
     at_heading(second, "Do you want to take part?")
     at_heading(first, "This study is open in another window")
@@ -293,7 +288,6 @@ def test_a_participant_stops_from_a_game_and_has_all_deleted_while_the_server_ru
     page.wait_for_url("**/game#room=*")
     page.get_by_role("link", name="Stop", exact=True).click()
     at_heading(page, "Do you want to stop?")
-    check(page, "stop")
     go_on(page, "Go back to the study")
     page.wait_for_function(GONE_ON)
     page.get_by_text("Stop", exact=True).click()

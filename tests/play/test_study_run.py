@@ -7,6 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 from swarm_pz.play.recordings.recording import Recording
+from swarm_pz.play.recordings.seats import outcome_of
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import steps_of
 from swarm_pz.play.studies.reading import read_study
@@ -14,13 +15,13 @@ from tests.play.studying import PATIENCE_S, Participant, StudyTable, walk_all
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "study"
 SHORT = {  # so that nothing takes long
-    "participants = 8": "participants = 2",
+    "participants = 8": "participants = 4",
     "games = 4 ": "games = 1 ",
     "break_s = 60.0": "break_s = 0.1",
     "drones_per_team = 10": "drones_per_team = 3",
     "time_limit = 120.0": "time_limit = 1.0",
     "wins = 1\n": "wins = 0\n",
-    'opponent = "ring"': 'opponent = "ring"\nspeed = 2.0',
+    'opponent = "ring"': 'opponent = "person"\nspeed = 2.0',  # no process of a policy has to start
 }
 
 
@@ -48,18 +49,18 @@ def test_a_study_that_is_killed_ends_with_exactly_what_was_planned(tmp_path):
         assert [line["condition"] for line in games] == [condition.title for condition in study.order_of(number)]
         for line in games:
             recording = Recording.read(folder.path / line["recording"])
-            assert recording.end.outcome == {"win": "red", "loss": "blue", "draw": "draw"}[line["outcome"]]
+            assert line["outcome"] == outcome_of(recording.end, line["side"])
             assert recording.header.seed == line["seed"] and line["seconds"] == recording.end.tick / 30
         recordings |= {line["recording"] for line in games}
         seeds.update((line["condition"], line["seed"]) for line in games)
         assert set(one.done) <= {line["step"] for line in done}, "what was confirmed is kept"
-    assert {study.order_of(number)[0].title for number in range(2)} == {"drawing", "attractors"}
-    assert seeds == dict.fromkeys(itertools.product(("drawing", "attractors"), [study.seed_of(0)]), 2)
+    assert [study.order_of(number)[0].title for number in range(4)] == ["drawing"] * 2 + ["attractors"] * 2
+    assert seeds == dict.fromkeys(itertools.product(("drawing", "attractors"), [study.seed_of(0)]), 4)
     assert {f"games/{path.name}" for path in (tmp_path / "data" / "games").glob("*.jsonl")} == recordings
     published = read_study(tmp_path / "data")
     assert all("broken off" in fault for fault in published.faults), "the power may go before a file's first line"
-    assert len(published.games) == len(recordings)
-    assert [one.finished for one in published.participants] == [True] * 2
+    assert len(published.games) == 2 * len(recordings)
+    assert [one.finished for one in published.participants] == [True] * 4
 
 
 def fail(table, folder):

@@ -147,18 +147,17 @@ def first_line(study: Study, participant: int) -> dict[str, Any]:
 def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
     """Return a participant's complete lines, and their size in bytes; raise RecordingError if one is corrupt."""
     whole, end, _ = read_regular(path).rpartition(b"\n")
-    lines = [_read_line(line, path, number) for number, line in enumerate(whole.split(b"\n"), 1) if line]
+    lines: list[dict[str, Any]] = []
+    for number, line in enumerate(whole.split(b"\n"), 1):
+        if not line:
+            continue
+        try:
+            lines.append(decode(_decoder, line, len(line)))
+            if number > 1:
+                msgspec.convert(lines[-1], _Line)
+        except (msgspec.DecodeError, ProtocolError, RecursionError) as error:
+            raise RecordingError(f"line {number} of {path} is corrupt: {error}") from error
     return lines, len(whole) + len(end)
-
-
-def _read_line(line: bytes, path: Path, number: int) -> dict[str, Any]:
-    try:
-        read = decode(_decoder, line, len(line))
-        if number > 1:
-            msgspec.convert(read, _Line)
-    except (msgspec.DecodeError, ProtocolError, RecursionError) as error:
-        raise RecordingError(f"line {number} of {path} is corrupt: {error}") from error
-    return read
 
 
 class Progress:
@@ -178,13 +177,12 @@ class Progress:
         is_alone: Callable[[], bool] = lambda: False,
     ) -> None:
         self.study, self.participant, self._path, self._is_alone = study, participant, path, is_alone
-        self.done: dict[str, dict[str, Any]] = {}
-        """Finished steps by id. It is replaced and never changed, since other threads read it."""
         first = first_line(study, participant)
         lines, whole = read_lines(path) if path.exists() else ([], 0)
         if lines and {key: lines[0].get(key) for key in first} != first:
             raise RecordingError(f"{path} is of another study or participant: expected {first}, got {lines[0]}")
         self.done = {str(line["step"]): line for line in lines[1:]}
+        """Finished steps by id. It is replaced and never changed, since other threads read it."""
         if only_read:
             return
         if path.exists() and path.stat().st_size > whole:  # nobody was told that half a line is recorded

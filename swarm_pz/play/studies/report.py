@@ -41,14 +41,10 @@ def _template() -> Any:
     jinja2 = require_extra("jinja2", "lab")
     # Without autoescape: the template makes Markdown, and its filter `markdown` escapes user text.
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
     environment.filters |= {"markdown": markdown, "signed": signed, "chance": chance}
-    return environment.get_template("report.md.jinja")
+    return environment.from_string(Path(__file__).with_name("report.md.jinja").read_text())
 
 
 def counted_games(data: StudyData) -> list[GameRow]:
@@ -56,14 +52,14 @@ def counted_games(data: StudyData) -> list[GameRow]:
 
     Practice, games that a fault ended, and games of participants who failed a form do not count.
     """
-    places = [condition.title for condition in data.study.conditions]
+    places, failed = [condition.title for condition in data.study.conditions], data.failed
     games = [
         game
         for game in data.games
         if not game.practice
         and game.ended_by not in _FAULTS
         and game.outcome in ("win", "draw", "loss")
-        and game.participant not in data.failed
+        and game.participant not in failed
     ]
     return sorted(games, key=lambda game: places.index(game.condition))
 
@@ -71,9 +67,10 @@ def counted_games(data: StudyData) -> list[GameRow]:
 def values_of_scores(data: StudyData) -> dict[str, dict[str, dict[str, float]]]:
     """Return the scores of forms that were asked after blocks, by score, condition and participant."""
     values: dict[str, dict[str, dict[str, float]]] = {}
+    failed = data.failed
     for condition in data.study.conditions:
         for row in data.forms:
-            is_own = (row.kind, row.condition) == ("score", condition.title) and row.participant not in data.failed
+            is_own = (row.kind, row.condition) == ("score", condition.title) and row.participant not in failed
             if is_own and row.value is not None:
                 values.setdefault(row.item, {}).setdefault(row.condition, {})[row.participant] = row.value
     return values
@@ -83,10 +80,10 @@ def write_report(data: StudyData, folder: Path, command: str = "") -> list[Effec
     """Write `report.md` into a folder, and return its effects and pairs of conditions."""
     games, scores = counted_games(data), values_of_scores(data)
     rows, measures = conditions(games), values_of(games) | scores
-    effects: list[Effect] = []
-    if data.study.crossed:
-        for measure, values in measures.items():
-            effects += factor_effects(measure, values, data.study.crossed, data.study.between)
+    of = measures if data.study.crossed else {}
+    effects = [
+        one for measure in of for one in factor_effects(measure, of[measure], data.study.crossed, data.study.between)
+    ]
     pairs = [pair for measure, values in measures.items() for pair in compare_pairs(measure, values)]
     tests = [
         replace(one, planned=f"{one.measure}: {one.effect}" in data.study.plan.tests) for one in (*effects, *pairs)

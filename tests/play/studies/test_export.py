@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from markdown_it import MarkdownIt
 
-from swarm_pz.errors import ConfigError, MissingExtraError, OutputError, RecordingError
+from swarm_pz.errors import MissingExtraError, OutputError, RecordingError
 from swarm_pz.play.protocol import CapturedMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.studies import export as module
@@ -128,35 +128,18 @@ def test_forms_hold_answers_and_scores(out):
 
 
 def test_whatever_conditions_vary_is_a_column_of_every_table(out):
-    levels = {
-        "drawing": {
-            "command_delay_ms": "0",
-            "display_delay_ms": "0",
-            "side": "red",
-            "speed": "1",
-            "drones_per_team": "3",
-        },
-        "late": {
-            "command_delay_ms": "300",
-            "display_delay_ms": "100",
-            "side": "blue",
-            "speed": "2",
-            "drones_per_team": "4+3",
-        },
-    }
+    names = ["command_delay_ms", "display_delay_ms", "side", "speed", "drones_per_team"]
+    levels = {"drawing": ["0", "0", "red", "1", "3"], "late": ["300", "100", "blue", "2", "4+3"]}
     for name in TABLES:
         for row in table(out, name):
             factors = {key.removeprefix("factor_"): value for key, value in row.items() if key.startswith("factor_")}
-            assert factors == levels.get(row.get("condition"), dict.fromkeys(levels["late"], ""))
+            assert factors == dict(zip(names, levels.get(row.get("condition"), [""] * 5), strict=True))
 
 
 def test_what_was_asked_of_participants_is_published_without_their_codes(tmp_path):
     codes = "codes = [\n  'aa',  # Ann\n  'bb', 'cc', 'dd',\n]"
-    for text in (
-        PLAIN.replace("games = 2", f"games = 2\n{codes}"),
-        PLAIN.replace("games = 2", f'games = 2\n"{codes[:5]}"{codes[5:]}'),
-    ):
-        with begun(tmp_path / "in", text) as folder:
+    for line in (codes, f'"{codes[:5]}"{codes[5:]}'):
+        with begun(tmp_path / "in", PLAIN.replace("games = 2", f"games = 2\n{line}")) as folder:
             walk(folder, 0, until="block1.practice1")
         exported = export(tmp_path / "in" / "data", tmp_path / "out", overwrite=True)
         assert (tmp_path / "out" / "materials" / "consent.md").read_text() == "# Will you?"
@@ -220,30 +203,22 @@ def test_the_report_tells_what_was_found_in_percent_and_seconds(ran, out, tmp_pa
         for game in games
     ]
     won = next(one for one in write_report(replace(data, games=many), tmp_path) if one.kind == "pair")
-    assert (
-        f"| {100 * won.low:+.1f} to {100 * won.high:+.1f} % | 0.070 | 0.070 |" in (tmp_path / "report.md").read_text()
-    )
+    row = f"| {100 * won.low:+.1f} to {100 * won.high:+.1f} % | 0.070 | 0.070 |"
+    assert row in (tmp_path / "report.md").read_text()
 
 
 def test_who_gave_wrong_answers_or_stopped_is_named_and_the_first_is_in_no_comparison(tmp_path):
     checked = PLAIN.replace('{ id = "words"', '{ id = "check", text = "Choose 7", correct = 7 },\n    { id = "words"')
-    with begun(tmp_path, checked.replace("most = 3", "most = 1")) as folder:
+    with begun(tmp_path, checked.replace("wins = 1", "wins = 0").replace("games = 2", "games = 1")) as folder:
         for number, check in enumerate((7, 1, 7)):
             progress = folder.progress(number)
             progress.finish(progress.next)
             progress.finish(progress.next, answers=ANSWERS["background"] | {"check": check})
-            walk(folder, number, until="block2.practice1")
+            walk(folder, number, until="block1.form.sus")
         folder.progress(2).stop()
     data = export(tmp_path / "data", tmp_path / "out")
-    people = {
-        row["participant"]: (row["failed"], row["stopped"], row["finished"])
-        for row in table(tmp_path / "out", "participants")
-    }
-    assert people == {
-        "P01": ("", "false", "false"),
-        "P02": ("background", "false", "false"),
-        "P03": ("", "true", "false"),
-    }
+    people = [(row["failed"], row["stopped"], row["finished"]) for row in table(tmp_path / "out", "participants")]
+    assert people == [("", "false", "false"), ("background", "false", "false"), ("", "true", "false")]
     assert {game.participant for game in counted_games(data)} == {"P01", "P03"}
     report = (tmp_path / "out" / "report.md").read_text()
     assert "Stopped before the end: P03." in report and "not right: P02 (background)" in report
@@ -251,11 +226,10 @@ def test_who_gave_wrong_answers_or_stopped_is_named_and_the_first_is_in_no_compa
     assert right == {"P01": "true", "P02": "false", "P03": "true"}
 
 
-@pytest.mark.parametrize("sign", ["<b>a</b>", "[a](b)", "a|b", "*a*", "`a`", "&amp;", "# a", "![a](b)", "a_b_"])
-def test_a_title_is_text_and_neither_markdown_nor_html(sign):
-    page = MarkdownIt("commonmark").enable("table")
-    assert page.render(f"# {markdown(sign)}\n") == f"<h1>{html.escape(sign)}</h1>\n"
-    assert f"<td>{html.escape(sign)}</td>" in page.render(f"| a |\n|---|\n| {markdown(sign)} |\n")
+def test_a_title_is_text_and_neither_markdown_nor_html():
+    page, title = MarkdownIt("commonmark").enable("table"), "# a <b>a</b> [a](b) a|b *a* `a` &amp; ![a](b) _a_"
+    assert page.render(f"# {markdown(title)}\n") == f"<h1>{html.escape(title)}</h1>\n"
+    assert f"<td>{html.escape(title)}</td>" in page.render(f"| a |\n|---|\n| {markdown(title)} |\n")
 
 
 def test_games_count_by_the_order_of_the_study_but_practice_and_those_that_a_fault_ended(ran):
@@ -337,9 +311,7 @@ def test_what_is_corrupt_is_left_out_and_told_and_titles_are_escaped_wherever_th
     assert "No game that counts is over yet." in (tmp_path / "report.md").read_text()
 
 
-def test_a_folder_without_a_study_or_without_participants_is_refused(tmp_path):
-    with pytest.raises(ConfigError, match="no study has run"):
-        export(tmp_path / "data", tmp_path / "out")
+def test_a_study_without_participants_is_refused(tmp_path):
     with begun(tmp_path):
         pass
     with pytest.raises(RecordingError, match="nobody"):

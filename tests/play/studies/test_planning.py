@@ -63,20 +63,14 @@ def test_a_plan_is_of_tests_that_there_are_and_is_shown_beside_the_data(tmp_path
 
 def test_power_is_how_often_simulated_studies_find_an_effect(tmp_path):
     study = written(tmp_path, CROSSED)
-    rows = power(study, 8, difference=0.4, share=0.5, spread=0.1, runs=40)
+    rows = power(study, 8, difference=0.4, share=0.5, spread=0.1, runs=12)
     assert [row.effect for row in rows] == ["command_delay_ms", "hide", "command_delay_ms x hide"]
     for row in rows[:2]:
         assert row.power > 0.85 > 0.25 > row.false_alarms and row.pairs < row.power
     assert rows[2].power < 0.6, "an interaction takes more"
     between = study.replace(order=(("a", "b"), ("c", "d")))
-    delay, hidden, _ = power(between, 8, difference=0.4, share=0.5, spread=0.1, runs=40)
+    delay, hidden, _ = power(between, 8, difference=0.4, share=0.5, spread=0.1, runs=12)
     assert delay.power < hidden.power and delay.false_alarms < 0.25, "groups differ by their people, too"
+    three = study.replace(conditions=study.conditions[:3], order=(("a", "b", "c"),))
     with pytest.raises(ConfigError, match="no factorial design"):
-        power(
-            study.replace(conditions=study.conditions[:3], order=(("a", "b", "c"),)),
-            8,
-            difference=0.4,
-            share=0.5,
-            spread=0.1,
-            runs=1,
-        )
+        power(three, 8, difference=0.4, share=0.5, spread=0.1, runs=1)
