@@ -44,6 +44,8 @@ def test_a_file_becomes_a_study_in_which_everybody_meets_the_same_games(tmp_path
     assert seeds != [study.replace(seed=8).seed_of(game) for game in range(50)]
     (tmp_path / "study.toml").write_bytes(b"\xef\xbb\xbf" + ONE.replace("\n", "\r\n").encode())
     assert Study.read(tmp_path / "study.toml").title == "t", "of Windows, with its mark of bytes"
+    with pytest.raises(ConfigError, match=r"begun by \[\[forms\]\]"):
+        written(tmp_path, f'forms = "sus"\n{ONE}')
 
 
 @pytest.mark.parametrize(("side", "flown"), [("red", ("direct", "ergodic")), ("blue", ("ergodic", "direct"))])
@@ -105,6 +107,7 @@ MANY = "".join(f'[[conditions]]\ntitle = "{n}"\n' for n in range(51))
         ("command_delay_ms = 300", "command_delay_ms = -1", "condition 'late': command_delay_ms"),
         ("time_limit = 6.0", "time_limit = 3601.0", "at most an hour"),
         ('"consent.md"', '"agree.md"', "'agree.md' cannot be read"),
+        ('"sus"', '"suss"', "no form 'suss'; did you mean 'sus'"),
         ("games = 2", "x = " + "[" * 100_000, "too deep"),
         ("games = 2", "#" + "a" * 2**20, "too large"),
         ("games = 2", 'folder = "/etc"', "folder must be left out"),

@@ -49,19 +49,6 @@ def out(ran, tmp_path_factory):
     return folder
 
 
-@pytest.fixture(scope="module")
-def block(tmp_path_factory):
-    with begun(tmp_path_factory.mktemp("small")) as folder:
-        walk(folder, 0, until="block2.practice1")
-        return folder.path
-
-
-@pytest.fixture
-def small(block, tmp_path):
-    """Give a copy of the folder of a study in which one participant has done a block."""
-    return shutil.copytree(block, tmp_path / "small")
-
-
 def table(out, name):
     with (out / "data" / f"description-{name}_data.csv").open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
@@ -245,8 +232,11 @@ def test_games_count_by_the_order_of_the_study_but_practice_and_those_that_a_fau
 # --- whole or not at all --------------------------------------------------------------------------
 
 
-def test_an_export_is_replaced_whole_if_told_and_nothing_else_ever(small, tmp_path, monkeypatch):
+def test_an_export_is_replaced_whole_if_told_and_nothing_else_ever(tmp_path, monkeypatch):
     goal, other = tmp_path / "out", tmp_path / "other"
+    with begun(tmp_path / "in") as folder:
+        walk(folder, 0, until="block1.game1")
+    small = folder.path
     export(small, goal)
     (goal / "data" / "mine.txt").write_text("")
     with pytest.raises(OutputError, match="--overwrite"):
@@ -272,7 +262,7 @@ def test_an_export_is_replaced_whole_if_told_and_nothing_else_ever(small, tmp_pa
     with pytest.raises(MissingExtraError, match="jinja2"):
         export(small, tmp_path / "another")
     assert sorted(goal.rglob("*")) == before
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["other", "out", "small"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "other", "out"]
 
 
 def test_what_is_corrupt_is_left_out_and_told_and_titles_are_escaped_wherever_they_stand(tmp_path):

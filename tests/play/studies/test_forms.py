@@ -90,6 +90,8 @@ def test_words_are_kept_without_what_cannot_be_written():
         ({"least": 5, "most": 1}, "most"),
         ({"kind": "choice", "choices": ("x", "x")}, "different"),
         ({"kind": "pair", "choices": ("x", "y", "z")}, "must be two"),
+        ({"correct": 8}, "q must be a number from 1 to 7"),
+        ({"correct": 7, "optional": True}, "correct must be left out"),
     ],
 )
 def test_a_question_that_no_page_could_show_is_refused(wrong, said):

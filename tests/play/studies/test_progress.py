@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import ConfigError, RecordingError
+from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, Item
 from swarm_pz.play.studies.progress import Progress, items_of
 from tests.play.studies.playing import PLAIN, answers_to, written
 
@@ -25,11 +26,9 @@ def walk(progress):
 
 def test_a_participant_does_everything_in_turn(tmp_path):
     plan = PLAIN.replace("seed = 7", 'seed = 7\nbreak_s = 30.0\nwelcome = "consent.md"')
-    plan = plan.replace('title = "late"', 'title = "late"\ntext = "consent.md"')
-    plan += (
-        '[[forms]]\nname = "after"\nwhen = "end"\nitems = [{ id = "age", text = "?", most = 99, optional = true }]\n'
-    )
-    progress = Progress(written(tmp_path, plan), tmp_path / "p.jsonl", 0)
+    study = written(tmp_path, plan.replace('title = "late"', 'title = "late"\ntext = "consent.md"'))
+    after = Form(name="after", when="end", items=(Item(id="age", text="?", optional=True),))
+    progress = Progress(study.replace(forms=(*study.forms, after)), tmp_path / "p.jsonl", 0)
     planned, block = len(progress.steps), ("practice1", "practice2", "game1", "game2", "form.sus")
     progress.finish(progress.next)
     progress.finish(progress.next, **answers_to(progress.next))
@@ -55,27 +54,22 @@ def test_practice_ends_when_it_is_won_or_has_been_enough(is_won, games, tmp_path
     assert sum("practice" in name for name in progress.done) == games
 
 
-QUIZ = """
-welcome = "consent.md"
-debriefing = "consent.md"
-
-[[forms]]
-name = "quiz"
-when = "welcome"
-tries = 2
-fails = "FAILS"
-items = [
-    { id = "goal", text = "Your goal?", kind = "choice", choices = ["win", "lose"], correct = "win" },
-    { id = "size", text = "How many drones?", most = 9, correct = 3 },
-]
-"""
+QUIZ = Form(
+    name="quiz",
+    when="welcome",
+    tries=2,
+    items=(
+        Item(id="goal", text="Your goal?", kind="choice", choices=("win", "lose"), correct="win"),
+        Item(id="size", text="How many drones?", most=9, correct=3),
+    ),
+)
 RIGHT, WRONG = {"answers": {"goal": "win", "size": 3}}, {"answers": {"goal": "win", "size": 4}}
 
 
 @pytest.mark.parametrize("fails", ["exclude", "end"])
 def test_a_form_with_right_answers_is_asked_again_beside_the_text_and_may_end_the_study(fails, tmp_path):
-    head, forms = QUIZ.replace("FAILS", fails).split("\n\n[[", 1)
-    study = written(tmp_path, f"{head}\n{PLAIN}[[{forms}")
+    study = written(tmp_path, 'welcome = "consent.md"\ndebriefing = "consent.md"\n' + PLAIN)
+    study = study.replace(forms=(*study.forms, QUIZ.replace(fails=fails)))
     for answers, after in ((RIGHT, "block1.practice1"), (WRONG, "welcome.form.quiz.2")):
         progress = Progress(study, tmp_path / f"{after}.jsonl", 0)
         for _ in range(3):
@@ -88,8 +82,6 @@ def test_a_form_with_right_answers_is_asked_again_beside_the_text_and_may_end_th
     assert progress.next.id == ("debriefing" if fails == "end" else "block1.practice1")
     assert progress.has_ended_early == (fails == "end")
     assert Progress(study, tmp_path / f"{after}.jsonl", 0).next == progress.next
-    with pytest.raises(ConfigError, match=r"item size: correct|size must be"):
-        written(tmp_path, f"{head}\n{PLAIN}[[{forms.replace('correct = 3', 'correct = 10')}")
 
 
 def test_who_stops_is_asked_nothing_more_and_is_debriefed(tmp_path):
@@ -107,16 +99,12 @@ def test_who_stops_is_asked_nothing_more_and_is_debriefed(tmp_path):
 
 
 def test_questions_in_a_random_order_are_the_same_again_and_differ_among_participants_and_steps(tmp_path):
-    study = written(
-        tmp_path,
-        PLAIN.replace('when = "start"', 'when = "start"\nshuffle = true').replace(
-            "items = [", "items = [\n" + "".join(f'{{ id = "q{number}", text = "?" }},\n' for number in range(6))
-        ),
-    )
-    step = Progress(study, tmp_path / "p.jsonl", 0).steps[1]
-    orders = [[item.id for item in items_of(study, number, step)] for number in (0, 0, 1, 2)]
-    assert orders[0] == orders[1] and len({*map(tuple, orders)}) == 3
-    assert sorted(orders[0]) == sorted(item.id for item in step.form.items)
+    study = written(tmp_path).replace(forms=(KNOWN_FORMS["sus"].replace(shuffle=True),))
+    first, second = (one for one in Progress(study, tmp_path / "p.jsonl", 0).steps if one.form is not None)
+    asked = [(0, first), (0, first), (1, first), (2, first), (0, second)]
+    orders = [tuple(item.id for item in items_of(study, number, step)) for number, step in asked]
+    assert orders[0] == orders[1] and len({*orders}) == 4
+    assert sorted(orders[0]) == sorted(item.id for item in first.form.items)
 
 
 def test_whatever_ends_the_program_nothing_is_asked_twice_and_nothing_is_lost(tmp_path):

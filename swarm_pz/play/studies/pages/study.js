@@ -10,7 +10,6 @@ const RETRY_MS = 1500;
 const SHORT = 11; // points of a scale that are buttons; longer ones are sliders
 
 let shown = ""; // key of the page that is shown: it is not drawn again while somebody writes
-let takesOver = false;
 let asks = false; // a page of its own is shown until it is answered: the participant does not take part, or may stop
 /** @type {any} */
 let later = 0;
@@ -39,13 +38,12 @@ function tell(text) { byId("told").textContent = inWords(text); }
 
 async function ask(act, more = {}) {
   clearTimeout(later);
-  const request = { window: windowName, loaded: performance.timeOrigin, ...(takesOver ? { here: true } : {}), ...more };
+  const request = { window: windowName, loaded: performance.timeOrigin, ...more };
   for (;;) {
     try {
       const answer = await fetch(`/study/${CODE}/${act}`, { method: "POST", body: JSON.stringify(request) });
       const state = await answer.json();
       byId("lost").textContent = "";
-      takesOver = false;
       show(state);
       return;
     } catch (error) {
@@ -104,8 +102,7 @@ function showElsewhere() {
     paragraph("Go on there, or close that window. You can also go on here; the other window then stops."),
     choices(button("Go on here", () => {
       windowName = newWindow();
-      takesOver = true;
-      ask("state");
+      ask("state", { here: true });
     })),
   ]);
   lookAgain();
