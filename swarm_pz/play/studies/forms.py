@@ -108,7 +108,8 @@ class Item(Config):
 class Form(Config):
     """A page of questions; `score` names the method that scores its answers, if any.
 
-    It is asked at the start, after the welcome, after each block, or at the end. Of `KNOWN_FORMS` the name is enough.
+    It is asked at the start, after the welcome, after each block, or at the end, as `when` says. A form of
+    `KNOWN_FORMS` needs only its name.
     While answers are not right (see `Item`), the form is asked again, up to `tries` times in all. Participants who fail
     the last try are left out of comparisons; if `fails` is "end", the study also ends for them. `shuffle` gives each
     participant the questions in a random order.
@@ -126,12 +127,12 @@ class Form(Config):
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
         """Build the form from plain values; raise ConfigError if it has no questions and is no known one."""
-        if "name" not in values or not set(values) <= {"name", "when"}:
-            return super().from_dict(values)
-        name = str(values["name"])
-        if name not in KNOWN_FORMS:
-            raise ConfigError(f"forms: there is no form {name!r}; {nearest(name, KNOWN_FORMS)}")
-        return KNOWN_FORMS[name].replace(**values)
+        if "name" in values and set(values) <= {"name", "when"}:
+            name = str(values["name"])
+            if name not in KNOWN_FORMS:
+                raise ConfigError(f"forms: there is no form {name!r}; {nearest(name, KNOWN_FORMS)}")
+            values = KNOWN_FORMS[name].to_dict() | dict(values)
+        return super().from_dict(values)
 
     def _path(self, field: str) -> str:
         return "form.name" if field == "name" else f"form {self.name}: {field}"
