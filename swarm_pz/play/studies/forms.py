@@ -110,6 +110,7 @@ class Form(Config):
 
     It is asked at the start, after the welcome, after each block, or at the end, as `when` says. A form of
     `KNOWN_FORMS` needs only its name.
+
     While answers are not right (see `Item`), the form is asked again, up to `tries` times in all. Participants who fail
     the last try are left out of comparisons; if `fails` is "end", the study also ends for them. `shuffle` gives each
     participant the questions in a random order.
