@@ -299,6 +299,8 @@ def folder_draft(path: Path) -> Iterator[Path]:
             shutil.rmtree(path)
         draft.rename(path)
         sync_folder(path.parent)
+    except OutputError:
+        raise
     except OSError as error:
         raise OutputError(f"{str(path)!r} cannot be written: {explain(error)}") from error
     finally:
