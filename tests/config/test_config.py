@@ -137,14 +137,14 @@ def test_of_options_that_are_gone_stored_rules_may_name_those_that_were_off():
 @pytest.mark.parametrize("name", ["trail", "time_limit", "command_period"])
 def test_times_count_as_the_nearest_ticks_not_as_those_that_are_over(name):
     hashes = set()
-    for count in range(2, 130):
+    for count in range(2, 130, 8):
         seconds = count / 30 if name == "trail" else count / 10
         around = [float(np.nextafter(seconds, to)) for to in (0.0, seconds, np.inf)]
         configs = [GameConfig(**({"memory": MemoryConfig(trail=x)} if name == "trail" else {name: x})) for x in around]
         alike = {config.rules_hash for config in configs}
         assert len(alike) == 1, seconds
         hashes |= alike
-    assert len(hashes) == 128
+    assert len(hashes) == 16
 
 
 @pytest.mark.parametrize(

@@ -27,8 +27,6 @@ SECTIONS = [kind for kind in map(type, vars(GameConfig()).values()) if issubclas
 OTHERS = [GameConfig, TrainConfig, LeagueConfig, TournamentConfig, PlannerConfig, TableConfig, Factors]
 WHOLE = [kind() for kind in (*SECTIONS, *OTHERS, *map(system_class, sorted(registered())))]
 EXAMPLES = [*WHOLE, OnnxCard(name="mine"), Practice(), Item(id="age", text="How old?")]
-FIELDS = [(example, entry.name) for example in EXAMPLES for entry in dataclasses.fields(example)
-          if entry.name != "controllers"]  # fmt: skip  # tests/config/test_registry.py tests these
 
 
 def parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
@@ -68,16 +66,17 @@ def wrong(hint: Any) -> list[Any]:
     return {bool: [1, 0.0, "yes", None], str: [5, ("a",), b"a"]}.get(hint, [5])
 
 
-@pytest.mark.parametrize(("example", "name"), FIELDS, ids=lambda one: getattr(one, "_section", one))
-def test_a_field_takes_what_its_type_and_range_say_and_nothing_else(example, name):
-    hint, path = hints_of(type(example))[name], example._path(name)
-    for value in wrong(hint):
-        if value is None and getattr(type(example), name, ...) is None:
-            continue  # the default, replaced once other fields are known
-        with pytest.raises(ConfigError, match=rf"^{path} must be .*, got"):
-            example.replace(**{name: value})
-    for end in ends_of(hint) or ():
-        assert check_type(end, path, hint) == end
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: type(example).__name__)
+def test_fields_take_what_their_types_and_ranges_say_and_nothing_else(example):
+    for name in (entry.name for entry in dataclasses.fields(example)):
+        hint, path = hints_of(type(example))[name], example._path(name)
+        for value in wrong(hint) if name != "controllers" else ():  # tests/config/test_registry.py tests these
+            if value is None and getattr(type(example), name, ...) is None:
+                continue  # the default, replaced once other fields are known
+            with pytest.raises(ConfigError, match=rf"^{path} must be .*, got"):
+                example.replace(**{name: value})
+        for end in ends_of(hint) or ():
+            assert check_type(end, path, hint) == end
 
 
 def test_defaults_are_of_their_types():
