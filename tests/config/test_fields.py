@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 import types
-import typing
 from typing import Annotated, Any, Literal
 
 import pytest
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.config.base import Config, Range, check_type, hints_of
+from swarm_pz.config.base import _parts as parts
 from swarm_pz.config.registry import registered, system_class
 from swarm_pz.errors import ConfigError
 from swarm_pz.evaluation.tournament import TournamentConfig
@@ -27,11 +27,6 @@ SECTIONS = [kind for kind in map(type, vars(GameConfig()).values()) if issubclas
 OTHERS = [GameConfig, TrainConfig, LeagueConfig, TournamentConfig, PlannerConfig, TableConfig, Factors]
 WHOLE = [kind() for kind in (*SECTIONS, *OTHERS, *map(system_class, sorted(registered())))]
 EXAMPLES = [*WHOLE, OnnxCard(name="mine"), Practice(), Item(id="age", text="How old?")]
-
-
-def parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    origin = typing.get_origin(hint)
-    return (types.UnionType if origin is typing.Union else origin), typing.get_args(hint)
 
 
 def ends_of(hint: Any) -> Range | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, render_test
+from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test
 from pettingzoo.utils import parallel_to_aec
 
 from swarm_pz import GameConfig, drones_env
@@ -29,7 +29,6 @@ def test_pettingzoos_tests_pass(variant):
 
 
 def test_it_renders():
-    render_test(lambda render_mode: parallel_to_aec(drones_env(render_mode=render_mode, drones_per_team=2)))
     environment = drones_env(render_mode="rgb_array_list", drones_per_team=2, action_period=0.5)
     environment.reset(seed=0)
     environment.render()
