@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from playwright.sync_api import sync_playwright
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # cores are shared, and waiting threads keep a core busy
@@ -21,7 +20,7 @@ BITS = (
     "kernels/test_released.py", "play/test_game.py", "play/recordings/test_playback.py",
     "play/recordings/test_verification.py", "policies/test_commanders.py", "policies/test_lookahead.py",
     "policies/test_planner.py", "policies/test_scripted.py", "simulator/*.py",
-    "spaces/test_observation.py", "test_golden.py", "test_variants.py", "training/test_vec_env.py",
+    "spaces/test_observation.py", "test_golden.py", "training/test_vec_env.py",
 )  # fmt: skip
 """Tests that can depend on how the kernels round; marked `bits`, they run again compiled for a generic processor."""
 
@@ -68,7 +67,6 @@ def pytest_runtest_setup(item):
 
 
 def depends_on_rounding(path):
-    """Return whether a file is one of `BITS`."""
     return HERE in path.parents and any(path.relative_to(HERE).match(pattern) for pattern in BITS)
 
 
@@ -94,12 +92,8 @@ BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-c
 """The first one installed is used; the headless shell needs half as much processor time."""
 CHROMIUM = next(filter(None, map(shutil.which, BROWSERS)), None)
 FLAGS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--no-first-run",
-)
+    "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update", "--no-first-run",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +101,8 @@ def chromium():
     """Yield a browser for one module; if it lived longer, its event loop would disturb other tests."""
     if CHROMIUM is None:
         pytest.fail("there is no Chromium here: scripts/browser installs it, or leave these out with -m 'not browser'")
+    from playwright.sync_api import sync_playwright
+
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield browser

@@ -7,19 +7,20 @@ coefficients [k1 (x), k2 (y)], and teams are 0 (red) and 1 (blue).
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
 GRID = 50
+CENTRES = (np.arange(GRID) + 0.5) / GRID
 TICKS_PER_SECOND = 30
+TRAIL_TICKS = 150
 RING = [(dy, dx) for dy in range(-2, 3) for dx in range(-2, 3) if max(abs(dy), abs(dx)) == 2]
 
 
@@ -28,29 +29,26 @@ RING = [(dy, dx) for dy in range(-2, 3) for dx in range(-2, 3) if max(abs(dy), a
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def cell_of(position: NDArray[np.float32]) -> tuple[int, int]:
-    """Return row (from y) and column (from x) of the cell of a position (2,): min(int(50 p), 49), p in float32."""
+def cell_of(positions: NDArray[np.float32]) -> tuple[Integers, Integers]:
+    """Return rows (from y) and columns (from x) of the cells of positions (..., 2): min(int(50 p), 49), float32."""
     # A float32 has 24 significant bits and 50 has 6, so a float64 holds their product without rounding.
-    x = float(np.float32(position[0]))
-    y = float(np.float32(position[1]))
-    return min(int(GRID * y), GRID - 1), min(int(GRID * x), GRID - 1)
+    exact = np.asarray(positions, np.float32).astype(np.float64)
+    cells = np.minimum((GRID * exact).astype(np.int64), GRID - 1)
+    return cells[..., 1], cells[..., 0]
+
+
+def on_ring(values: NDArray[np.number], beyond: float) -> NDArray[np.number]:
+    """Return the values (16, 50, 50) of the ring cells around every cell; `beyond` stands for cells outside the square.
+
+    The ring is the 16 outer cells of the 5x5 sub-grid centred on the cell.
+    """
+    framed = np.pad(values, 2, constant_values=beyond)
+    return np.array([framed[2 + dy : 2 + dy + GRID, 2 + dx : 2 + dx + GRID] for dy, dx in RING])
 
 
 def ring_sums(occupancy: Integers) -> tuple[Integers, Integers]:
-    """Return sum S and number n, both (50, 50), of the ring cells around every cell.
-
-    The ring is the 16 outer cells of the 5x5 sub-grid centred on the cell; only those inside the square count.
-    """
-    framed = np.zeros((GRID + 4, GRID + 4), dtype=np.int64)
-    inside = np.zeros((GRID + 4, GRID + 4), dtype=np.int64)
-    framed[2 : 2 + GRID, 2 : 2 + GRID] = occupancy
-    inside[2 : 2 + GRID, 2 : 2 + GRID] = 1
-    sums = np.zeros((GRID, GRID), dtype=np.int64)
-    counts = np.zeros((GRID, GRID), dtype=np.int64)
-    for dy, dx in RING:
-        sums += framed[2 + dy : 2 + dy + GRID, 2 + dx : 2 + dx + GRID]
-        counts += inside[2 + dy : 2 + dy + GRID, 2 + dx : 2 + dx + GRID]
-    return sums, counts
+    """Return sum S and number n, both (50, 50), of the ring cells around every cell that lie inside the square."""
+    return on_ring(occupancy, 0).sum(axis=0), on_ring(np.ones_like(occupancy), 0).sum(axis=0)
 
 
 def captures_where(occupancy: Integers, threshold: float = 0.75) -> Booleans:
@@ -59,30 +57,27 @@ def captures_where(occupancy: Integers, threshold: float = 0.75) -> Booleans:
     S / n > threshold * S_max / n_max, decided in exact fractions. An empty field captures nowhere.
     """
     sums, counts = ring_sums(occupancy)
-    distinct_counts = [int(count) for count in np.unique(counts)]
-    maximum = max(Fraction(int(sums[counts == count].max()), count) for count in distinct_counts)
     captures = np.zeros((GRID, GRID), dtype=np.bool_)
-    for count in distinct_counts:
-        bound = Fraction(threshold) * maximum * count
+    numbers = np.unique(counts).tolist()
+    maximum = max(Fraction(int(sums[counts == count].max()), count) for count in numbers)
+    for count in numbers:
         # S is an integer: it exceeds the bound exactly where it exceeds the bound's floor.
-        captures |= (counts == count) & (sums > math.floor(bound))
-    # A negative threshold would let 0 > bound; the rule for an empty field stands on its own.
-    if maximum == 0:
-        captures[:] = False
+        captures |= (counts == count) & (sums > math.floor(Fraction(threshold) * maximum * count))
     return captures
 
 
 class RuleReference:
     """Trails, occupancy, fields and captures of one game; positions are given.
 
-    `teams` (N,) is 0 or 1 for every drone, `trails` are deques of (row, column), oldest first, `captures` the drones
-    that each team has captured, and `recaptures` those that it got back within one second of losing them.
+    `teams` (N,) is 0 or 1 for every drone, `trails` (150, N) the numbers 50 row + column of their last cells, -1 for
+    none, `captures` the drones that each team has captured, and `recaptures` those that it got back within one second
+    of losing them.
     """
 
     def __init__(self, teams: NDArray[np.integer], threshold: float = 0.75) -> None:
         self.teams: Integers = np.array(teams, dtype=np.int64)
         self.threshold = threshold
-        self.trails: list[deque[tuple[int, int] | None]] = [deque(maxlen=150) for _ in self.teams]
+        self.trails: Integers = np.full((TRAIL_TICKS, len(teams)), -1)
         self.captures = [0, 0]
         self.recaptures = [0, 0]
         self.ticks = 0
@@ -91,12 +86,8 @@ class RuleReference:
     @property
     def occupancy(self) -> Integers:
         """The teams' trails summed on the grid, (2, 50, 50), counted afresh."""
-        counts = np.zeros((2, GRID, GRID), dtype=np.int64)
-        for team, trail in zip(self.teams, self.trails, strict=True):
-            cells = [cell for cell in trail if cell is not None]
-            if cells:
-                np.add.at(counts[team], tuple(np.transpose(cells)), 1)
-        return counts
+        of_teams = [self.trails[:, self.teams == team] for team in (0, 1)]
+        return np.array([np.bincount(t[t >= 0], minlength=GRID**2).reshape(GRID, GRID) for t in of_teams])
 
     def tick(self, positions: NDArray[np.float32], failed: Booleans | None = None) -> list[int]:
         """Extend the trails by positions (N, 2) after a move, apply all captures at once, and return them.
@@ -104,11 +95,11 @@ class RuleReference:
         `failed` drones (N,) write no trail.
         """
         self.ticks += 1
-        cells = [cell_of(position) for position in positions]
-        for drone, cell in enumerate(cells):
-            self.trails[drone].append(None if failed is not None and failed[drone] else cell)
-        captures = [captures_where(occupancy, self.threshold) for occupancy in self.occupancy]
-        captured = [drone for drone, cell in enumerate(cells) if captures[1 - self.teams[drone]][cell]]
+        rows, columns = cell_of(positions)
+        written = GRID * rows + columns if failed is None else np.where(failed, -1, GRID * rows + columns)
+        self.trails = np.concatenate([self.trails[1:], written[None]])
+        captures = np.array([captures_where(occupancy, self.threshold) for occupancy in self.occupancy])
+        captured: list[int] = np.flatnonzero(captures[1 - self.teams, rows, columns]).tolist()
         for drone in captured:
             self._change_team(drone)
         return captured
@@ -131,12 +122,9 @@ class RuleReference:
 
 def saturate(accelerations: NDArray[np.floating], limit: float = 1.0) -> Floats:
     """Scale every vector (N, 2) that is longer than the limit down to it, keeping its direction; return a copy."""
-    result = np.array(accelerations, dtype=np.float64)
-    for drone in range(len(result)):
-        length = math.hypot(result[drone, 0], result[drone, 1])
-        if length > limit:
-            result[drone] *= limit / length
-    return result
+    vectors = np.array(accelerations, dtype=np.float64)
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(lengths > limit, vectors * limit / np.maximum(lengths, limit), vectors)
 
 
 def move(
@@ -154,23 +142,13 @@ def move(
     With a least airspeed, a shorter v' is lengthened to it (from rest: towards the middle), and a wall reverses that
     component of the velocity.
     """
-    new_positions = np.array(positions, dtype=np.float64)
-    new_velocities = np.array(velocities, dtype=np.float64)
-    for drone in range(len(new_positions)):
-        new = [new_velocities[drone, axis] + float(accelerations[drone, axis]) * dt for axis in (0, 1)]
-        if math.hypot(*new) < min_speed:
-            heading = new if math.hypot(*new) > 1e-6 else [0.5 - new_positions[drone, axis] for axis in (0, 1)]
-            new = [min_speed * part / math.hypot(*heading) for part in heading]
-        for axis in (0, 1):
-            velocity, at_wall = new[axis], 0.0 if min_speed == 0.0 else -new[axis]
-            position = new_positions[drone, axis] + speed_factor * velocity * dt
-            if position < 0.0:
-                position, velocity = 0.0, at_wall
-            elif position > 1.0:
-                position, velocity = 1.0, at_wall
-            new_positions[drone, axis] = position
-            new_velocities[drone, axis] = velocity
-    return new_positions, new_velocities
+    old, new = np.asarray(positions, np.float64), np.asarray(velocities, np.float64) + np.float64(accelerations) * dt
+    for drone in np.flatnonzero(np.linalg.norm(new, axis=1) < min_speed):
+        heading = new[drone] if np.linalg.norm(new[drone]) > 1e-6 else 0.5 - old[drone]
+        new[drone] = min_speed * heading / np.linalg.norm(heading)
+    reached = old + speed_factor * new * dt
+    at_wall = np.zeros_like(new) if min_speed == 0.0 else -new
+    return np.clip(reached, 0.0, 1.0), np.where((reached < 0.0) | (reached > 1.0), at_wall, new)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -178,57 +156,42 @@ def move(
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def basis(position: NDArray[np.floating], modes: int = 10) -> Floats:
-    """Return F_k = cos(pi k1 x) cos(pi k2 y), (modes, modes), at one point."""
-    x, y = float(position[0]), float(position[1])
-    k = np.arange(modes)
-    return np.outer(np.cos(np.pi * k * x), np.cos(np.pi * k * y))
+def basis(places: ArrayLike, modes: int = 10) -> Floats:
+    """Return F_k = cos(pi k1 x) cos(pi k2 y), (..., modes, modes), at places (..., 2)."""
+    x, y = np.moveaxis(np.pi * np.asarray(places, np.float64)[..., None] * np.arange(modes), -2, 0)
+    return np.cos(x)[..., :, None] * np.cos(y)[..., None, :]
 
 
-def basis_gradient(position: NDArray[np.floating], modes: int = 10) -> Floats:
-    """Return the derivatives (modes, modes, 2) of every F_k by x and by y at one point."""
-    x, y = float(position[0]), float(position[1])
+def basis_gradient(places: ArrayLike, modes: int = 10) -> Floats:
+    """Return the derivatives (..., modes, modes, 2) of every F_k by x and by y at places (..., 2)."""
     k = np.arange(modes)
-    by_x = np.outer(-np.pi * k * np.sin(np.pi * k * x), np.cos(np.pi * k * y))
-    by_y = np.outer(np.cos(np.pi * k * x), -np.pi * k * np.sin(np.pi * k * y))
+    x, y = np.moveaxis(np.pi * np.asarray(places, np.float64)[..., None] * k, -2, 0)
+    by_x = (-np.pi * k * np.sin(x))[..., :, None] * np.cos(y)[..., None, :]
+    by_y = np.cos(x)[..., :, None] * (-np.pi * k * np.sin(y))[..., None, :]
     return np.stack([by_x, by_y], axis=-1)
 
 
 def sobolev_weights(modes: int = 10) -> Floats:
     """Lambda_k = (1 + |k|^2)^(-3/2), a (modes, modes) float64 array."""
-    weights = np.zeros((modes, modes))
-    for k1 in range(modes):
-        for k2 in range(modes):
-            weights[k1, k2] = (1.0 + k1 * k1 + k2 * k2) ** -1.5
-    return weights
+    k1, k2 = np.indices((modes, modes))
+    return np.asarray((1.0 + k1**2 + k2**2) ** -1.5)
 
 
 def exponential_weights(modes: int = 10) -> Floats:
     """Lambda_k = exp(-0.8 |k|), a (modes, modes) float64 array."""
-    weights = np.zeros((modes, modes))
-    for k1 in range(modes):
-        for k2 in range(modes):
-            weights[k1, k2] = math.exp(-0.8 * math.hypot(k1, k2))
-    return weights
+    return np.asarray(np.exp(-0.8 * np.hypot(*np.indices((modes, modes)))))
 
 
-def wall_gradient(position: NDArray[np.floating], weight: float = 100.0, margin: float = 0.05) -> Floats:
-    """Gradient (2,) at one (2,) position of weight * (distance beyond [margin, 1 - margin])^2, summed over axes."""
-    gradient = np.zeros(2)
-    for axis in (0, 1):
-        coordinate = float(position[axis])
-        if coordinate < margin:
-            gradient[axis] = 2.0 * weight * (coordinate - margin)
-        elif coordinate > 1.0 - margin:
-            gradient[axis] = 2.0 * weight * (coordinate - (1.0 - margin))
-    return gradient
+def wall_gradient(places: Floats, weight: float = 100.0, margin: float = 0.05) -> Floats:
+    """Gradient (..., 2) at places (..., 2) of weight * (distance beyond [margin, 1 - margin])^2, summed over axes."""
+    return 2.0 * weight * (places - np.clip(places, margin, 1.0 - margin))
 
 
-def target_coefficients(command: NDArray[np.floating], modes: int = 10, mass: float = 1.0) -> Floats:
+def target_coefficients(command: NDArray[np.floating], modes: int = 10) -> Floats:
     """Return the Fourier coefficients phi_k (modes, modes) of a command (A, A), by quadrature.
 
     The density is the bilinear interpolation of the command's values, which sit at the cell centres (j + 0.5) / A;
-    it is constant beyond the outer centres, and scaled to integrate to `mass`. A command of zeros means uniform.
+    it is constant beyond the outer centres, and scaled to integrate to 1. A command of zeros means uniform.
     """
     values = np.array(command, dtype=np.float64)
     if not values.any():
@@ -240,26 +203,19 @@ def target_coefficients(command: NDArray[np.floating], modes: int = 10, mass: fl
     nodes, node_weights = np.polynomial.legendre.leggauss(24)
     half_cell = 0.5 / cells
     points = np.concatenate([half_cell * (j + 0.5 + 0.5 * nodes) for j in range(2 * cells)])
-    weights = np.concatenate([0.5 * half_cell * node_weights for _ in range(2 * cells)])
+    weights = np.tile(0.5 * half_cell * node_weights, 2 * cells)
 
     # np.interp holds the end values outside its range, as wanted beyond the outer centres.
     along_rows = np.array([np.interp(points, centres, row) for row in values])  # (A, points x)
     density = np.array([np.interp(points, centres, column) for column in along_rows.T]).T  # (points y, points x)
-    density *= mass / (weights @ density @ weights)
-
-    phi = np.zeros((modes, modes))
-    for k1 in range(modes):
-        for k2 in range(modes):
-            cosine_x = np.cos(np.pi * k1 * points)
-            cosine_y = np.cos(np.pi * k2 * points)
-            phi[k1, k2] = (weights * cosine_y) @ density @ (weights * cosine_x)
-    return phi
+    density /= weights @ density @ weights
+    cosines = weights * np.cos(np.pi * np.outer(np.arange(modes), points))
+    return np.asarray(cosines @ density.T @ cosines.T)
 
 
 def ergodic_metric(coefficients_mean: Floats, phi: Floats) -> float:
     """Sum over k of Lambda_k (cbar_k - phi_k)^2, for two (K, K) arrays."""
-    difference = np.asarray(coefficients_mean, dtype=np.float64) - np.asarray(phi, dtype=np.float64)
-    return float(np.sum(sobolev_weights(len(difference)) * difference**2))
+    return float(np.sum(sobolev_weights(len(phi)) * (coefficients_mean - phi.astype(np.float64)) ** 2))
 
 
 @dataclass
@@ -279,9 +235,6 @@ class ControllerReference:
     """The factor g of p' = g v, which the controller's model knows."""
     spectrum: str = "sobolev"
 
-    def __post_init__(self) -> None:
-        self.weights = {"sobolev": sobolev_weights, "exponential": exponential_weights}[self.spectrum](self.modes)
-
     def solve(
         self,
         positions: NDArray[np.floating],
@@ -295,134 +248,59 @@ class ControllerReference:
     ) -> tuple[Floats, Floats, Floats]:
         """One solve for every drone; the inputs stay as they are.
 
-        Parameters
-        ----------
-        positions, velocities : (N, 2) arrays
-        teams : (N,) int array
-        memory, memory_weight : (N, K, K) and (N,) arrays
-            Decayed sums of F_k over each drone's past, and decayed numbers of the points in them.
-        targets : (2, K, K) array
-            phi_k of each team.
-        heard : (N, N) bool array, optional
-            Whether i hears its team-mate j, `heard[i, j]`; all if not given. A drone always hears itself.
-        failed : (N,) bool array, optional
-            Drones that neither steer nor talk, and whose memory is empty; none if not given.
-
-        Returns
-        -------
-        accelerations, memory, memory_weight
-            Accelerations (N, 2) are not saturated.
+        `positions` and `velocities` are (N, 2), `teams` (N,), and `targets` (2, K, K) phi_k of each team. `memory`
+        (N, K, K) has decayed sums of F_k over each drone's past, `memory_weight` (N,) the decayed numbers of the points
+        in them. `heard` (N, N) says whether drone i hears its team-mate j, `[i, j]`; it hears all if not given, and
+        always itself. `failed` (N,) drones, none if not given, neither steer nor talk, and their memory is empty.
+        Returns accelerations (N, 2), not saturated, and the new memory and weights.
         """
-        drones = len(positions)
-        starts = np.array(positions, dtype=np.float64)
-        speeds = np.array(velocities, dtype=np.float64)
-        phi = np.array(targets, dtype=np.float64)
-        heard = np.ones((drones, drones), dtype=np.bool_) if heard is None else heard
-        failed = np.zeros(drones, dtype=np.bool_) if failed is None else failed
+        places, speeds = np.asarray(positions, np.float64), np.asarray(velocities, np.float64)
+        works = np.ones(len(places), np.bool_) if failed is None else ~failed
 
-        # 1. Memory, 2. rollout and 3. coefficients.
-        sums, weights = self.remember(starts, memory, memory_weight, failed)
-        rollouts = self.look_ahead(starts, speeds)
-        coefficients = self.coefficients(rollouts, sums, weights)
-
-        # 4. Share, then 5. and 6. for every drone of the team.
-        accelerations = np.zeros((drones, 2))
-        for team in (0, 1):
-            members = [i for i in range(drones) if teams[i] == team and not failed[i]]
-            for i in members:
-                known = [j for j in members if j == i or heard[i, j]]
-                shared = sum(coefficients[j] for j in known) / len(known)
-                accelerations[i] = self.controls(rollouts[i], shared - phi[team])[0]
-        return accelerations, sums, weights
-
-    def remember(
-        self,
-        positions: NDArray[np.floating],
-        memory: NDArray[np.floating],
-        memory_weight: NDArray[np.floating],
-        failed: Booleans,
-    ) -> tuple[Floats, Floats]:
-        """Step 1: the (N, K, K) sums and (N,) weights, decayed, with the present added; 0 for failed drones."""
+        # 1. Memory: it decays, and the present is added.
         decay = 1.0 if self.tau is None else math.exp(-self.period / self.tau)
-        sums: Floats = np.array(memory, dtype=np.float64)
-        weights: Floats = np.array(memory_weight, dtype=np.float64)
-        for i in range(len(positions)):
-            sums[i] = 0.0 if failed[i] else decay * sums[i] + basis(positions[i], self.modes)
-            weights[i] = 0.0 if failed[i] else decay * weights[i] + 1.0
-        return sums, weights
+        sums = works[:, None, None] * (decay * memory.astype(np.float64) + basis(places, self.modes))
+        weights = works * (decay * memory_weight.astype(np.float64) + 1.0)
 
-    def look_ahead(self, positions: NDArray[np.floating], velocities: NDArray[np.floating]) -> Floats:
-        """Step 2: the (N, H, 2) rollouts; [i, h - 1] is drone i's point at h. It may leave the square."""
-        rollouts = np.zeros((len(positions), self.horizon, 2))
-        for i in range(len(positions)):
-            for h in range(1, self.horizon + 1):
-                rollouts[i, h - 1] = positions[i] + h * self.period * self.speed_factor * velocities[i]
-        return rollouts
+        # 2. Look-ahead: the drone coasts, even out of the square; (N, H, 2). 3. Coefficients over both.
+        times = self.period * np.arange(1, self.horizon + 1)
+        rollouts = places[:, None] + self.speed_factor * times[:, None] * speeds[:, None]
+        coefficients = sums + basis(rollouts, self.modes).sum(axis=1)
+        coefficients /= (weights + self.horizon)[:, None, None]
 
-    def coefficients(self, rollouts: Floats, sums: Floats, weights: Floats) -> Floats:
-        """Step 3: the (N, K, K) coefficients c of every drone over its memory and its rollout."""
-        coefficients = np.zeros_like(sums)
-        for i in range(len(rollouts)):
-            ahead = np.zeros((self.modes, self.modes))
-            for point in rollouts[i]:
-                ahead += basis(point, self.modes)
-            coefficients[i] = (sums[i] + ahead) / (weights[i] + self.horizon)
-        return coefficients
+        # 4. Share: the mean over those that the drone hears.
+        known = np.equal.outer(teams, teams) & works
+        if heard is not None:
+            known &= heard | np.eye(len(places), dtype=np.bool_)
+        shared = np.einsum("ij,jkl->ikl", known, coefficients) / np.maximum(known.sum(axis=1), 1)[:, None, None]
 
-    def controls(self, rollout: Floats, difference: Floats) -> Floats:
-        """Costate backwards along one (H, 2) rollout for one (K, K) cbar - phi; the (H, 2) controls at its points."""
+        # 5. Costate, backwards along the look-ahead. 6. Control, at its first point.
         zero, one = np.zeros((2, 2)), np.eye(2)
         a = np.block([[zero, self.speed_factor * one], [zero, zero]])
         b = np.block([[zero], [one]])
-        weighted = self.weights * difference
-        rho, controls = np.zeros(4), np.zeros((self.horizon, 2))
-        for h in range(self.horizon, 0, -1):
-            point = rollout[h - 1]
-            gradients = basis_gradient(point, self.modes)
-            g = np.zeros(4)
-            for axis in (0, 1):
-                g[axis] = self.q * np.sum(weighted * gradients[:, :, axis])
-            g[:2] += wall_gradient(point, self.wall_weight, self.wall_margin)
-            rho = rho + self.period * (g + a.T @ rho)
-            controls[h - 1] = -(b.T @ rho) / self.r
-        return controls
+        spectrum = {"sobolev": sobolev_weights, "exponential": exponential_weights}[self.spectrum](self.modes)
+        weighted = spectrum * (shared - np.asarray(targets, np.float64)[teams])
+        rho = np.zeros((len(places), 4))
+        for points in reversed(rollouts.swapaxes(0, 1)):
+            g = np.zeros((len(places), 4))
+            g[:, :2] = self.q * np.einsum("nkl,nklx->nx", weighted, basis_gradient(points, self.modes))
+            g[:, :2] += wall_gradient(points, self.wall_weight, self.wall_margin)
+            rho = rho + self.period * (g + rho @ a)
+        return works[:, None] * -(rho @ b) / self.r, sums, weights
 
 
 # --- capture fields of the preset released ----------------------------------------
 
 
-def reconstruct(coefficients: NDArray[np.floating]) -> Floats:
-    """Return sum_k c_k cos(pi k1 x) cos(pi k2 y) at the centres of the grid's cells, (50, 50)."""
-    matrix = np.asarray(coefficients, dtype=np.float64)
-    centres = (np.arange(GRID) + 0.5) / GRID
-    waves = [np.cos(np.pi * k * centres) for k in range(max(matrix.shape))]
-    total = np.zeros((GRID, GRID))
-    for k1 in range(matrix.shape[0]):
-        for k2 in range(matrix.shape[1]):
-            total += matrix[k1, k2] * np.outer(waves[k2], waves[k1])
-    return total
-
-
-def ring_means(values: Floats) -> Floats:
-    """Mean of (50, 50) values over the ring cells around every cell that lie inside the square."""
-    framed = np.full((GRID + 4, GRID + 4), np.nan)
-    framed[2 : 2 + GRID, 2 : 2 + GRID] = values
-    neighbours = [framed[2 + dy : 2 + dy + GRID, 2 + dx : 2 + dx + GRID] for dy, dx in RING]
-    return np.asarray(np.nanmean(neighbours, axis=0))
-
-
 def reconstruction_field(coefficients: NDArray[np.floating]) -> Floats:
     """Return the capture field (50, 50) of a team with these mean coefficients (K, K).
 
-    Ring means of the reconstruction, rescaled to [0, 1]; all 0 if they are constant up to rounding.
+    The reconstruction is sum_k c_k cos(pi k1 x) cos(pi k2 y) at the cells' centres. The field has its means over the
+    ring cells inside the square, rescaled to [0, 1]; all 0 if they are constant up to rounding.
     """
-    means = ring_means(reconstruct(coefficients))
+    waves = np.cos(np.pi * np.outer(CENTRES, np.arange(len(coefficients))))
+    means = np.nanmean(on_ring(waves @ np.asarray(coefficients, np.float64).T @ waves.T, np.nan), axis=0)
     low, high = means.min(), means.max()
     if high - low <= 1e-12 * max(abs(low), abs(high)):
         return np.zeros_like(means)
     return np.asarray((means - low) / (high - low))
-
-
-def reconstruction_captures(field: Floats, threshold: float = 0.75) -> Booleans:
-    """Cells of a (50, 50) reconstruction field where it captures: at the threshold or above."""
-    return np.asarray(field >= threshold)

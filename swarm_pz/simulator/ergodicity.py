@@ -15,8 +15,8 @@ from swarm_pz.simulator import Simulator
 
 def basis(places: ArrayLike, modes: int) -> NDArray[np.float64]:
     """Return F_k (..., K, K) at places (..., 2) in map widths."""
-    along_x, along_y = _cosines(places, modes)
-    return along_x[..., :, None] * along_y[..., None, :]
+    cosines = np.cos(np.pi * np.asarray(places, np.float64)[..., None] * np.arange(modes))
+    return np.asarray(cosines[..., 0, :, None] * cosines[..., 1, None, :])
 
 
 def at_work(simulator: Simulator, row: int, team: int) -> NDArray[np.int64]:
@@ -118,13 +118,6 @@ def potential(simulator: Simulator, row: int, team: int, cells: int) -> tuple[ND
     cosines, slopes = np.asarray(np.cos(phases)), np.asarray(-np.pi * k[:, None] * np.sin(phases), np.float64)
     by_x, by_y = _sum_up(error, slopes, cosines), _sum_up(error, cosines, slopes)
     return _sum_up(error, cosines, cosines), np.stack([by_x, by_y], axis=-1)
-
-
-def _cosines(places: ArrayLike, modes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Cosines (..., K) of places (..., 2) along x and along y."""
-    phases = np.pi * np.asarray(places, np.float64)[..., None] * np.arange(modes)
-    cosines = np.cos(phases)
-    return cosines[..., 0, :], cosines[..., 1, :]
 
 
 def _centres(cells: int) -> NDArray[np.float64]:

@@ -59,15 +59,9 @@ class Coverage(Densities):
     def solve(self, flight: Flight, config: GameConfig) -> NDArray[np.float64]:
         """Steer towards the centroids; see `swarm_pz.kernels.controllers.coverage.cover`."""
         accelerations = np.zeros(flight.positions.shape)
-        parameters = CoverageParameters(
-            gain=float(self.gain),
-            blend=float(self.blend),
-            floor=float(self.floor),
-            neighbours=bool(self.neighbours),
-            speed=float(self.speed),
-            response=float(self.response),
-            speed_factor=float(config.dynamics.speed_factor),
-        )
+        numbers = {name: float(getattr(self, name)) for name in ("gain", "blend", "floor", "speed", "response")}
+        factor = float(config.dynamics.speed_factor)
+        parameters = CoverageParameters(**numbers, neighbours=self.neighbours, speed_factor=factor)
         cover(flight, make_grid(self.grid, config.command_cells), parameters, accelerations)
         return accelerations
 

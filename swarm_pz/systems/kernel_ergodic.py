@@ -51,12 +51,6 @@ class KernelErgodic(Densities):
         accelerations = np.zeros(flight.positions.shape)
         factor = float(config.dynamics.speed_factor)
         ahead: NDArray[np.float64] = factor * CONTROL_PERIOD * np.arange(self.horizon + 1.0)
-        parameters = KernelErgodicParameters(
-            gain=float(self.gain),
-            length=float(self.length),
-            softening=float(self.softening),
-            damping=float(self.damping),
-            speed_factor=factor,
-        )
-        descend(flight, ahead, parameters, accelerations)
+        numbers = {name: float(getattr(self, name)) for name in ("gain", "length", "softening", "damping")}
+        descend(flight, ahead, KernelErgodicParameters(**numbers, speed_factor=factor), accelerations)
         return accelerations

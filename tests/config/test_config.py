@@ -26,20 +26,12 @@ from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
 
 OPTIONS = [
     GameConfig.preset("released"),
-    GameConfig(controllers="flocking"),
     GameConfig(controllers=("ergodic", "flocking"), flocking=FlockingConfig(migration=(1, 2))),
     GameConfig(memory=MemoryConfig(trail=None, controller=None, trail_forgotten_on=("command",))),
     GameConfig(controller=ControllerConfig(spectrum="exponential", communication_radius=0.2)),
-    GameConfig(controller=ControllerConfig(warm_start=True)),
     GameConfig(dynamics=DynamicsConfig(speed_factor=0.5, failure_rate=0.1, repair_rate=0.2)),
-    GameConfig.preset("fixed_wing"),
     GameConfig(spawn=SpawnConfig(layout="squares", side=0.3), drones_per_team=(1, 19)),
-    GameConfig(spawn=SpawnConfig(speed=0.2)),
-    GameConfig(controller=ControllerConfig(target_mass=10.0)),
-    GameConfig(memory=MemoryConfig(controller_forgotten_on=("capture", "sending"))),
     GameConfig(time_limit=60),
-    GameConfig(command_period=2.0),
-    GameConfig(command_cells=5),
     GameConfig(capture=CaptureConfig(threshold=0.7)),
 ]
 """Each has rules of its own."""
@@ -137,14 +129,14 @@ def test_of_options_that_are_gone_stored_rules_may_name_those_that_were_off():
 @pytest.mark.parametrize("name", ["trail", "time_limit", "command_period"])
 def test_times_count_as_the_nearest_ticks_not_as_those_that_are_over(name):
     hashes = set()
-    for count in range(2, 130):
+    for count in range(2, 130, 8):
         seconds = count / 30 if name == "trail" else count / 10
         around = [float(np.nextafter(seconds, to)) for to in (0.0, seconds, np.inf)]
         configs = [GameConfig(**({"memory": MemoryConfig(trail=x)} if name == "trail" else {name: x})) for x in around]
         alike = {config.rules_hash for config in configs}
         assert len(alike) == 1, seconds
         hashes |= alike
-    assert len(hashes) == 128
+    assert len(hashes) == 16
 
 
 @pytest.mark.parametrize(

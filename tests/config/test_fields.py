@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 import types
-import typing
 from typing import Annotated, Any, Literal
 
 import pytest
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.config.base import Config, Range, check_type, hints_of
+from swarm_pz.config.base import _parts as parts
 from swarm_pz.config.registry import registered, system_class
 from swarm_pz.errors import ConfigError
 from swarm_pz.evaluation.tournament import TournamentConfig
@@ -27,13 +27,6 @@ SECTIONS = [kind for kind in map(type, vars(GameConfig()).values()) if issubclas
 OTHERS = [GameConfig, TrainConfig, LeagueConfig, TournamentConfig, PlannerConfig, TableConfig, Factors]
 WHOLE = [kind() for kind in (*SECTIONS, *OTHERS, *map(system_class, sorted(registered())))]
 EXAMPLES = [*WHOLE, OnnxCard(name="mine"), Practice(), Item(id="age", text="How old?")]
-FIELDS = [(example, entry.name) for example in EXAMPLES for entry in dataclasses.fields(example)
-          if entry.name != "controllers"]  # fmt: skip  # tests/config/test_registry.py tests these
-
-
-def parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    origin = typing.get_origin(hint)
-    return (types.UnionType if origin is typing.Union else origin), typing.get_args(hint)
 
 
 def ends_of(hint: Any) -> Range | None:
@@ -68,16 +61,17 @@ def wrong(hint: Any) -> list[Any]:
     return {bool: [1, 0.0, "yes", None], str: [5, ("a",), b"a"]}.get(hint, [5])
 
 
-@pytest.mark.parametrize(("example", "name"), FIELDS, ids=lambda one: getattr(one, "_section", one))
-def test_a_field_takes_what_its_type_and_range_say_and_nothing_else(example, name):
-    hint, path = hints_of(type(example))[name], example._path(name)
-    for value in wrong(hint):
-        if value is None and getattr(type(example), name, ...) is None:
-            continue  # the default, replaced once other fields are known
-        with pytest.raises(ConfigError, match=rf"^{path} must be .*, got"):
-            example.replace(**{name: value})
-    for end in ends_of(hint) or ():
-        assert check_type(end, path, hint) == end
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: type(example).__name__)
+def test_fields_take_what_their_types_and_ranges_say_and_nothing_else(example):
+    for name in (entry.name for entry in dataclasses.fields(example)):
+        hint, path = hints_of(type(example))[name], example._path(name)
+        for value in wrong(hint) if name != "controllers" else ():  # tests/config/test_registry.py tests these
+            if value is None and getattr(type(example), name, ...) is None:
+                continue  # the default, replaced once other fields are known
+            with pytest.raises(ConfigError, match=rf"^{path} must be .*, got"):
+                example.replace(**{name: value})
+        for end in ends_of(hint) or ():
+            assert check_type(end, path, hint) == end
 
 
 def test_defaults_are_of_their_types():

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import (
+    PRESETS,
     CaptureConfig,
-    ControllerConfig,
     DynamicsConfig,
     GameConfig,
-    MemoryConfig,
     ObservationConfig,
     RewardConfig,
 )
 from swarm_pz.envs.batch_env import BatchEnv, by_game
 from swarm_pz.errors import ConfigError, GameOverError, PolicyError
 from swarm_pz.policy import load
+from tests.games import assert_same, unchanged
 
 SMALL = GameConfig(drones_per_team=2)
 CLOCK = ObservationConfig(grid=10, channels=("time_left",))
@@ -132,8 +132,7 @@ def test_it_is_called_back_after_every_control_period_until_the_end_which_change
         step(batch, lambda: times.append(batch.simulator.time_s.tolist()))
         step(alone)
     np.testing.assert_allclose(times, np.repeat(np.arange(1, 13)[:, None] / 10, 2, axis=1))
-    for one, other in zip(batch.simulator.games, alone.simulator.games, strict=True):
-        np.testing.assert_array_equal(one, other)
+    assert_same(batch.simulator.games, alone.simulator.games)
     batch.reset([0, 1])
     times.clear()
 
@@ -149,8 +148,7 @@ OPTIONS = {
     "default": {},
     "handicap": {"drones_per_team": (1, 4), "command_cells": 4, "reward": RewardConfig(size_change=-0.3, outcome=2.5)},
     "no captures": {"capture": CaptureConfig(enabled=False)},
-    "other target": {"controller": ControllerConfig(modes=6, target_mass=2.0)},
-    "forgetful": {"memory": MemoryConfig(trail=1.1, trail_forgotten_on=("sending",), controller_forgotten_on=())},
+    "released": PRESETS["released"],
     "failing": {"dynamics": DynamicsConfig(failure_rate=1.0, repair_rate=1.0), "controllers": ("ergodic", "direct")},
     "flocking": {"controllers": ("ergodic", "flocking")},
 }
@@ -170,8 +168,7 @@ def test_one_call_a_step_gives_what_periods_one_by_one_give(options):
         for mine, its in zip(one.step(commands), other.step(commands, lambda: None), strict=True):
             np.testing.assert_array_equal(mine, its)
             assert mine.dtype == its.dtype and not np.signbit(mine[mine == 0]).any()
-        for mine, its in zip(one.simulator.games, other.simulator.games, strict=True):
-            np.testing.assert_array_equal(mine, its)
+        assert_same(one.simulator.games, other.simulator.games)
     assert not other.running.any()
 
 
@@ -239,13 +236,11 @@ def test_a_policy_is_shown_the_games_that_it_is_asked_about_each_from_its_side(p
 
 def test_nothing_may_be_asked_of_no_games():
     batch = begun(games=2)
-    before = batch.simulator.snapshot()
-    batch.reset(rows=[])
-    batch.reset([], rows=[])
-    batch.simulator.command(1, np.ones((0, 10, 10)), rows=[])
-    batch.simulator.restore(batch.simulator.snapshot([]), [])
-    for array, copied in zip(batch.simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, copied)
+    with unchanged(batch.simulator):
+        batch.reset(rows=[])
+        batch.reset([], rows=[])
+        batch.simulator.command(1, np.ones((0, 10, 10)), rows=[])
+        batch.simulator.restore(batch.simulator.snapshot([]), [])
     nobody = np.zeros(0, np.int64)
     assert batch.observe(ObservationConfig(grid=10), 0, []).shape == (0, 9, 10, 10)
     assert batch.observe(ObservationConfig(kind="entities"), [], [])["own_mask"].shape == (0, 4)

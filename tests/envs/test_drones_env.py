@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, render_test
+from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test
 from pettingzoo.utils import parallel_to_aec
 
-from swarm_pz import GameConfig, ObservationConfig, drones_env
+from swarm_pz import GameConfig, drones_env
 from swarm_pz.config import CaptureConfig
 from swarm_pz.envs.drones_batch import DronesBatch
 from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
+from tests.envs.test_opponents import Diary
 
 VARIANTS = {
     "discrete": {"drones_per_team": 2, "action": "discrete", "side": "blue"},
@@ -28,7 +29,6 @@ def test_pettingzoos_tests_pass(variant):
 
 
 def test_it_renders():
-    render_test(lambda render_mode: parallel_to_aec(drones_env(render_mode=render_mode, drones_per_team=2)))
     environment = drones_env(render_mode="rgb_array_list", drones_per_team=2, action_period=0.5)
     environment.reset(seed=0)
     environment.render()
@@ -116,30 +116,14 @@ def test_one_who_comes_over_coasts_until_its_agent_has_seen_something():
     assert batch.batch.simulator.games.commands[0, 0, :8].reshape(4, 2).tolist() == [[1, 1], [1, 1], [0, 0], [0, 0]]
 
 
-class Noted:
-    """A policy that notes when it is asked."""
-
-    observation = ObservationConfig(grid=10)
-
-    def __init__(self):
-        self.count = 0
-
-    def reset(self, seeds, rows):
-        pass
-
-    def act(self, observations, rows):
-        self.count += len(rows)
-        return np.ones((len(rows), 10, 10))
-
-
 def test_an_opponents_command_holds_for_the_command_period():
-    noted = Noted()
-    environment = drones_env(opponent=noted, drones_per_team=2, command_period=1.0, action_period=0.2)
+    diary = Diary()
+    environment = drones_env(opponent=diary, drones_per_team=2, command_period=1.0, action_period=0.2)
     environment.reset(seed=0)
     counts = []
     for _ in range(11):
         environment.step(choose(environment, np.random.default_rng(0)))
-        counts.append(noted.count)
+        counts.append(len(diary.rows))
     assert counts == [1] * 5 + [2] * 5 + [3]
 
 

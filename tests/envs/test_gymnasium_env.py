@@ -7,6 +7,7 @@ import threading
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from stable_baselines3.common.env_checker import check_env
@@ -16,6 +17,7 @@ from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
 from swarm_pz.envs.parallel_env import parallel_env
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
+from tests.games import assert_same
 
 ID = "swarm_pz/Capture-v0"
 SHORT = {"opponent": "noise", "drones_per_team": 2, "max_cycles": 3, "observation": ObservationConfig(grid=10)}
@@ -79,22 +81,6 @@ def test_rendering_returns_a_frame_for_each_game_on_a_screen_of_its_own():
 # --- many at once -----------------------------------------------------------------------------------------------------
 
 
-def assert_same(ours, theirs):
-    assert type(ours) is type(theirs)
-    if isinstance(ours, dict):
-        assert ours.keys() == theirs.keys()
-        for name in ours:
-            assert_same(ours[name], theirs[name])
-    elif isinstance(ours, np.ndarray) and ours.dtype == object:
-        for one, other in zip(ours, theirs, strict=True):
-            assert_same(one, other)
-    elif isinstance(ours, np.ndarray):
-        assert ours.dtype == theirs.dtype
-        np.testing.assert_array_equal(ours, theirs)
-    else:
-        assert ours == theirs
-
-
 @pytest.mark.parametrize("mode", AutoresetMode)
 def test_it_does_what_gymnasiums_own_vector_env_does_with_single_environments(mode):
     ours = DuelVectorEnv(3, **SHORT, autoreset_mode=mode)
@@ -104,8 +90,7 @@ def test_it_does_what_gymnasiums_own_vector_env_does_with_single_environments(mo
     assert ours.action_space == theirs.action_space
     generator, starts = np.random.default_rng(0), []
     for seed in (4, [7, None, 9], None):
-        for one, other in zip(ours.reset(seed=seed), theirs.reset(seed=seed), strict=True):
-            assert_same(one, other)
+        assert data_equivalence(ours.reset(seed=seed), theirs.reset(seed=seed), exact=True)
         assert ours.np_random_seed == theirs.np_random_seed
         over = np.zeros(3, np.bool_)
         for _ in range(9):
@@ -114,12 +99,10 @@ def test_it_does_what_gymnasiums_own_vector_env_does_with_single_environments(mo
                     ours.step(zeros(3))
                 # Gymnasium's reset removes the mask from the options.
                 one, other = (envs.reset(options={"reset_mask": over.copy()}) for envs in (ours, theirs))
-                assert_same(one[0], other[0])
-                assert_same(one[1], other[1])
+                assert data_equivalence(one, other, exact=True)
             actions = generator.uniform(-1, 1, (3, 10, 10)).astype(np.float32)
             one, other = ours.step(actions), theirs.step(actions)
-            for mine, its in zip(one, other, strict=True):
-                assert_same(mine, its)
+            assert data_equivalence(one, other, exact=True)
             over = one[2] | one[3]
             simulator = ours.duel.batch.simulator
             starts += [simulator.positions[row].tobytes() for row in np.flatnonzero(simulator.games.ticks == 0)]
@@ -146,8 +129,7 @@ def test_a_mask_starts_some_games_and_leaves_the_others_as_they_are():
     observations, infos = envs.reset(seed=11, options=options)
     assert "reset_mask" in options  # wrappers read it afterwards
     assert simulator.time_s.tolist() == [1.0, 0.0, 1.0]
-    for one, other in zip(kept, simulator.snapshot([0, 2]), strict=True):
-        np.testing.assert_array_equal(one, other)
+    assert_same(simulator.snapshot([0, 2]), kept)
     assert envs.np_random_seed == (0, 12, 2)
     stayed = [old == new.bit_generator.state for old, new in zip(streams, envs.np_random, strict=True)]
     assert stayed == [True, False, True]

@@ -8,7 +8,7 @@ from swarm_pz.envs.opponents import DuelBatch
 from swarm_pz.errors import ConfigError, GameOverError, PolicyError
 from swarm_pz.policies.scripted import ScriptedPolicy
 from swarm_pz.policy import is_constant, load, registered
-from swarm_pz.simulator.spawn import random_start
+from tests.games import assert_same
 
 SMALL = GameConfig(drones_per_team=2)
 
@@ -55,27 +55,11 @@ def test_a_seed_always_gives_the_same_side_and_the_same_stream_to_the_opponent()
     duel = begun(games=16, opponent=diary)
     assert duel.sides.tolist() == [1, 0, 1, 1, 1, 1, 0, 0, 0, 0, 0, 1, 0, 1, 1, 0]
     assert diary.begun[3].generate_state(2).tolist() == [487619062, 2305468573]
-    duel.reset(np.random.SeedSequence(0, pool_size=8).spawn(2), np.array([5, 1]))
+    seeds = np.random.SeedSequence(0, pool_size=8).spawn(2)
+    duel.reset(seeds, np.array([5, 1]))
+    assert [seed.n_children_spawned for seed in seeds] == [0, 0], "a seed is not changed"
     assert (diary.begun[5].spawn_key, diary.begun[1].spawn_key) == ((0, 1_000_002), (1, 1_000_002))
     assert diary.begun[5].pool_size == 8
-
-
-def test_the_start_the_side_and_the_opponent_have_streams_of_their_own_and_a_seed_given_is_not_changed():
-    count, diary = 64, Diary()
-    duel, seeds = DuelBatch(GameConfig(), count, opponent=diary), np.random.SeedSequence(0).spawn(count)
-    duel.reset(seeds, np.arange(count))
-    assert [seed.n_children_spawned for seed in seeds] == [0] * count
-
-    def draws(streams):
-        return np.array([np.random.default_rng(stream).integers(2) for stream in streams])
-
-    theirs = [diary.begun[row] for row in range(count)]
-    # Draws from one stream would agree in every game, draws from independent streams in half of them.
-    for one, other in ((duel.sides, draws(seeds)), (duel.sides, draws(theirs)), (draws(seeds), draws(theirs))):
-        assert 8 < (one == other).sum() < count - 8
-    assert len({tuple(stream.generate_state(4)) for stream in [*seeds, *theirs]}) == 2 * count
-    positions, _ = random_start(duel.config, np.random.default_rng(seeds[0]))
-    np.testing.assert_allclose(duel.batch.simulator.positions[0], positions, rtol=1e-6)
 
 
 def test_each_opponent_gets_the_streams_of_its_own_games_and_is_one_object_asked_once():
@@ -123,8 +107,7 @@ def test_an_opponent_that_never_changes_is_asked_once_a_game(name, monkeypatch):
             if number == 2:
                 duel.reset(np.random.SeedSequence(9).spawn(1), np.array([1]))
             step(duel)
-    for array, same in zip(once.batch.simulator.games, always.batch.simulator.games, strict=True):
-        np.testing.assert_array_equal(array, same)
+    assert_same(once.batch.simulator.games, always.batch.simulator.games)
     assert len(calls) == 2 + 4
 
 

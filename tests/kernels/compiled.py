@@ -7,12 +7,13 @@ Each kind of rules in `KINDS` needs its own machine code, since its arguments ha
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor
+
 import numpy as np
 
 from swarm_pz.config import GameConfig, MemoryConfig
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.kernels.step import solve
-from swarm_pz.simulator import CheckedCommands, Simulator
+from swarm_pz.simulator import CheckedCommands
 
 KINDS = {
     "paper": GameConfig(),
@@ -22,17 +23,14 @@ KINDS = {
     "kernel ergodic": GameConfig(controllers="kernel_ergodic"),
     "released": GameConfig.preset("released"),
     "endless trails": GameConfig(memory=MemoryConfig(trail=None)),
-    "the controller alone": None,
 }
+GROUPS = tuple(KINDS)[:5], tuple(KINDS)[5:]
+"""Kinds that share most parts, since their boards have numbers of the same type: of 16 and of 32 bits."""
 
 
 def make(kind: str) -> None:
     """Compile what games of a kind need, unless it is on disk already."""
-    if (config := KINDS[kind]) is None:
-        simulator = Simulator()
-        simulator.reset([0])
-        solve(simulator.games, simulator.controller)
-        return
+    config = KINDS[kind]
     env = BatchEnv(config)
     env.reset([0])
     games, control = env.simulator.games, env.simulator.control
@@ -43,6 +41,11 @@ def make(kind: str) -> None:
         env.observe(observation, team)
 
 
-if __name__ == "__main__":
-    for kind in KINDS:  # in one process, since kinds share parts
+def make_all(kinds: tuple[str, ...]) -> None:
+    for kind in kinds:
         make(kind)
+
+
+if __name__ == "__main__":
+    with ProcessPoolExecutor(len(GROUPS)) as pool:
+        list(pool.map(make_all, GROUPS))

@@ -72,8 +72,8 @@ def solved(state: State, failed: NDArray[np.bool_] | None = None, **options: Any
 
 
 def assert_mirrored(simulator: Simulator, state: State, reference: ControllerReference, **communication: Any) -> None:
-    """Compare the accelerations of a solve with the reference's, to 1e-3 of the largest."""
-    expected, *_ = reference.solve(
+    """Compare a solve's memories with the reference's, and its accelerations to 1e-3 of the largest."""
+    expected, memory, memory_weight = reference.solve(
         state.positions,
         state.velocities,
         state.teams,
@@ -83,5 +83,7 @@ def assert_mirrored(simulator: Simulator, state: State, reference: ControllerRef
         **communication,
     )
     expected = saturate(expected, simulator.config.controller.max_acceleration)
-    largest = np.abs(expected).max()
-    np.testing.assert_allclose(simulator.games.accelerations[0], expected, atol=1e-3 * largest)
+    games, largest = simulator.games, np.abs(expected).max()
+    np.testing.assert_allclose(games.accelerations[0], expected, atol=1e-3 * largest)
+    np.testing.assert_allclose(np.moveaxis(games.memory[0, ..., : len(memory)], -1, 0), memory, atol=1e-4)
+    np.testing.assert_allclose(games.memory_weight[0], memory_weight, rtol=1e-5)

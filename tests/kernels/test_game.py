@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from numba import njit
 
-from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig
+from swarm_pz.config import CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.kernels.trails import cell_of
 from swarm_pz.simulator import Simulator
 
 FAILING = DynamicsConfig(failure_rate=1.0, repair_rate=3.0)
+HEAVY = ControllerConfig(warm_start=True, target_mass=10.0)
+"""With it, as in `released`, many drones need no machine code of their own."""
 
 
 @pytest.mark.parametrize(
@@ -20,12 +22,11 @@ FAILING = DynamicsConfig(failure_rate=1.0, repair_rate=3.0)
     [
         (255, {}),
         (20, {"dynamics": FAILING}),
-        (300, {"dynamics": FAILING}),
         (20, {"dynamics": FAILING, "memory": MemoryConfig(trail=1.0, trail_forgotten_on=("capture", "command"))}),
         (300, {"memory": MemoryConfig(trail=1.0, trail_forgotten_on=("command",))}),
-        (300, {"memory": MemoryConfig(trail_forgotten_on=("capture",))}),
+        (300, {"dynamics": FAILING, "memory": MemoryConfig(trail_forgotten_on=("capture",)), "controller": HEAVY}),
     ],
-    ids=["many", "failing", "many failing", "forgetful", "many on command", "many on capture"],
+    ids=["many", "failing", "forgetful", "many on command", "many failing on capture"],
 )
 def test_what_fields_are_made_of_is_always_that_of_the_trails(drones, options):
     """Ticks only update the occupancy, so a missed change would last."""

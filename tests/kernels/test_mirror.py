@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.mirror import controller_errors, mismatches
+from benchmarks.mirror import mismatches
 from swarm_pz.config import DynamicsConfig
-from tests.kernels.states import random_state, solved
-from tests.reference import move
+from tests.kernels.states import assert_mirrored, random_state, solved
+from tests.reference import ControllerReference, move
 
 
 @pytest.mark.parametrize(("seed", "seconds", "largest_team"), [(0, 12, 40), (1, 20, 12), (3, 4, 400)], ids=str)
@@ -16,11 +16,10 @@ def test_no_drone_changes_sides_other_than_in_the_reference(seed, seconds, large
     assert mismatches(seed, seconds, largest_team) == 0
 
 
-@pytest.mark.parametrize(("states", "largest_swarm"), [(12, 30), (3, 800)])
-def test_accelerations_match_the_reference(states, largest_swarm):
-    # Large swarms are solved in parts.
-    for errors in controller_errors(states, seed=1, largest_swarm=largest_swarm):
-        assert errors.max() < 1e-3
+@pytest.mark.parametrize("drones", [12, 800])  # large swarms are solved in parts
+def test_accelerations_and_memories_match_the_reference(drones):
+    state = random_state(np.random.default_rng(1), drones)
+    assert_mirrored(solved(state), state, ControllerReference())
 
 
 @pytest.mark.parametrize(("factor", "least"), [(0.8, 0.0), (1.0, 0.0), (1.0, 0.3)])

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from swarm_pz.config import CaptureConfig, MemoryConfig, ObservationConfig
+from swarm_pz.config import CaptureConfig, ControllerConfig, MemoryConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.policies import load
 from swarm_pz.policies.lookahead import Lookahead, search
@@ -112,7 +112,10 @@ def test_a_candidate_is_worth_what_the_simulator_says():
 
 
 def test_a_look_ahead_holds_what_is_in_force_already_as_a_step_does():
-    config = CONFIG.replace(memory=MemoryConfig(controller=None, controller_forgotten_on=("sending",)))
+    # An endless trail and a warm start, as in `released`, need no machine code of their own.
+    memory = MemoryConfig(trail=None, controller=None, controller_forgotten_on=("sending",))
+    peace, warm = CaptureConfig(enabled=False), ControllerConfig(warm_start=True)
+    config = CONFIG.replace(memory=memory, capture=peace, controller=warm)
     batch, lookahead = BatchEnv(config), look(config=config, horizon=1.0)
     batch.reset([0])
     batch.step(np.ones((1, 2, 10, 10)))

@@ -6,7 +6,6 @@ import itertools
 import os
 import pickle
 import threading
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -17,6 +16,7 @@ from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, Dynamics
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.parameters import boards_of
+from tests.games import assert_same, unchanged
 
 
 def play(simulator: Simulator, seconds: int, streams: list[int]) -> None:
@@ -27,33 +27,6 @@ def play(simulator: Simulator, seconds: int, streams: list[int]) -> None:
         for team in (RED, BLUE):
             simulator.command(team, commands[:, team])
         simulator.advance(30)
-
-
-def assert_same_game(one: Simulator, row: int, other: Simulator, other_row: int) -> None:
-    for name, array, other_array in zip(one.games._fields, one.games, other.games, strict=True):
-        np.testing.assert_array_equal(array[row], other_array[other_row], err_msg=name)
-
-
-@contextmanager
-def unchanged(simulator: Simulator):
-    before = simulator.snapshot()
-    yield
-    for name, array, copied in zip(before._fields, simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, copied, err_msg=name)
-
-
-@pytest.mark.parametrize("preset", ["paper", "released"])
-def test_a_snapshot_continues_bit_for_bit_in_any_row(preset):
-    simulator = Simulator(GameConfig.preset(preset), num_games=3)
-    simulator.reset([1, 2, 3])
-    play(simulator, 5, [1, 2, 3])
-    saved = simulator.snapshot(rows=[1])
-    play(simulator, 5, [4, 5, 6])
-    other = Simulator(simulator.config, num_games=2)
-    other.restore(saved)
-    play(other, 5, [5, 5])
-    assert_same_game(simulator, 1, other, 0)
-    assert_same_game(simulator, 1, other, 1)
 
 
 @settings(max_examples=8)
@@ -80,10 +53,35 @@ EVERYTHING = GameConfig.preset("released").replace(
 """Rules with which every array of a game changes, but for the fields of trails."""
 
 
+def test_a_snapshot_continues_bit_for_bit_in_any_row():
+    simulator = Simulator(EVERYTHING, num_games=3)
+    simulator.reset([1, 2, 3])
+    play(simulator, 2, [1, 2, 3])
+    saved = simulator.snapshot(rows=[1])
+    play(simulator, 2, [4, 5, 6])
+    other = Simulator(simulator.config, num_games=2)
+    other.restore(saved)
+    play(other, 2, [5, 5])
+    assert_same(other.games, simulator.snapshot([1, 1]))
+
+
 # --- what is sent, and what is held -----------------------------------------------------------------------------------
 
 PEACE = {"drones_per_team": 3, "capture": CaptureConfig(enabled=False)}
-RESENT = GameConfig(memory=MemoryConfig(controller=None, controller_forgotten_on=("capture", "sending")), **PEACE)
+
+
+def sending(mass: float = 1.0, trail: tuple[str, ...] = (), controller: tuple[str, ...] = (), **options) -> Simulator:
+    """Return games whose trails and controllers forget on occasions, and whose targets have a mass.
+
+    The trail is endless and the start is warm, as in `released`: so these rules need no machine code of their own.
+    """
+    memory = MemoryConfig(trail=None, controller=None, trail_forgotten_on=trail, controller_forgotten_on=controller)
+    weights = ControllerConfig(warm_start=True, target_mass=mass)
+    simulator = Simulator(GameConfig(memory=memory, controller=weights, **PEACE), **options)
+    simulator.reset(range(simulator.num_games))
+    return simulator
+
+
 UNIFORM, RAMP = np.ones((1, 10, 10)), np.arange(1.0, 101.0).reshape(1, 10, 10) / 100
 
 
@@ -92,13 +90,8 @@ def weights(simulator: Simulator, row: int = 0) -> list[float]:
     return simulator.games.memory_weight[row, [0, -1]].tolist()
 
 
-def joined(red, blue):
-    return np.concatenate([red, blue])[None]
-
-
 def test_a_command_that_is_sent_empties_the_memory_be_it_the_same_again():
-    simulator = Simulator(RESENT, num_games=2)
-    simulator.reset([0, 1])
+    simulator = sending(controller=("capture", "sending"), num_games=2)
     simulator.advance(30)
     simulator.command(RED, np.repeat(UNIFORM, 2, axis=0))  # which was in force
     simulator.advance(30)
@@ -117,9 +110,7 @@ def test_a_command_that_is_sent_empties_the_memory_be_it_the_same_again():
 
 def test_a_trail_and_a_memory_are_each_forgotten_on_their_own_occasion():
     for on, kept in (("command", 31), ("sending", 1)):
-        memory = MemoryConfig(controller=None, trail_forgotten_on=(on,), controller_forgotten_on=())
-        simulator = Simulator(GameConfig(memory=memory, **PEACE))
-        simulator.reset([0])
+        simulator = sending(mass=2.0, trail=(on,))
         simulator.advance(30)
         simulator.command(RED, UNIFORM)
         simulator.advance(1)
@@ -128,11 +119,9 @@ def test_a_trail_and_a_memory_are_each_forgotten_on_their_own_occasion():
 
 
 def test_a_target_that_was_sent_has_its_mass_and_that_of_the_start_has_one():
-    simulator = Simulator(GameConfig(controller=ControllerConfig(target_mass=10.0), **PEACE))
-    plain = Simulator(GameConfig(**PEACE))
+    simulator, plain = (sending(mass, trail=("sending",)) for mass in (10.0, 1.0))
     for one in (simulator, plain):
-        one.reset([0])
-        one.advance(30, CheckedCommands(joined(UNIFORM, RAMP)))
+        one.advance(30, CheckedCommands(np.concatenate([UNIFORM, RAMP])[None]))
     coefficients, of_mass_one = simulator.games.coefficients[0], plain.games.coefficients[0]
     np.testing.assert_array_equal(coefficients[RED], of_mass_one[RED])  # nobody sent red's target
     np.testing.assert_allclose(coefficients[BLUE], 10.0 * of_mass_one[BLUE], rtol=1e-6)
@@ -296,15 +285,14 @@ def test_a_game_begun_again_is_as_if_it_was_the_first_and_the_others_go_on(confi
     simulator = Simulator(config, num_games=3)
     simulator.reset([0, 1, 2])
     play(simulator, 3, [0, 1, 2])
-    kept = simulator.snapshot()
+    kept, old = simulator.snapshot([1]), simulator.games.memory.copy()
     simulator.reset([8, 9], rows=[2, 0])
     for row, seed in ((0, 9), (2, 8)):
         first = Simulator(config)
         first.reset([seed])
-        assert_same_game(simulator, row, first, 0)
-        assert not np.array_equal(kept.memory[row], simulator.games.memory[row])
-    for name, array, then in zip(kept._fields, simulator.games, kept, strict=True):
-        np.testing.assert_array_equal(array[1], then[1], err_msg=name)
+        assert_same(simulator.snapshot([row]), first.games)
+        assert not np.array_equal(old[row], simulator.games.memory[row])
+    assert_same(simulator.snapshot([1]), kept)
 
 
 def test_a_decided_game_stays_as_it_is_and_takes_no_commands():
@@ -319,8 +307,7 @@ def test_a_decided_game_stays_as_it_is_and_takes_no_commands():
         apart.command(team, commands[[0, 2], team], rows=[0, 2])
     apart.advance([3, 0, 7, 5])
     assert simulator.games.ticks.tolist() == [3, 0, 7, 0]
-    for row in range(4):
-        assert_same_game(simulator, row, apart, row)
+    assert_same(simulator.games, apart.games)
 
 
 def test_commands_in_any_order_of_memory_are_the_same_commands():

@@ -81,40 +81,33 @@ def test_modes_are_densities_about_uniform(cells):
 # --- densities by name ------------------------------------------------------------------------------------------------
 
 
-def expected_densities() -> dict[str, np.ndarray]:
-    """Return the named densities, computed by hand."""
+def expected_densities() -> dict[int, np.ndarray]:
+    """Return some densities by the numbers that models were trained on, computed by hand."""
     centres = (np.arange(10) + 0.5) / 10
     y, x = np.meshgrid(centres, centres, indexing="ij")
-
-    def bell(distance, width):
-        return np.exp(-0.5 * (distance / width) ** 2)
-
-    from_corner = [np.hypot(x - cx, y - cy) for cx in (0.1, 0.9) for cy in (0.1, 0.9)]
-    expected = {
-        "uniform": np.ones((10, 10)),
-        "corners": np.max([bell(distance, 0.1) for distance in from_corner], axis=0),
-        "halo": np.exp(-(((np.hypot(x - 0.5, y - 0.5) - 0.25) / 0.15) ** 2)),
-        "left": 1 / (1 + np.exp((x - 0.5) / 0.03)),
-        "right": 1 / (1 + np.exp((0.5 - x) / 0.03)),
-        "bottom": 1 / (1 + np.exp((y - 0.5) / 0.03)),
-        "top": 1 / (1 + np.exp((0.5 - y) / 0.03)),
+    middle, ring, disc = (np.hypot(x - px, y - py) for px, py in ((0.5, 0.5), (0.3, 0.7), (0.9, 0.1)))
+    corner = np.hypot(np.abs(x - 0.5) - 0.4, np.abs(y - 0.5) - 0.4)
+    return {
+        0: np.ones((10, 10)),
+        1: np.exp(-0.5 * (corner / 0.1) ** 2),
+        2: np.exp(-(((middle - 0.25) / 0.15) ** 2)),
+        3: 1 / (1 + np.exp((x - 0.5) / 0.03)),
+        4: 1 / (1 + np.exp((0.5 - x) / 0.03)),
+        5: 1 / (1 + np.exp((y - 0.5) / 0.03)),
+        6: 1 / (1 + np.exp((0.5 - y) / 0.03)),
+        15: np.exp(-(((ring - 0.25) / 0.08) ** 2)),
+        52: np.exp(-0.5 * (disc / 0.1) ** 2),
     }
-    for shape in ("ring", "disc"):
-        for px in (10, 30, 50, 70, 90):
-            for py in (10, 30, 50, 70, 90):
-                distance = np.hypot(x - px / 100, y - py / 100)
-                around = np.exp(-(((distance - 0.25) / 0.08) ** 2)) if shape == "ring" else bell(distance, 0.1)
-                expected[f"{shape}_{px}_{py}"] = around
-    return expected
 
 
 def test_a_discrete_action_asks_for_the_density_of_its_name_and_has_the_number_that_models_were_trained_on():
-    expected, form = expected_densities(), made(action="discrete")
-    assert tuple(expected) == COMMAND_NAMES == form.command_names and made().command_names == ()
-    numbers = np.arange(form.action_space.n)
-    densities = form.read(numbers, 57)
-    for density, wanted in zip(densities, expected.values(), strict=True):
-        np.testing.assert_allclose(density, wanted / wanted.max(), atol=1e-12)
+    form = made(action="discrete")
+    assert form.command_names == COMMAND_NAMES and made().command_names == ()
+    assert COMMAND_NAMES[:7] == ("uniform", "corners", "halo", "left", "right", "bottom", "top")
+    assert [COMMAND_NAMES.index(name) for name in ("ring_30_70", "disc_90_10")] == [15, 52]
+    densities = form.read(np.arange(form.action_space.n), 57)
+    for number, wanted in expected_densities().items():
+        np.testing.assert_allclose(densities[number], wanted / wanted.max(), atol=1e-12)
     np.testing.assert_array_equal(form.read_one(np.int64(3), "x"), densities[3])
     assert not named_commands(10).flags.writeable
     assert named_commands(5).shape == (57, 5, 5)

@@ -122,29 +122,19 @@ def test_a_clock_that_was_set_forward_shows_the_trails_that_there_are():
     np.testing.assert_allclose(images, expected_ages(batch, 0), atol=0.51)
 
 
-@TEAMS
-def test_capture_field_is_at_least_192_exactly_where_it_captures(batch, team):
-    images = seen(batch, team)
-    for side, name in enumerate(STRONGEST):
-        for game in range(4):
-            occupancy = batch.simulator.occupancy[game, team if side == 0 else 1 - team]
-            np.testing.assert_array_equal(images[name][game] >= 192, captures_where(occupancy))
-            sums, counts = ring_sums(occupancy)
-            field = sums / counts
-            np.testing.assert_allclose(images[name][game], 255 * field / field.max(), atol=1.01)
-
-
-@pytest.mark.parametrize("grid", [50, 10])
-def test_fields_are_bright_where_they_capture_whatever_the_threshold(grid):
-    batch = BatchEnv(GameConfig(capture=CaptureConfig(threshold=0.375)))
-    batch.reset([3])
-    batch.step(np.ones((1, 2, 10, 10)))
-    for team in range(2):
-        image = batch.observe(ObservationConfig(grid=grid, channels=("own_capture_field",)), team)[0, 0]
-        captures = captures_where(batch.simulator.occupancy[0, team], 0.375)
-        assert captures.sum() > captures_where(batch.simulator.occupancy[0, team], 0.75).sum()
-        block = 50 // grid
-        np.testing.assert_array_equal(image >= 192, captures.reshape(grid, block, grid, block).any(axis=(1, 3)))
+@pytest.mark.parametrize(("threshold", "grid"), [(0.75, 50), (0.375, 50), (0.375, 10)])
+def test_capture_fields_are_at_least_192_exactly_where_they_capture(threshold, grid):
+    batch, block = BatchEnv(GameConfig(capture=CaptureConfig(threshold=threshold)), num_games=4), 50 // grid
+    batch.reset(range(4))
+    batch.step(np.ones((4, 2, 10, 10)))
+    for game, team in np.ndindex(4, 2):
+        images = batch.observe(ObservationConfig(grid=grid, channels=STRONGEST), team, [game])[0]
+        for image, occupancy in zip(images, batch.simulator.occupancy[game, [team, 1 - team]], strict=True):
+            captures = captures_where(occupancy, threshold).reshape(grid, block, grid, block)
+            np.testing.assert_array_equal(image >= 192, captures.any(axis=(1, 3)))
+            if threshold == 0.75:
+                sums, counts = ring_sums(occupancy)
+                np.testing.assert_allclose(image, 255 * sums / counts / (sums / counts).max(), atol=1.01)
 
 
 @pytest.mark.parametrize("grid", [10, 25])
