@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,31 +52,28 @@ class PolicyBundle:
         return folder
 
 
-@dataclass(frozen=True)
-class VerifyingLoader:
-    """Loads players by `loader` or from `bundles`, on any machine, and refuses unexpected digests."""
-
-    loader: Callable[[str, GameConfig], Player]
-    digests: Mapping[str, str]
-    bundles: dict[str, PolicyBundle]
-
-    def __call__(self, name: str, game: GameConfig) -> Player:
-        """Load a player; raise a WorkerError if that fails here or the digest is unexpected."""
-        try:
-            if name in self.bundles:
-                with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
-                    player = load(self.bundles[name].unpack(Path(place)), game)
-            else:
-                player = self.loader(name, game)
-        except FAULTS as error:  # this forfeits no game
-            raise WorkerError(f"{platform.node()} cannot load {name}: {error!r}") from error
-        expected = self.digests.get(name)
-        if expected is not None and (digest := digest_of(name, player)) != expected:
-            raise WorkerError(
-                f"{name} changed on {platform.node()}: expected digest {expected}, got {digest}; undo the change, or "
-                "begin again under another name"
-            )
-        return player
+def load_verified(
+    name: str,
+    game: GameConfig,
+    digest: str | None,
+    bundle: PolicyBundle | None,
+    loader: Callable[[str, GameConfig], Player] = load,
+) -> Player:
+    """Load a player by `loader`, or from its bundle; raise a WorkerError if that fails here or its digest differs."""
+    try:
+        if bundle is not None:
+            with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
+                player = load(bundle.unpack(Path(place)), game)
+        else:
+            player = loader(name, game)
+    except FAULTS as error:  # this forfeits no game
+        raise WorkerError(f"{platform.node()} cannot load {name}: {error!r}") from error
+    if digest is not None and (found := digest_of(name, player)) != digest:
+        raise WorkerError(
+            f"{name} changed on {platform.node()}: expected digest {digest}, got {found}; undo the change, or begin "
+            "again under another name"
+        )
+    return player
 
 
 @contextmanager
@@ -85,5 +82,5 @@ def unpacked_policy(name: str, game: GameConfig, digest: str | None, bundle: Pol
     with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
         policy = name if bundle is None else str(bundle.unpack(Path(place)))
         if digest is not None or bundle is not None:
-            VerifyingLoader(load, {} if digest is None else {policy: digest}, {})(policy, game)
+            load_verified(policy, game, digest, None)
         yield policy

@@ -11,13 +11,13 @@ import platform
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Protocol, TypeVar
+from typing import Annotated
 
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, Range, Share, check_choice
 from swarm_pz.errors import ResultsError, require_extra
 from swarm_pz.evaluation.provenance import provenance
-from swarm_pz.files import draft_of, named_if_full
+from swarm_pz.files import named_if_full, write_json
 
 SETTINGS, GAMES = "tournament.json", "games.jsonl"
 NotNegative = Annotated[float, Range(0.0, math.inf)]
@@ -55,24 +55,6 @@ class PlayedGame(Config):
     def outcome_of(self, player: str) -> str:
         """Return the outcome for one of the two: "win", "draw" or "loss"."""
         return self.outcome if player == self.one else _OPPOSITE[self.outcome]
-
-
-class _OfPair(Protocol):
-    @property
-    def number(self) -> int: ...
-    @property
-    def fingerprint(self) -> str: ...
-
-
-G = TypeVar("G", bound=_OfPair)
-
-
-def distinct(games: Iterable[G]) -> list[list[G]]:
-    """Return lists of games that each count once; only identical games of a pair share a list."""
-    groups: dict[tuple[int, str], list[G]] = {}
-    for game in games:
-        groups.setdefault((game.number // 2, game.fingerprint), []).append(game)
-    return list(groups.values())
 
 
 @contextlib.contextmanager
@@ -154,8 +136,7 @@ class Ledger:
             "learned": self._check() | self._digests,
             **provenance(self._game, command),
         }
-        with draft_of(self.folder / SETTINGS) as draft:
-            draft.write_text(json.dumps(settings, indent=2) + "\n")
+        write_json(self.folder / SETTINGS, settings)
         path = self.folder / GAMES
         if path.exists():
             os.truncate(path, path.read_bytes().rfind(b"\n") + 1)

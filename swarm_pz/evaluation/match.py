@@ -5,7 +5,6 @@ The policy plays a pair of games from each start: as red, and as blue. A pair wh
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.intervals import middle, wilson
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.evaluation.rollout import Game, play_or_forfeit
-from swarm_pz.files import draft_of
+from swarm_pz.files import write_json
 from swarm_pz.policy import Player, PrivilegedPolicy, load_players, name_of
 
 _BATCH = 256
@@ -80,9 +79,7 @@ class MatchResult:
         for game in games:
             totals[game.pair] += (game.outcome == "win", 1.0)
         pairs = np.array(list(totals.values()))
-        drawn = np.random.default_rng(0).integers(len(pairs), size=(_RESAMPLES, len(pairs)))
-        low, high = middle(pairs[drawn, 0].sum(axis=1) / pairs[drawn, 1].sum(axis=1))
-        return float(low), float(high)
+        return _bootstrap(pairs, lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1))
 
     def share(self) -> float:
         """Return the mean final fraction of the drones over all games."""
@@ -90,7 +87,7 @@ class MatchResult:
 
     def share_interval(self) -> tuple[float, float]:
         """Return the 95 % interval of the mean final fraction, from a bootstrap over pairs."""
-        return _mean_interval(self.share_by_pair())
+        return _bootstrap(self.share_by_pair())
 
     def share_by_pair(self) -> NDArray[np.float64]:
         """Return the mean final fraction of each pair of games."""
@@ -132,8 +129,7 @@ class MatchResult:
         figures["lost"] = [{"pair": game.pair, "side": game.side, "seconds": game.seconds} for game in self.lost]
         if forfeits := self.forfeits:
             figures["forfeits"] = [{"pair": one.pair, "side": one.side, "reason": one.forfeit} for one in forfeits]
-        with draft_of(path) as draft:
-            draft.write_text(json.dumps(figures | provenance(self.config, command), indent=2) + "\n")
+        write_json(path, figures | provenance(self.config, command))
 
 
 def play_match(
@@ -186,11 +182,14 @@ def paired_difference(first: MatchResult, second: MatchResult) -> tuple[float, f
     if keys[0] != keys[1]:
         raise CommandError(f"the matches must share opponent, seed, games and rules, got {keys[0]} and {keys[1]}")
     differences = first.share_by_pair() - second.share_by_pair()
-    return float(differences.mean()), *_mean_interval(differences)
+    return float(differences.mean()), *_bootstrap(differences)
 
 
-def _mean_interval(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the bootstrap interval of the mean of values (n,), one for each pair of games."""
+def _bootstrap(
+    values: NDArray[np.float64],
+    statistic: Callable[[NDArray[np.float64]], NDArray[np.float64]] = lambda drawn: drawn.mean(axis=1),
+) -> tuple[float, float]:
+    """Return the bootstrap interval of a statistic, by default the mean, of values (n, ...), one for each pair."""
     drawn = np.random.default_rng(0).integers(len(values), size=(_RESAMPLES, len(values)))
-    low, high = middle(values[drawn].mean(axis=1))
+    low, high = middle(statistic(values[drawn]))
     return float(low), float(high)

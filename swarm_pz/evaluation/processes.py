@@ -90,12 +90,6 @@ def interrupts_blocked() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def end_processes() -> None:
-    """Terminate the processes that this one started, even busy ones."""
-    for process in multiprocessing.active_children():
-        process.terminate()
-
-
 def prepare_process() -> None:
     """Make this process end with its parent, ignore Ctrl-C, and use one core."""
     parent = multiprocessing.parent_process()

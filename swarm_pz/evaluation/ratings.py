@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.errors import CommandError, ResultsError, nearest, require_extra
+from swarm_pz.errors import ResultsError, require_extra
 from swarm_pz.evaluation.intervals import middle, wilson
 
 Array = NDArray[np.float64]
@@ -82,23 +82,17 @@ def _with_prior(points: Array) -> Array:
     return points + PRIOR * (1.0 - np.eye(len(points)))
 
 
-def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
-    """Rate a field; the anchor, or else the mean, has 1000 points. `seed` seeds the bootstrap over pairs of games.
+def rate(results: Results, anchor: str | None = None) -> Ratings:
+    """Rate a field of two or more players, with games of every two; the anchor, or else the mean, has 1000 points.
 
-    Raises a CommandError for fewer than two players, a pairing without games, or an unknown anchor.
+    The intervals are from a bootstrap over pairs of games.
     """
-    points, games = results.payoffs()
-    n = len(results.players)
-    if n < 2 or (games + np.eye(n) == 0).any():
-        raise CommandError("ratings need at least two players, and games between every two of them")
-    if anchor is not None and anchor not in results.players:
-        raise CommandError(f"the anchor must be one of the players, got {anchor!r}; {nearest(anchor, results.players)}")
 
     def scaled(values: Array) -> Array:
         origin = values.mean() if anchor is None else values[results.players.index(anchor)]
         return np.asarray(ANCHOR + SCALE * (values - origin))
 
-    generator = np.random.default_rng(seed)
+    generator, points = np.random.default_rng(0), results.payoffs()[0]
     drawn = [scaled(strengths(results.reweighted(generator))) for _ in range(_RESAMPLES)]
     return Ratings(scaled(strengths(_with_prior(points))), *middle(drawn))
 

@@ -106,49 +106,44 @@ class RayPool(ThreadPoolExecutor):
             while not self._ray.wait([ref], timeout=_LOOK_S)[0]:
                 if self._is_over:
                     self._ray.cancel(ref, force=True)
-            host, versions, result = self._ray.get(ref)
+            fault, result = self._ray.get(ref)
         except self._ray.exceptions.RayTaskError as error:
             raise (error.cause if isinstance(error.cause, Exception) else error) from None
         except self._ray.exceptions.RayError as error:
             raise LostTaskError(f"its workers died: {error}") from error
         finally:
             self._running.discard(ref)
-        if versions is None:
-            return result
-        differing = [
-            f"{name} {versions.get(name, 'not at all')}, here {version}"
-            for name, version in self._expected.items()
-            if versions.get(name) != version
-        ]
-        raise WorkerError(
-            f"{host} has {', '.join(differing)}: install the same versions there, and start its Ray again; what is "
-            "finished is kept"
-        )
+        if fault:
+            raise WorkerError(
+                f"{fault}: install the same versions there, and start its Ray again; what is finished is kept"
+            )
+        return result
 
 
-def _make_runner() -> Callable[..., tuple[str, dict[str, str] | None, Any]]:
-    def run(
-        expected: dict[str, str], work: bytes, places: list[int], *bundles: Any
-    ) -> tuple[str, dict[str, str] | None, Any]:
-        """Return the host, its versions if they differ, and the task's result; Ray sends it as code."""
+def _make_runner() -> Callable[..., tuple[str, Any]]:
+    def run(expected: dict[str, str], work: bytes, places: list[int], *bundles: Any) -> tuple[str, Any]:
+        """Return which versions differ on this host, if any, and the task's result; Ray sends it as code."""
         import os
         import pickle
         import platform
 
-        host = platform.node()
-        try:
+        versions: dict[str, str] = {}
+        with contextlib.suppress(ImportError):  # missing, or another version
             from swarm_pz.evaluation.bundles import PolicyBundle
             from swarm_pz.evaluation.provenance import required_versions
-        except ImportError:  # missing, or another version
-            return host, {}, None
-        versions = required_versions()
-        if any(versions.get(name) != version for name, version in expected.items()):
-            return host, versions, None
+
+            versions = required_versions()
+        if differing := [
+            f"{name} {versions.get(name, 'not at all')}, here {version}"
+            for name, version in expected.items()
+            if versions.get(name) != version
+        ]:
+            return f"{platform.node()} has {', '.join(differing)}", None
         os.environ["OMP_NUM_THREADS"] = "1"  # as in `prepare_process`
         function, arguments, keywords = pickle.loads(work)  # noqa: S301 - from the driver, as all that Ray runs
         for place, bundle in zip(places, bundles, strict=True):
             arguments[place] = PolicyBundle(*bundle)
-        return host, None, function(*arguments, **keywords)
+        return "", function(*arguments, **keywords)
 
     return run
 

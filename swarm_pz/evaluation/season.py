@@ -37,8 +37,6 @@ class Entries:
     """The `entry.toml` of each."""
     left_out: dict[str, str] = field(default_factory=dict)
     """Folders that do not play, with reasons."""
-    _made: dict[str, Player] = field(default_factory=dict)
-    """Players that `read` made; the first call takes them, so that programs start once."""
 
     @classmethod
     def read(cls, season: Path, game: GameConfig, *, allow_programs: bool) -> Entries:
@@ -50,19 +48,16 @@ class Entries:
             try:
                 card = _check(folder, allow_programs=allow_programs)
                 entries.folders[folder.name], entries.cards[folder.name] = folder, card
-                player = entries._made[folder.name] = entries(folder.name, game)
-                if played.get(folder.name, digest := digest_of(folder.name, player)) != digest:
+                digest = digest_of(folder.name, entries(folder.name, game))
+                if played.get(folder.name, digest) != digest:
                     raise ResultsError("it changed since its games were played: send a new version under another name")
             except (SwarmError, OSError) as error:
                 entries.left_out[folder.name] = str(error)
                 entries.folders.pop(folder.name, None)
-                entries._made.pop(folder.name, None)
         return entries
 
     def __call__(self, name: str, game: GameConfig) -> Player:
         """Make a player."""
-        if name in self._made:
-            return self._made.pop(name)
         if name not in self.folders:
             return load(name, game)
         folder, card = self.folders[name], self.cards[name]

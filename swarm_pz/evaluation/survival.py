@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.errors import ResultsError, require_extra
+from swarm_pz.errors import require_extra
 
 Array = NDArray[np.float64]
 _HALF = 0.5 * (1 + 1e-12)
@@ -35,12 +35,6 @@ def survival_curve(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[l
 def _survival(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[Array, Array]:
     """Return the times of decisions, and S(t) at each."""
     lengths, ended = np.asarray(seconds, np.float64), np.asarray(decided, bool)
-    if lengths.ndim != 1 or lengths.shape != ended.shape or not len(lengths):
-        raise ResultsError(
-            f"expected a length of each game and if it was decided, got shapes {lengths.shape} and {ended.shape}"
-        )
-    if not (np.isfinite(lengths) & (lengths >= 0)).all():
-        raise ResultsError(f"lengths of games must be finite and not below 0, got {lengths.tolist()}")
     stats = require_extra("scipy.stats", "cli")
     curve = stats.ecdf(stats.CensoredData.right_censored(lengths, ~ended)).sf
     is_decision = np.isin(curve.quantiles, lengths[ended])

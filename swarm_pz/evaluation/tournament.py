@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, Range, check
 from swarm_pz.errors import CommandError, Stopped
-from swarm_pz.evaluation.bundles import PolicyBundle, VerifyingLoader
-from swarm_pz.evaluation.ledger import Ledger, PlayedGame, distinct, folder_lock
+from swarm_pz.evaluation.bundles import PolicyBundle, load_verified
+from swarm_pz.evaluation.ledger import Ledger, PlayedGame, folder_lock
 from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.processes import alarm
 from swarm_pz.evaluation.ratings import Results
@@ -74,14 +74,16 @@ def play_block(
     `other` if they come from folders. Raises a WorkerError if a player cannot be loaded here or has another digest;
     that is not a forfeit.
     """
-    carried = {name: bundle for name, bundle in zip((one, other), bundles, strict=False) if bundle is not None}
-    make = VerifyingLoader(loader, digests, carried)
+    carried = dict(zip((one, other), bundles, strict=False))
+
+    def make(name: str) -> Player:
+        return load_verified(name, config.game, digests.get(name), carried.get(name), loader)
 
     def clock(games: int, is_first: bool) -> AbstractContextManager[None]:
         return alarm(games * config.budget_ms / 1000.0 + (_PATIENCE if is_first else 0.0))
 
     games = play_or_forfeit(
-        lambda: (make(one, config.game), make(other, config.game)),
+        lambda: (make(one), make(other)),
         numbers,
         forfeits=FaultError,
         seed=config.seed,
@@ -208,8 +210,11 @@ class Tournament:
         return [self.games[key] for key in keys if key in self.games]
 
     def counting(self, one: str, other: str) -> list[list[PlayedGame]]:
-        """Return the `distinct` games of two players."""
-        return distinct(self.between(one, other))
+        """Return lists of two players' games that each count once; only identical games of a pair share a list."""
+        groups: dict[tuple[int, str], list[PlayedGame]] = {}
+        for game in self.between(one, other):
+            groups.setdefault((game.number // 2, game.fingerprint), []).append(game)
+        return list(groups.values())
 
     def tally(self, player: str, other: str) -> NDArray[np.float64]:
         """Return a player's wins, draws and losses in each pair of games (pairs, 3); identical games count half."""

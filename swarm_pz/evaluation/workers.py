@@ -14,7 +14,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from swarm_pz.config.base import check_count
 from swarm_pz.errors import Stopped, WorkerError
-from swarm_pz.evaluation.processes import LostTaskError, end_processes, interrupts_blocked, prepare_process
+from swarm_pz.evaluation.processes import LostTaskError, interrupts_blocked, prepare_process
 from swarm_pz.evaluation.ray_pool import RayPool
 
 Task = TypeVar("Task", bound=tuple[Any, ...])
@@ -54,7 +54,8 @@ class Processes(ProcessPoolExecutor):
 
     def end(self) -> None:
         """Terminate the processes, even busy ones."""
-        end_processes()
+        for process in multiprocessing.active_children():
+            process.terminate()
 
 
 def open_pool(processes: int = 1, ray: str | None = None) -> Executor:

@@ -1,13 +1,14 @@
-"""Attacks on a policy in any format: exploiters and a search, each with a fixed budget."""
+"""Attacks on a policy in any format: exploiters and a search, each with a fixed budget, and newcomers to the board."""
 
 from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from swarm_pz.evaluation.workers import BackgroundTasks, never
 from swarm_pz.files import draft_of
 from swarm_pz.policy import folder_of, load
 from swarm_pz.policy.identity import identity_of
+from swarm_pz.standard.figures import result_of, worst_of
+from swarm_pz.standard.games import ROBUST, PlayerFactory, TrackGames, choice_of
 from swarm_pz.standard.protocol import Protocol
 from swarm_pz.training.search import Target
 
@@ -61,33 +64,34 @@ def learn(
         return PolicyBundle.of(out)
 
 
-class Learning:
-    """One exploiter, which is trained once, in the background, and written into a folder."""
+def begin_learning(
+    background: BackgroundTasks,
+    protocol: Protocol,
+    work: Path,
+    out: Path,
+    policy: str,
+    seed: int,
+    should_stop: Callable[[], bool],
+) -> Callable[[], str]:
+    """Begin to train an exploiter of a policy in the background, unless the folder `out` has it.
 
-    def __init__(
-        self, background: BackgroundTasks, protocol: Protocol, work: Path, out: Path, policy: str, seed: int
-    ) -> None:
-        from swarm_pz.policies.learned import CARD
+    Return a function that waits for it, writes it into `out`, and returns its digest.
+    """
+    from swarm_pz.policies.learned import CARD
 
-        self._background, self._protocol, self._policy, self._seed = background, protocol, policy, seed
-        self._folder = None if background.is_elsewhere else work / f"exploiter-{out.name}"
-        self._out = out
-        self._name = f"exploiter {out.name}"
-        self._is_there = (self._out / CARD).is_file()
+    name, is_there = f"exploiter {out.name}", (out / CARD).is_file()
+    if not is_there:
+        target = _target(policy, protocol, is_elsewhere=background.is_elsewhere)
+        folder = None if background.is_elsewhere else work / f"exploiter-{out.name}"
+        callback = should_stop if background.is_here else never
+        background.send(name, learn, target, seed, protocol, folder, callback)
 
-    def begin(self, should_stop: Callable[[], bool]) -> None:
-        """Begin the training, unless it is finished."""
-        if not self._is_there:
-            target = _target(self._policy, self._protocol, is_elsewhere=self._background.is_elsewhere)
-            callback = should_stop if self._background.is_here else never
-            self._background.send(self._name, learn, target, self._seed, self._protocol, self._folder, callback)
+    def end() -> str:
+        if not is_there:
+            replace(background.fetch(name, should_stop), name=out.name).unpack(out.parent)
+        return identity_of(str(out), load(str(out), protocol.game))
 
-    def end(self, should_stop: Callable[[], bool]) -> str:
-        """Wait for the exploiter, and return its digest."""
-        if not self._is_there:
-            learned = self._background.fetch(self._name, should_stop)
-            replace(learned, name=self._out.name).unpack(self._out.parent)
-        return identity_of(str(self._out), load(str(self._out), self._protocol.game))
+    return end
 
 
 def _target(policy: str, protocol: Protocol, *, is_elsewhere: bool) -> Target:
@@ -130,3 +134,37 @@ def find(
     with draft_of(path) as draft:
         draft.write_text(json.dumps(patterns) + "\n")
     return patterns
+
+
+def meet(
+    report: dict[str, Any],
+    policies: Sequence[str],
+    newcomers: Mapping[str, str],
+    out: Path,
+    *,
+    protocol: Protocol,
+    pool: Executor,
+) -> bool:
+    """Let newcomers attack policies that have a report; return False if the report must be made again.
+
+    Newcomers play the games that choose the worst attacker. If one is worse for a policy than its worst attacker, or
+    has the same name, the report must be made again. Otherwise their results are put into it.
+    """
+    choice, names = choice_of(protocol), tuple(newcomers)
+    meetings = [(policy, name) for policy in range(len(policies)) for name in names]
+    factory = PlayerFactory(tuple(policies), others=tuple(newcomers.items()))
+    games = TrackGames(choice, protocol, factory, out, meetings=meetings)
+    games.play(pool=pool)
+    lines = games.lines()
+    by = {pair: [line for line in lines if (line.policy, line.opponent) == pair] for pair in meetings}
+    results = [result_of(name, [by[policy, name] for policy in range(len(policies))]) for name in names]
+    robust = report["figures"]["tracks"][ROBUST]
+    before = {one["opponent"]: one["scores"] for one in robust["opponents"]}
+    for policy, attacked in enumerate(report["figures"]["attacks"]):
+        worst = attacked["worst"]["opponent"]
+        if worst in names or min(one["scores"][policy] for one in results) < before[worst][policy]:
+            return False
+    robust["opponents"] = [one for one in robust["opponents"] if one["opponent"] not in names] + results
+    robust["worst"] = worst_of(robust["opponents"])
+    report["games"] += choice.games * len(policies) * len(set(names) - set(before))
+    return True

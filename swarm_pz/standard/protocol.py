@@ -128,14 +128,7 @@ class Protocol:
         """Return the protocol in a file."""
         plain = json.loads(path.read_text())
         tracks = tuple(
-            Track(
-                name=name,
-                seed=track["seed"],
-                games=track["games"],
-                late_games=track["late_games"],
-                trials=tuple(Trial(**trial) for trial in track["trials"]),
-                rules=track.get("rules", {}),
-            )
+            Track(name=name, **track | {"trials": tuple(Trial(**trial) for trial in track["trials"])})
             for name, track in plain["tracks"].items()
         )
         return cls(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,11 +24,10 @@ from swarm_pz.kernels.cache import processor
 from swarm_pz.policy import Player, sort_of
 from swarm_pz.policy.identity import identity_of
 from swarm_pz.standard import attacks
-from swarm_pz.standard.figures import Results, figures, result_of, worst_of
+from swarm_pz.standard.figures import Results, figures
 from swarm_pz.standard.games import (
     ITSELF,
     LEARNED,
-    ROBUST,
     PlayerFactory,
     TrackGames,
     check_flies,
@@ -118,8 +117,8 @@ def run(
             for number, place in enumerate(exploiters):
                 of, seed = divmod(number, each)
                 say(f"track robust: learning to beat {identities[of]['name']}, {protocol.robust.steps:,} commands")
-                learning.append(attacks.Learning(background, protocol, work, Path(place), policies[of], seed))
-                learning[-1].begin(should_stop)
+                more = (work, Path(place), policies[of], seed, should_stop)
+                learning.append(attacks.begin_learning(background, protocol, *more))
             for track in protocol.tracks:
                 background.check()  # raises exploiters' errors before hours of games
                 if track.games:
@@ -130,7 +129,7 @@ def run(
             for number, policy in enumerate(policies):
                 say(f"track robust: searching for what beats {identities[number]['name']}")
                 searched.append(attacks.find(policy, number, protocol, work, show=progress, **execution))
-            digested = [one.end(should_stop) for one in learning]
+            digested = [end() for end in learning]
             say("track robust: games of all attackers")
             choice = choice_of(protocol)
             factory = PlayerFactory(policies, choice.trials, exploiters, tuple(attackers.items()))
@@ -172,40 +171,6 @@ def run(
         }
         write(out, report, lines, render(report))
     return report
-
-
-def meet(
-    report: dict[str, Any],
-    policies: Sequence[str],
-    newcomers: Mapping[str, str],
-    out: Path,
-    *,
-    protocol: Protocol,
-    pool: Executor,
-) -> bool:
-    """Let newcomers attack policies that have a report; return False if the report must be made again.
-
-    Newcomers play the games that choose the worst attacker. If one is worse for a policy than its worst attacker, or
-    has the same name, the report must be made again. Otherwise their results are put into it.
-    """
-    choice, names = choice_of(protocol), tuple(newcomers)
-    meetings = [(policy, name) for policy in range(len(policies)) for name in names]
-    factory = PlayerFactory(tuple(policies), others=tuple(newcomers.items()))
-    games = TrackGames(choice, protocol, factory, out, meetings=meetings)
-    games.play(pool=pool)
-    lines = games.lines()
-    by = {pair: [line for line in lines if (line.policy, line.opponent) == pair] for pair in meetings}
-    results = [result_of(name, [by[policy, name] for policy in range(len(policies))]) for name in names]
-    robust = report["figures"]["tracks"][ROBUST]
-    before = {one["opponent"]: one["scores"] for one in robust["opponents"]}
-    for policy, attacked in enumerate(report["figures"]["attacks"]):
-        worst = attacked["worst"]["opponent"]
-        if worst in names or min(one["scores"][policy] for one in results) < before[worst][policy]:
-            return False
-    robust["opponents"] = [one for one in robust["opponents"] if one["opponent"] not in names] + results
-    robust["worst"] = worst_of(robust["opponents"])
-    report["games"] += choice.games * len(policies) * len(set(names) - set(before))
-    return True
 
 
 def _claim(path: Path, digests: dict[str, Any]) -> None:

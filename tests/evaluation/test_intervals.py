@@ -6,7 +6,7 @@ import pytest
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation import match
-from swarm_pz.evaluation.intervals import bootstrap, mean_with_interval, median_with_interval, wilson
+from swarm_pz.evaluation.intervals import bootstrap, mean_with_interval, median_with_interval, over_runs, wilson
 from swarm_pz.evaluation.match import MatchResult, paired_difference
 from swarm_pz.evaluation.rollout import Game
 
@@ -19,6 +19,8 @@ def test_intervals_are_those_of_the_books():
     assert [part.tolist() for part in bootstrap(np.full((7, 3), 2.5))] == [[2.5] * 3] * 3
     for given, ends in {(0, 10): (0.0, 0.2775), (5, 10): (0.2366, 0.7634), (81, 263): (0.2553, 0.3662)}.items():
         assert wilson(*given) == pytest.approx(ends, abs=1e-4)
+    assert over_runs([0.5, 0.6, 0.7]) == pytest.approx((0.3516, 0.8484), abs=1e-4)
+    assert over_runs([0.9, 1.0, 1.0])[1] == 1.0, "a share"
     assert median_with_interval(np.arange(1.0, 21.0)) == (10.5, (6.0, 15.0))
     assert median_with_interval([4.0] * 5 + [np.inf] * 15) == (np.inf, (np.inf, np.inf))
     assert median_with_interval([3.0, 1.0, np.inf]) == (3.0, (1.0, np.inf))
@@ -27,11 +29,11 @@ def test_intervals_are_those_of_the_books():
 @pytest.mark.parametrize(
     ("interval", "given"),
     [(one, (values,)) for one in (bootstrap, median_with_interval) for values in ([], 5.0)]
-    + [(median_with_interval, ([1.0, np.nan],))]
+    + [(median_with_interval, ([1.0, np.nan],)), (over_runs, ([0.5],))]
     + [(wilson, given) for given in ((0, 0), (3, 2), (-1, 4))],
 )
 def test_intervals_of_nothing_or_nonsense_are_refused(interval, given):
-    with pytest.raises(ResultsError, match="got"):
+    with pytest.raises(ResultsError, match=r"got|at least two"):
         interval(*given)
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.ratings import SCALE, Results, intransitivity, nash_average, rate, strengths
 
 
@@ -40,13 +39,12 @@ def test_a_player_without_a_loss_has_a_finite_rating_and_no_certain_interval():
     assert rated.low[0] + 100 < rated.values[0] < rated.high[0] - 100
 
 
-def test_without_an_anchor_the_mean_is_1000_and_only_intervals_depend_on_the_seed(monkeypatch):
+def test_without_an_anchor_the_mean_is_1000_and_intervals_repeat(monkeypatch):
     monkeypatch.setattr("swarm_pz.evaluation.ratings._RESAMPLES", 40)
     results = field({(0, 1): 0.75, (1, 2): 0.5, (0, 2): 0.8}, 20, "abc")
-    one, again, other = rate(results), rate(results), rate(results, seed=1)
+    one, again = rate(results), rate(results)
     assert one.values.mean() == pytest.approx(1000.0)
-    assert one.low.tolist() == again.low.tolist() and one.values.tolist() == other.values.tolist()
-    assert (one.low != other.low).all()
+    assert one.low.tolist() == again.low.tolist()
 
 
 @pytest.mark.parametrize(
@@ -78,19 +76,6 @@ def test_the_cyclic_share_is_told_beside_what_chance_would_give():
     generator = np.random.default_rng(0)
     even = {(i, j): generator.binomial(20, 0.5) / 20 for i in range(8) for j in range(i + 1, 8)}
     assert intransitivity(field(even, 20, "abcdefgh")).expected > 0.3
-
-
-@pytest.mark.parametrize(
-    ("results", "anchor", "message"),
-    [
-        (Results(("alone",), {}), None, "at least two"),
-        (Results(("a", "b", "c"), {(0, 1): np.ones((1, 2)), (0, 2): np.zeros((0, 2))}), None, "between every two"),
-        (field({(0, 1): 0.5}, 10, ("strong", "weak")), "strnog", "did you mean 'strong'"),
-    ],
-)
-def test_a_field_without_ratings_is_refused(results, anchor, message):
-    with pytest.raises(CommandError, match=message):
-        rate(results, anchor)
 
 
 @pytest.mark.parametrize(

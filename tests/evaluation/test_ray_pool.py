@@ -1,7 +1,6 @@
 """A Ray cluster plays the same games; a worker that dies costs none."""
 
 import os
-import pickle
 import secrets
 import subprocess
 import sys
@@ -16,7 +15,6 @@ from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import WorkerError
 from swarm_pz.evaluation import ray_pool
-from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.processes import LostTaskError
 from swarm_pz.evaluation.ray_pool import RayPool
 from swarm_pz.evaluation.tournament import TournamentConfig, play_block
@@ -42,9 +40,9 @@ class Pretended:
     def nodes(self):
         return [{"Alive": True, "Resources": {"CPU": 2.0}}]
 
-    def remote(self, _):
+    def remote(self, run):
         def begin(*arguments):
-            return Ref(arguments=arguments, fate=self.fates.pop(0) if self.fates else "here")
+            return Ref(run=run, arguments=arguments, fate=self.fates.pop(0) if self.fates else "here")
 
         return SimpleNamespace(options=lambda **_: SimpleNamespace(remote=begin))
 
@@ -64,15 +62,10 @@ class Pretended:
             ref.fate = "die"
 
     def get(self, ref):
-        (expected, work, places, *bundles), fate = ref.arguments, ref.fate
-        if fate == "die":
+        if ref.fate == "die":
             raise ray.exceptions.WorkerCrashedError
-        if fate.startswith("refuse "):
-            return f"host {fate[-1]}", expected | {"numba": "0.1"}, None
-        function, arguments, keywords = pickle.loads(work)  # noqa: S301
-        for place, bundle in zip(places, bundles, strict=True):
-            arguments[place] = PolicyBundle(*bundle)
-        return "host a", None, function(*arguments, **keywords)
+        expected, *work = ref.arguments
+        return ref.run(expected | ({"numba": "0.1"} if ref.fate == "refuse" else {}), *work)
 
 
 @pytest.fixture
@@ -87,7 +80,7 @@ def pretend(monkeypatch):
 
 @pytest.mark.parametrize(
     ("fates", "error", "message"),
-    [(["refuse a"], WorkerError, "host a has numba 0.1, here "), (["die"], LostTaskError, "its workers died")],
+    [(["refuse"], WorkerError, "has numba .*, here 0.1: install"), (["die"], LostTaskError, "its workers died")],
 )
 def test_a_task_that_no_machine_can_do_is_an_error(fates, error, message, pretend):
     pretended = pretend(*fates)

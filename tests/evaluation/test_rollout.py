@@ -1,6 +1,7 @@
 """One loop plays all games: seed, pair and side fix a game, however it is watched and whatever is played beside it."""
 
 import pickle
+import sys
 
 import numpy as np
 import pytest
@@ -85,10 +86,11 @@ def test_a_game_goes_on_where_it_was_left_and_says_how_it_stands():
     assert (game.names(0), game.names(1)) == (("uniform", "halo"), ("halo", "uniform"))
 
 
-def test_a_policy_that_raises_is_named_with_its_place():
+@pytest.mark.parametrize(("leave", "error"), [(lambda *_: 1 / 0, "ZeroDivisionError"), (sys.exit, "SystemExit")])
+def test_a_policy_that_raises_is_named_with_its_place(leave, error):
     broken = Ones()
-    broken.name, broken.reset = "broken", lambda *_: 1 / 0
-    with pytest.raises(FaultError, match=r"policy broken raised ZeroDivisionError.* \(test_rollout.py:\d+\)") as fault:
+    broken.name, broken.reset = "broken", lambda *_: leave(0)
+    with pytest.raises(FaultError, match=rf"policy broken raised {error}.* \(test_rollout.py:\d+\)") as fault:
         Rollout("uniform", broken, [0])
     from_another_process = pickle.loads(pickle.dumps(fault.value))  # noqa: S301
     assert (from_another_process.place, str(from_another_process)) == (1, str(fault.value))

@@ -6,7 +6,6 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation.survival import kaplan_meier, survival_curve
 
 
@@ -42,12 +41,3 @@ def test_median_and_mean_are_kaplan_meiers():
 def test_the_curve_falls_where_games_are_decided():
     curve = survival_curve([10.0, 30.0, 20.0, 20.0], [True, False, True, False])
     assert curve == ([0.0, 10.0, 20.0, 30.0], [1.0, 0.75, 0.5, 0.5])
-
-
-@pytest.mark.parametrize(
-    ("seconds", "decided"),
-    [([], []), ([1.0], [True, False]), ([np.nan], [True]), ([np.inf], [False]), ([-1.0], [True])],
-)
-def test_lengths_that_are_none_are_refused(seconds, decided):
-    with pytest.raises(ResultsError):
-        kaplan_meier(seconds, decided)

@@ -16,12 +16,11 @@ import pytest
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import ResultsError, WorkerError
+from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation import ladder
 from swarm_pz.evaluation.ledger import GAMES, SETTINGS, folder_lock
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_block
-from swarm_pz.policy import names as policy_names
 
 SHORT = GameConfig(time_limit=4.0, drones_per_team=2)
 CONFIG = TournamentConfig(games=4, game=SHORT)
@@ -45,8 +44,6 @@ class Faulty:
         answer = np.ones((len(rows), 10, 10))
         fails = np.array([self.bad[self.row_of[row]] == 1 for row in rows.tolist()]) & (self.steps > 2)
         if fails.any():
-            if self.fault == "exits":
-                sys.exit(0)
             while self.fault == "slow":
                 time.sleep(0.01)
             answer[fails] = np.nan
@@ -173,10 +170,8 @@ def test_a_folder_of_another_tournament_or_of_nonsense_is_refused(tmp_path):
     ("line", "reason"),
     [
         (b"[" * 100_000, "Recursion"),
-        (b"[1]", "expects a mapping"),
         (b'{"outcome": "banana"}', "outcome must be 'win' or 'draw' or 'loss', got 'banana'"),
         (b'{"sent": [1, "2"]}', "sent must be"),
-        (b'{"thinking_ms": [1, 2, 3]}', "thinking_ms must be"),
         (b"\xff", "UnicodeDecodeError"),
     ],
 )
@@ -189,45 +184,10 @@ def test_a_line_that_is_no_game_is_named(line, reason, whole, tmp_path):
         Tournament(FOUR, CONFIG, tmp_path, load)
 
 
-TACTIC = """import numpy as np
-import helper
-from swarm_pz.policies.scripted import tactic
-
-@tactic(grid=1, sees=("time_left",))
-def mine(view):
-    return view.every(np.full(view.x.shape, helper.LEVEL))
-"""
-
-
-@pytest.mark.parametrize("changed", ["mine.py", "helper.py"])
-def test_a_tactic_in_a_file_that_changed_is_another_player(tmp_path, monkeypatch, changed):
-    """Processes that begin after the change refuse it, too."""
-    name = f"{tmp_path}/mine.py:mine"
-    (tmp_path / "mine.py").write_text(TACTIC)
-    (tmp_path / "helper.py").write_text("LEVEL = 1.0\n")
-    policy_names.allow_files([name])
-    config = CONFIG.replace(games=2)
-    early = Tournament((name, "ring"), config, tmp_path / "out", load)
-    assert early.sorts[name] == "scripted"
-    early.play()
-    (tmp_path / changed).write_text((tmp_path / changed).read_text() + "# better\n")
-    (tmp_path / "beside.py").write_text("# which nobody imports\n")
-    for module in (f"{tmp_path}/mine.py", "helper"):
-        monkeypatch.delitem(sys.modules, module)
-    with pytest.raises(ResultsError, match=r"mine\.py:mine changed since"):
-        Tournament((name, "ring"), CONFIG, tmp_path / "out", load)
-    early.config = CONFIG
-    with pytest.raises(WorkerError, match=r"mine\.py:mine changed on .*expected digest"):
-        early.play()
-    assert len(lines(tmp_path / "out")) == 2
-
-
 # --- forfeits -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("fault", "reason"), [("nan", "must be numbers"), ("exits", "SystemExit"), ("slow", "no command within")]
-)
+@pytest.mark.parametrize(("fault", "reason"), [("nan", "must be numbers"), ("slow", "no command within")])
 def test_a_player_that_fails_forfeits_that_game_and_the_tournament_goes_on(tmp_path, fault, reason):
     budget_ms = 200.0 if fault == "slow" else 1e6  # a busy machine makes nobody else late
     name, opponents = f"faulty_{fault}", ["corners", "ring"]  # before and after it by name

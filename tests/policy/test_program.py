@@ -15,7 +15,6 @@ import pytest
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import ForfeitError, PolicyError
 from swarm_pz.evaluation.match import play_match
-from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
 from swarm_pz.policy import Program, allow_files, load, program
 from swarm_pz.spaces.observation import observation_space
 
@@ -28,30 +27,27 @@ READ = "for line in sys.stdin:\n    told = json.loads(line)\n    if 'see' not in
 ANSWER = "print(json.dumps({'turn': told['turn'], 'density': [[0.5] * 10] * 10}), flush=True)\n"
 LATE = {
     "is silent": ("import time\ntime.sleep(600)", "within 0.5 s"),
-    "answers late": (GREET + READ + "time.sleep(600); " + ANSWER, "within 0.5 s"),
     "leaves a child": (GREET + "if os.fork() == 0:\n    tell()\n    time.sleep(600)\n", "within 0.5 s"),
-    "reads nothing": (GREET + "time.sleep(600)\n#" + "x" * 10, "within 0.5 s"),
-}
+    "reads nothing, of more than a pipe holds": (GREET.replace('"kind": "entities"', '"grid": 50') + "time.sleep(600)",
+        "within 0.5 s"),
+}  # fmt: skip
 WRONG = {
     "floods": ("while True: print('{}', flush=True)", "swarm_pz"),
     "writes a huge line": ("import sys\nwhile True: sys.stdout.write('x' * 1000)", "bytes"),
-    "answers NaN": (GREET + READ + ANSWER.replace("0.5", "float('nan')"), "no density"),
-    "answers a number as text": (GREET + READ + ANSWER.replace("[[0.5]", "[['0.5']"), "expected numbers"),
-    "answers true": (GREET + READ + ANSWER.replace("[[0.5]", "[[True]"), "expected numbers"),
-    "answers another turn": (GREET + READ + ANSWER.replace("told['turn']", "99"), '"turn": 0'),
     "answers very deep JSON": (GREET + READ + "print('[' * 100000, flush=True)", "JSON object"),
     "ends at once": ("", "ended with status 0"),
     "ends in a game": (GREET + READ + "sys.exit('out of ideas')", "status 1; it wrote: out of ideas"),
     "ends by a signal": (GREET + READ + "os.kill(os.getpid(), 11)", "SIGSEGV"),
     "closes its output": (GREET + "os.close(1)\ntime.sleep(600)", "closed its output"),
-    "asks for what there is not": (GREET.replace("entities", "minds"), "observation.kind"),
     "fills its errors": (GREET + READ + "\n    while True: sys.stderr.write('x' * 999 + '\\n')", "within 0.5 s"),
     "fills the memory": (GREET + READ + "b = bytearray(2**32); " + ANSWER, "MemoryError"),
 }
 
 
 class NoPipe:
-    """A program that is not started."""
+    """A program that is not started, and answers all with the same."""
+
+    answer, is_over = {"swarm_pz": 1, "turn": 0}, False
 
     def __init__(self, *_):
         pass
@@ -60,7 +56,35 @@ class NoPipe:
         pass
 
     def receive(self, what):
-        return {"swarm_pz": 1}
+        return self.answer
+
+    def fault(self, what):
+        return ForfeitError(what)
+
+
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        ({"density": [[float("nan")] * 10] * 10}, "no density"),
+        ({"density": 0.5}, "no density"),
+        ({"density": [["0.5"] * 10] * 10}, "expected numbers"),
+        ({"density": [[True] * 10] * 10}, "expected numbers"),
+        ({"turn": 99}, '"turn": 0'),
+        ({"swarm_pz": True}, '"swarm_pz": 1'),
+        ({"observation": {"kind": "minds"}}, "observation.kind"),
+    ],
+)
+def test_an_answer_that_breaks_the_protocol_forfeits(answer, message, monkeypatch):
+    monkeypatch.setattr(program, "Pipe", NoPipe)
+    monkeypatch.setattr(program, "_FAILED", {})
+    monkeypatch.setattr(NoPipe, "answer", NoPipe.answer | answer)
+
+    def play(player, rows):
+        player.reset([0], rows)
+        player.act(np.zeros((1, 9, 50, 50), np.uint8), rows)
+
+    with pytest.raises(ForfeitError, match=message):
+        play(Program(SHORT, "python3 bot.py"), np.zeros(1, np.int64))
 
 
 TELL = "import os\ndef tell(): open(os.environ['PIDS'], 'a').write(f'{os.getpid()}\\n')\ntell()\n"
@@ -119,18 +143,6 @@ def test_a_program_ends_with_the_process_that_plays_even_where_that_is_killed(ba
     while not (len(processes()) == 2 and is_gone(processes()[1])):
         assert time.monotonic() < end, processes()
         time.sleep(0.05)
-
-
-def test_a_tournament_goes_on_after_a_forfeit(bad, tmp_path):
-    name = bad[0](GREET + READ + "sys.exit(5)")
-    tournament = Tournament((name, "noise", "uniform"), TournamentConfig(games=2, game=SHORT), tmp_path / "out", load)
-    tournament.play(1)
-    assert [len(tournament.between(*pair)) for pair in tournament.pairings()] == [2, 2, 2]
-    for one, other in tournament.pairings():
-        reasons = [game.forfeit for game in tournament.between(one, other)]
-        assert all(f"{name}: {name} must answer turn 0, but ended with status 5" in reason for reason in reasons) == (
-            name in (one, other)
-        )
 
 
 def compiled(bot, tmp_path):

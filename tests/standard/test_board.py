@@ -1,6 +1,5 @@
 """The board: an entry is policies and the report on them, and its pages are accessible."""
 
-import dataclasses
 import json
 import re
 import shutil
@@ -61,25 +60,28 @@ def test_an_added_entry_holds_weights_or_names_of_installed_policies_and_a_card(
         entry.check(tiny)
 
 
-def test_entries_attack_each_other_and_games_are_played_once(tiny, tmp_path):
-    tiny = dataclasses.replace(tiny, robust=dataclasses.replace(tiny.robust, exploiters=1))
-    for name in ("champion", "ring"):
+def test_all_other_entries_attack_an_entry_and_it_gets_the_report(reported, tiny, tmp_path, monkeypatch):
+    attacked = {}
+
+    def run(entry, out, *, protocol, attackers):
+        attacked[entry.name] = dict(attackers)
+        out.mkdir(parents=True, exist_ok=True)
+        shutil.copy(reported / REPORT, out)
+
+    monkeypatch.setattr(entries, "run", run)
+    for name in ("champion", "ring", "halo"):
         entries.add([name], tmp_path / "all" / name, CARD, tiny)
-    entries.play(tmp_path / "all", tiny, tmp_path / "work")
-    before = (tmp_path / "work/ring/work/uniform/games.jsonl").read_bytes()
-    for name, other in (("champion", "ring/0"), ("ring", "champion/0")):
-        report = entries.read(tmp_path / "all" / name).report
-        assert other in [one["opponent"] for one in report["figures"]["tracks"]["robust"]["opponents"]]
-    entries.add(["halo"], tmp_path / "all" / "halo", CARD, tiny)
     entries.play(tmp_path / "all", tiny, tmp_path / "work", ["ring"])
-    report = entries.read(tmp_path / "all" / "ring").report
-    assert {"champion/0", "halo/0"} <= {one["opponent"] for one in report["figures"]["tracks"]["robust"]["opponents"]}
-    assert (tmp_path / "work/ring/work/uniform/games.jsonl").read_bytes() == before, "with the times of their commands"
+    assert attacked == {"ring": {"champion/0": "champion", "halo/0": "halo"}}
+    assert [entry.name for entry in (tmp_path / "all").iterdir() if (entry / REPORT).exists()] == ["ring"]
+    entries.play(tmp_path / "all", tiny, tmp_path / "work")
+    assert attacked.keys() == {"champion", "ring", "halo"}
 
 
-def test_a_newcomer_attacks_and_only_whom_it_beats_most_is_measured_again(place, tiny, tmp_path):
+def test_a_newcomer_attacks_and_only_whom_it_beats_most_is_measured_again(place, reported, tiny, tmp_path):
     """Catches a newcomer whose attack is left out, or that becomes the worst attacker of an entry without a new run."""
     two = shutil.copytree(place, tmp_path / "all") / "two"
+    played = shutil.copytree(reported, tmp_path / "work" / "two") / "work/uniform/games.jsonl"
     before, lines = entries.read(two).report, []
 
     def attackers():
@@ -99,6 +101,7 @@ def test_a_newcomer_attacks_and_only_whom_it_beats_most_is_measured_again(place,
     assert lines[0] == "halo beats two more than anybody before"
     assert {"uniform/0", "halo/0"} <= attackers()
     assert "halo/0" in {one["worst"]["opponent"] for one in entries.read(two).report["figures"]["attacks"]}
+    assert played.read_bytes() == (reported / "work/uniform/games.jsonl").read_bytes(), "no game is played again"
 
 
 @pytest.mark.parametrize("name", ["A", "notes.txt"])

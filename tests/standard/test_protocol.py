@@ -21,10 +21,10 @@ def protocol():
     return Protocol.read()
 
 
-def test_the_protocol_names_what_is_installed(protocol, tmp_path):
-    protocol.check()  # if it fails, `scripts/board refresh` writes the digests of a protocol that is not published
+def test_the_protocol_names_what_is_installed(tmp_path):
     shutil.copyfile(FILE, tmp_path / "protocol.json")
     refresh(tmp_path / "protocol.json")
+    # If it fails, `scripts/board refresh` writes the digests of a protocol that is not published.
     assert (tmp_path / "protocol.json").read_text() == FILE.read_text()
 
 

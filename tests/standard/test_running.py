@@ -83,7 +83,7 @@ def test_a_program_can_be_measured(tiny, tmp_path):
     shutil.copy(BOTS / "ring.py", tmp_path)
     name = f"exec:{sys.executable} {tmp_path / 'ring.py'}"
     allow_files([name])
-    few = replace(tiny, robust=replace(tiny.robust, exploiters=1, candidates=2))
+    few = replace(tiny.attacks_alone(320), robust=replace(tiny.robust, exploiters=1, candidates=2))
     report = run(Entry(policies=(name,), name="robot"), tmp_path / "out", protocol=few)
     assert [policy["kind"] for policy in report["policies"]] == ["program"]
     assert not any(line["forfeit"] for line in read(tmp_path / "out")[1])
