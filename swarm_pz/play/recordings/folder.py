@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import re
-import stat
 from pathlib import Path
 
 from msgspec import Struct
@@ -34,10 +33,7 @@ def checked_name(name: str) -> str:
 
 def is_regular(path: Path) -> bool:
     """Return True if a path is of a regular file, and no link to one."""
-    try:
-        return stat.S_ISREG(path.lstat().st_mode)
-    except OSError:
-        return False
+    return path.is_file() and not path.is_symlink()
 
 
 def read_regular(path: Path) -> bytes:

@@ -20,8 +20,8 @@ from swarm_pz.errors import CommandError, RecordingError
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import InForceMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
-from swarm_pz.play.ros import process
-from swarm_pz.play.ros.bridge import Bridge
+from swarm_pz.play.ros.bridge import Bridge, listen
+from swarm_pz.play.ros.rosbridge import origins_of
 from tests.play.conftest import Table
 
 ROOT = Path(__file__).parents[3]
@@ -105,7 +105,8 @@ def meet(table, conversation, opponent="uniform", game=ERGODIC, **options):
 
     async def run():
         listening, lines = socket.create_server(("127.0.0.1", 0)), []
-        bridge = Bridge(table.address, opponent, TableConfig(game=game), lines.append, **options)
+        rules, origins = TableConfig(game=game), origins_of("127.0.0.1")
+        bridge = Bridge(opponent, rules, origins, None, table.address, lines.append, **options)
         serving = asyncio.create_task(bridge.run(listening))
         try:
             async with contextlib.AsyncExitStack() as stack, asyncio.timeout(PATIENCE_S):
@@ -307,7 +308,7 @@ def test_what_is_refused_stands_in_the_log_of_who_said_it_and_a_table_that_is_no
 
 def test_a_port_that_is_taken_is_said():
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(CommandError, match="another rosbridge"):
-        process.listen("127.0.0.1", taken.getsockname()[1])
+        listen("127.0.0.1", taken.getsockname()[1])
 
 
 def test_the_documentations_program_plays_with_a_real_client(tmp_path):

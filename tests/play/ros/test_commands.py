@@ -99,15 +99,13 @@ NONE = [None, [], [3], [{"position": 3}], [pose(float("nan"), 0.5)], [pose(10**4
             (commands.density, {"data": data}, "ergodic", said)
             for data, said in [
                 ([0.1] * 2499, "2499 values"), ([0.1] * 121, "multiple"), ([], "0 values"), ([-0.1] * 2500, "below 0"),
-                ([float("inf")] * 2500, "finite"), ([10**400] * 2500, "too large"), ([True] * 2500, "list of numbers"),
-                ("attract", "got str"),
+                ([10**400] * 2500, "out of range"), ([True] * 2500, "got `bool`"), ("attract", "got `str`"),
             ]
         ),
         *((commands.attractors, {"poses": poses}, "flocking", "must be") for poses in NONE),
         (commands.density, {"data": [1.0] * 100}, "direct", "takes accelerations; .*TEAM/command"),
         (commands.attractor, {"x": 0, "y": 0}, "ergodic", "takes density; .*TEAM/density"),
         (commands.attractor, {"x": 0, "y": 0}, "formation", "takes formation.*TEAM/command"),
-        (commands.any_kind, {"data": [float("inf")] * 40}, "direct", "finite"),
         (commands.any_kind, {"data": [0.5] * 20}, "direct", "20 x 2, got 20"),
     ],
 )  # fmt: skip

@@ -17,11 +17,12 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from swarm_pz.errors import CommandError, ProtocolError
-from swarm_pz.play.ros import connection, rosbridge
+from swarm_pz.play.ros import rosbridge
 from swarm_pz.play.ros.rosbridge import Rosbridge, origins_of
 
 TOPICS = {"/clock": "rosgraph_msgs/Clock", "/status": "std_msgs/String", "/rosout": "rcl_interfaces/Log"}
 INPUTS = {"/clear_locs": "std_msgs/Empty"}
+HOME = origins_of("127.0.0.1")
 
 
 class Hub(Rosbridge):
@@ -41,11 +42,11 @@ class Hub(Rosbridge):
 
 
 @contextlib.asynccontextmanager
-async def opened(*origins):
+async def opened(origins=HOME):
     """Give a hub that serves."""
     hub, listening = Hub(), socket.create_server(("127.0.0.1", 0))
     hub.port = listening.getsockname()[1]
-    await hub.open(listening, *origins)
+    await hub.open(listening, origins)
     try:
         yield hub
     finally:
@@ -224,7 +225,7 @@ async def test_subscriptions_of_one_client_are_bounded(hub):
 
 @spoken
 async def test_a_client_that_never_reads_is_given_up_and_disturbs_nobody(hub, monkeypatch):
-    monkeypatch.setattr(connection, "_MOST_WAITING", 100_000)
+    monkeypatch.setattr(rosbridge, "_MOST_WAITING", 100_000)
     async with hub.join() as deaf, hub.join() as other:
         await say(deaf, op="subscribe", topic="/status")
         await ask(deaf)
@@ -247,11 +248,11 @@ async def test_a_message_may_be_of_a_megabyte_and_a_larger_one_ends_the_connecti
 
 
 def test_a_client_over_its_messages_or_bytes_a_second_is_read_no_faster(monkeypatch):
-    client = connection.Client(None)
-    monkeypatch.setattr(connection.time, "monotonic", lambda: 100.0)
+    client = rosbridge.Client(None)
+    monkeypatch.setattr(rosbridge.time, "monotonic", lambda: 100.0)
     pauses = [client.pause_after(10) for _ in range(1000)]
     assert pauses[100] == 0.0 and pauses[-1] == pytest.approx(4.0), "1,000 messages take 5 s, of which 1 s is a burst"
-    other = connection.Client(None)
+    other = rosbridge.Client(None)
     assert max(other.pause_after(2**20) for _ in range(40)) == pytest.approx(9.0)
 
 
