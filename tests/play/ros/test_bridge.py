@@ -1,4 +1,4 @@
-"""ROS programs at a table: seats, commands, what subscribers see, who plays which side; and how the server runs."""
+"""ROS programs at a table: seats, commands, what subscribers see, and who plays which side."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from swarm_pz.play.protocol import InForceMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.ros.bridge import Bridge, listen
 from swarm_pz.play.ros.rosbridge import origins_of
-from tests.play.conftest import Table
 
 ROOT = Path(__file__).parents[3]
 ERGODIC = GameConfig(time_limit=600.0)
@@ -78,11 +77,11 @@ class Meeting:
     """A bridge and the programs connected to it."""
 
     def __init__(self, port, lines, stack):
-        self._port, self._stack, self.lines = port, stack, lines
+        self.port, self._stack, self.lines = port, stack, lines
 
     async def join(self, **options):
         """Connect another program, which receives refusals, and return it."""
-        link = await self._stack.enter_async_context(connect(f"ws://127.0.0.1:{self._port}", max_size=None, **options))
+        link = await self._stack.enter_async_context(connect(f"ws://127.0.0.1:{self.port}", max_size=None, **options))
         program = Program(link)
         await program.subscribe("/rosout")
         return program
@@ -303,24 +302,22 @@ def test_what_is_refused_stands_in_the_log_of_who_said_it_and_a_table_that_is_no
     meet(Nowhere, conversation, opponent=None)
 
 
-# --- the process beside a table ---------------------------------------------------------------------------
-
-
 def test_a_port_that_is_taken_is_said():
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(CommandError, match="another rosbridge"):
         listen("127.0.0.1", taken.getsockname()[1])
 
 
-def test_the_documentations_program_plays_with_a_real_client(tmp_path):
-    table = Table(tmp_path, "--rosbridge", "0", "--ros-opponent", "uniform")
-    port = next(line for line in table.process.stdout if "rosbridge is at" in line).rpartition(":")[2].strip()
+@at_bridge()
+async def test_the_documentations_program_plays_with_a_real_client(meeting, table):
     (program,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "ros.md").read_text(), re.S)
-    command = [sys.executable, "-u", "-c", program.replace("port=9090", f"port={port}")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as playing:  # noqa: S603  (our own page)
-        lines = [next(line for line in playing.stdout if "red drones" in line) for _ in range(90)]
-        playing.kill()
-    assert all(int(line.split()[0]) > 0 for line in lines)
-    assert table.end().count("plays in room") == 1 and table.process.returncode in (0, -15)
-    (path,) = tmp_path.glob("*.jsonl")
-    commands = [line.density for line in Recording.read(path).of(SeatCommand) if line.team == 0]
-    assert commands and all(density == [[1.0] * 10] * 5 + [[0.0] * 10] * 5 for density in commands)
+    command = [sys.executable, "-u", "-c", program.replace("port=9090", f"port={meeting.port}")]
+    playing = await asyncio.create_subprocess_exec(*command, stdout=subprocess.PIPE)
+    shown = 0
+    while shown < 10:
+        line = await playing.stdout.readline()
+        assert line, "the program has ended"
+        shown += b" red drones" in line and int(line.split()[0]) > 0
+    commands = await recorded(table, await meeting.room(), SeatCommand)
+    assert all(line.density == [[1.0] * 10] * 5 + [[0.0] * 10] * 5 for line in commands)
+    playing.kill()
+    await playing.wait()
