@@ -83,16 +83,10 @@ class Bridge(Rosbridge):
 
     async def run(self, listening: socket.socket) -> None:
         """Serve until cancelled."""
-        await self.open(listening, self._origins)
         host, port = listening.getsockname()[:2]
         self._say(f"rosbridge is at ws://{f'[{host}]' if ':' in host else host}:{port}")
-        try:
-            await (self._flight.run() if self._flight is not None else asyncio.get_running_loop().create_future())
-        finally:
-            for task in self._tasks:
-                task.cancel()
-            await asyncio.gather(*self._tasks, return_exceptions=True)
-            await self.close()
+        flights = [self._flight.run()] if self._flight is not None else []
+        await asyncio.gather(self.serve_at(listening, self._origins), *flights)
 
     # --- messages from clients --------------------------------------------------------------------
 

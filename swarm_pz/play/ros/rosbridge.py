@@ -23,7 +23,7 @@ from typing import Any
 import cbor2
 import msgspec
 from websockets import Origin
-from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 from swarm_pz.errors import CommandError, ProtocolError, nearest
@@ -106,7 +106,10 @@ class Client:
         return max(self._read_until_s - now, 0.0)
 
     def put(self, frame: str | bytes, topic: str | None = None) -> None:
-        """Queue a frame; with a topic, it replaces a frame of this topic that still waits."""
+        """Queue a frame; with a topic, it replaces a frame of this topic that still waits.
+
+        If too many bytes wait, the connection ends, and what waits is dropped.
+        """
         if self.ending is not None:
             return
         if topic is not None:
@@ -116,7 +119,10 @@ class Client:
             self._events.append(frame)
             self._waiting += len(frame)
             if self._waiting > _MOST_WAITING:
-                self.end(f"too slow: {self._waiting} bytes wait to be received")
+                self._events.clear()
+                self._latest.clear()
+                reason = f"too slow: {self._waiting} bytes wait to be received"
+                self.ending = asyncio.create_task(self._connection.close(1008, reason))
         self._wake.set()
 
     async def write(self) -> None:
@@ -133,13 +139,6 @@ class Client:
                         frame = self._latest.pop(next(iter(self._latest)))
                     await self._connection.send(frame)
 
-    def end(self, reason: str) -> None:
-        """End the connection with a reason; queued frames are dropped."""
-        if self.ending is None:
-            self._events.clear()
-            self._latest.clear()
-            self.ending = asyncio.create_task(self._connection.close(1008, reason))
-
 
 class Rosbridge:
     """The server; a subclass handles the messages.
@@ -151,7 +150,6 @@ class Rosbridge:
     def __init__(self, topics: Mapping[str, str], inputs: Mapping[str, str], every: frozenset[str]) -> None:
         self._topics, self._types, self._every = topics, {**inputs, **topics}, every
         self._clients: set[Client] = set()
-        self._server: Server | None = None
 
     def heard(self, client: Client, topic: str, message: Message) -> None:
         """Handle a message that a client publishes; if it is invalid, raise ProtocolError with what is expected."""
@@ -159,10 +157,10 @@ class Rosbridge:
     def left(self, client: Client) -> None:
         """Note that a client has gone."""
 
-    async def open(self, listening: socket.socket, origins: Origins) -> None:
-        """Begin to serve clients of `origins` at a socket."""
+    async def serve_at(self, listening: socket.socket, origins: Origins) -> None:
+        """Serve clients of `origins` at a socket until cancelled."""
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)  # accepted sockets inherit it
-        self._server = await serve(
+        serving = serve(
             self._meet,
             sock=listening,
             origins=origins,
@@ -172,12 +170,8 @@ class Rosbridge:
             ping_timeout=20,
             close_timeout=1,
         )
-
-    async def close(self) -> None:
-        """Stop listening, and end all connections."""
-        if self._server is not None:
-            self._server.close()
-            await self._server.wait_closed()
+        async with serving:
+            await asyncio.get_running_loop().create_future()
 
     # --- to clients -----------------------------------------------------------------------------
 
