@@ -172,7 +172,7 @@ async def test_two_tablets_meet_in_one_room_see_one_game_and_clear_their_own_sid
     await red.connect_player("red")
     room = await meeting.room("red")
     assert room == await meeting.room("blue")
-    await red.subscribe("/clock", "/swarm/sizes", "/swarm/blue/capture_field", "/tf")
+    await red.subscribe("/clock", "/swarm/sizes", "/swarm/blue/capture_field")
     await red.subscribe("/red_team_target_dist", "/blue_team_target_dist")
     await red.hear("/swarm/blue/capture_field")
     await blue.publish("clear_locs")
@@ -186,8 +186,6 @@ async def test_two_tablets_meet_in_one_room_see_one_game_and_clear_their_own_sid
         await recorded(table, room, InForceMessage, teams=[team])
     for _ in range(30):
         await red.hear("/clock")
-    flown = [one["transform"]["translation"]["z"] for one in (await red.hear("/tf"))["transforms"]]
-    assert len(set(flown)) == 20 and min(flown) > 0.0, "altitudes of their own"
     clocks = [one["msg"]["clock"] for one in red.heard if one.get("topic") == "/clock"]
     times = [clock["sec"] + clock["nanosec"] * 1e-9 for clock in clocks]
     assert times == sorted(set(times))
