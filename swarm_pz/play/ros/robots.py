@@ -178,7 +178,7 @@ class Robots:
         """Return which robots (_MOST,) are within the fence around the map, from a lowest altitude up."""
         low = np.array([*self.config.corner, lowest]) - self.config.fence
         high = np.array([*(self._corner + self.config.scale), self.config.altitudes[1]]) + self.config.fence
-        return np.all((self.positions >= low) & (self.positions <= high), axis=1)
+        return np.asarray(np.all((self.positions >= low) & (self.positions <= high), axis=1), np.bool_)
 
     def _braked(self, places: Floats, positions: Floats, speeds: Floats, is_free: NDArray[np.bool_]) -> Floats:
         """Return velocities (N, 2) at which setpoints stop before walls, and setpoints and robots before others."""
