@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import re
+import stat
 from pathlib import Path
 
 from msgspec import Struct
@@ -33,7 +34,10 @@ def checked_name(name: str) -> str:
 
 def is_regular(path: Path) -> bool:
     """Return True if a path is of a regular file, and no link to one."""
-    return path.is_file() and not path.is_symlink()
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except OSError:
+        return False
 
 
 def read_regular(path: Path) -> bytes:
