@@ -218,12 +218,12 @@ def _beside(
     if port is None:
         return lambda _: contextlib.nullcontext()
     require_extra("rosbags.typesys", "lab")
-    from swarm_pz.play.ros import process
+    from swarm_pz.play.ros import bridge
     from swarm_pz.play.ros.rosbridge import origins_of
 
     check_count(port, "rosbridge", 0, 65535)
     allowed = origins_of(host, origins)
-    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed, lab)
+    return functools.partial(bridge.rosbridge, bridge.listen(host, port), opponent, table, allowed, lab)
 
 
 def serve(installed: dict[str, str], **options: Any) -> None:

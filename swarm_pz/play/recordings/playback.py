@@ -8,6 +8,7 @@ each control period: each period is simulated from its own frame, and leads to t
 from __future__ import annotations
 
 import csv
+from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,43 +16,26 @@ from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD
 from swarm_pz.config.base import check
 from swarm_pz.errors import RecordingError
 from swarm_pz.film import FILM_RATE, open_film, show_winner
-from swarm_pz.play.recordings.recording import FRAME_TICKS, Recording
+from swarm_pz.play.commands import Command
+from swarm_pz.play.recordings.recording import Recording
 from swarm_pz.play.recordings.verification import Verification, verify
 from swarm_pz.rendering.painter import FILM, Painter
-
-_MARK_TICKS = 90
-"""Ticks between snapshots, which make seeking quick; long games use a multiple, to fit `_MARKS_BYTES`."""
-_MARKS_BYTES = 2**24
-"""Bytes of memory for snapshots."""
 
 
 class Playback:
     """A recorded game that can be set to any of its ticks; `game` is its state at the present one."""
 
     def __init__(self, recording: Recording) -> None:
-        self.recording = recording
-        self._followed = recording.in_force()
+        self.recording, self.game = recording, recording.start()
+        self._begun: dict[int, list[Command]] = defaultdict(list)
+        for tick, command in recording.in_force():
+            self._begun[tick].append(command)
         self._exact = {frame.tick: frame for frame in recording.frames() if frame.is_exact}
-        self.game = recording.start()
-        self._next = 0
-        start = self.game.simulator.snapshot()
-        most = max(2, _MARKS_BYTES // sum(array.nbytes for array in start))
-        self._marks, self._mark_ticks = {0: start}, _MARK_TICKS * -(-(recording.last_tick // _MARK_TICKS + 1) // most)
 
     def seek(self, tick: int) -> None:
-        """Go to a tick, before its solve; beyond the end, to the last tick."""
-        tick = max(tick, 0)
-        mark = max(known for known in self._marks if known <= tick)
-        if tick < self.game.tick or self.game.tick < mark:
-            self._go_to_mark(mark)
-        self._advance(tick)
-
-    def _go_to_mark(self, mark: int) -> None:
-        self.game = self.recording.start()
-        self.game.simulator.restore(self._marks[mark])
-        self._next = sum(when < mark for when, _ in self._followed)
-
-    def _advance(self, tick: int) -> None:
+        """Go to a tick, before its solve; beyond the end, to the last tick. The way back begins at the start."""
+        if tick < self.game.tick:
+            self.game = self.recording.start()
         game, end = self.game, min(tick, self.recording.last_tick)
         while game.tick < end and not game.over:
             if (poses := self.recording.poses.get(game.tick)) is not None:
@@ -59,16 +43,9 @@ class Playback:
             if (frame := self._exact.get(game.tick)) is not None:
                 games = game.simulator.games
                 games.positions[0], games.velocities[0] = frame.positions, frame.velocities
-            if game.tick % self._mark_ticks == 0 and game.tick not in self._marks:
-                self._marks[game.tick] = game.simulator.snapshot()
-            while self._next < len(self._followed) and self._followed[self._next][0] <= game.tick:
-                game.put_in_force(self._followed[self._next][1])
-                self._next += 1
-            until = self._followed[self._next][0] if self._next < len(self._followed) else end
-            mark = (game.tick // self._mark_ticks + 1) * self._mark_ticks
-            period = (game.tick // FRAME_TICKS + 1) * FRAME_TICKS if self._exact else end
-            period = game.tick + 1 if self.recording.poses else period
-            game.simulator.advance(min(until, end, mark, period) - game.tick)
+            for command in self._begun[game.tick]:
+                game.put_in_force(command)
+            game.simulator.advance(1)
 
     def write_positions(self, path: Path) -> None:
         """Write every drone at every tick, 30 a second, as CSV: the game is simulated between recorded frames.

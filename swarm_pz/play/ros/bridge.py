@@ -1,16 +1,19 @@
 """A rosbridge server, whose clients play in seats of the game server like any other player.
 
-It runs in a process of its own and connects to the game server's socket, as every program does. So messages of a
-megabyte, or clients that never read, disturb nobody's game.
+It runs in a process of its own, which ends with the game server, and connects to the server's socket, as every program
+does. So messages of a megabyte, or clients that never read, disturb nobody's game.
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import multiprocessing
+import os
 import reprlib
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any, cast
 
@@ -18,16 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import TEAM_NAMES
-from swarm_pz.errors import ProtocolError
+from swarm_pz.errors import CommandError, ProtocolError
+from swarm_pz.evaluation.processes import prepare_process
 from swarm_pz.play.frames import Frame, Target
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import SIDES, Side
 from swarm_pz.play.robots import Lab
 from swarm_pz.play.ros import commands, messages, robots
 from swarm_pz.play.ros.commands import Maker
-from swarm_pz.play.ros.connection import Client
 from swarm_pz.play.ros.messages import LOG, TOPICS, Message, log
-from swarm_pz.play.ros.rosbridge import Origins, Rosbridge
+from swarm_pz.play.ros.rosbridge import Client, Origins, Rosbridge
 from swarm_pz.play.ros.seat import Seat
 from swarm_pz.play.server.room_settings import settings_of
 
@@ -35,22 +38,26 @@ _ALONE_S = 60.0
 """Seconds after which seats are given up if all clients have gone."""
 
 
+def _say(line: str) -> None:
+    print(line, flush=True)  # noqa: T201
+
+
 class Bridge(Rosbridge):
     """A rosbridge whose clients play in one room of the game server at an address (host and port).
 
-    `opponent`, a policy, plays against the first client; without one, the game waits for a second player. `say` is
-    called with lines for the terminal. With `lab`, a lab's settings and the server's token, its robots fly the games.
+    `opponent`, a policy, plays against the first client; without one, the game waits for a second player. With `lab`,
+    a lab's settings and the server's token, its robots fly the games. `say` is called with lines for the terminal.
     """
 
     def __init__(
         self,
-        address: str,
         opponent: str | None,
         table: TableConfig,
-        say: Callable[[str], None],
-        origins: Origins | None = None,
+        origins: Origins,
+        lab: Lab | None,
+        address: str,
+        say: Callable[[str], None] = _say,
         alone_s: float = _ALONE_S,
-        lab: Lab | None = None,
     ) -> None:
         topics = (TOPICS, commands.INPUTS) if lab is None else (TOPICS | robots.TOPICS, commands.INPUTS | robots.INPUTS)
         super().__init__(*topics, every=frozenset({"/agent_team_status", LOG}))
@@ -76,16 +83,10 @@ class Bridge(Rosbridge):
 
     async def run(self, listening: socket.socket) -> None:
         """Serve until cancelled."""
-        await self.open(listening, self._origins)
         host, port = listening.getsockname()[:2]
         self._say(f"rosbridge is at ws://{f'[{host}]' if ':' in host else host}:{port}")
-        try:
-            await (self._flight.run() if self._flight is not None else asyncio.get_running_loop().create_future())
-        finally:
-            for task in self._tasks:
-                task.cancel()
-            await asyncio.gather(*self._tasks, return_exceptions=True)
-            await self.close()
+        flights = [self._flight.run()] if self._flight is not None else []
+        await asyncio.gather(self.serve_at(listening, self._origins), *flights)
 
     # --- messages from clients --------------------------------------------------------------------
 
@@ -196,3 +197,40 @@ class Bridge(Rosbridge):
     def _log(self, line: str, is_fault: bool = True) -> None:
         self._say(f"rosbridge: {line}")
         self.publish(LOG, log(line, time.time(), is_fault))
+
+
+# --- its process ----------------------------------------------------------------------------------
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """Return a listening socket for a rosbridge; raise CommandError if it cannot listen there."""
+    try:
+        return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+    except OSError as error:
+        raise CommandError(
+            f"cannot listen for ROS programs at {host}, port {port}: {os.strerror(error.errno or 0)}; is another "
+            "rosbridge running? Try another --rosbridge"
+        ) from error
+
+
+@contextlib.contextmanager
+def rosbridge(
+    listening: socket.socket, opponent: str | None, table: TableConfig, origins: Origins, lab: Lab | None, address: str
+) -> Iterator[None]:
+    """Serve ROS programs at a socket in this context; see `Bridge`. `address` is the game server's host and port."""
+    arguments = (listening, opponent, table, origins, lab, address)
+    process = multiprocessing.get_context("spawn").Process(target=_serve, args=arguments, daemon=True)
+    process.start()
+    listening.close()
+    try:
+        yield
+    finally:
+        process.kill()
+        process.join()
+
+
+def _serve(listening: socket.socket, *arguments: Any) -> None:
+    prepare_process()
+    if hasattr(os, "nice"):
+        os.nice(5)  # reading a large message takes a tenth of a second; the game's ticks come first
+    asyncio.run(Bridge(*arguments).run(listening))

@@ -11,7 +11,7 @@ from mcap.writer import Writer
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import OutputError
-from swarm_pz.files import check_file, draft_of, explain
+from swarm_pz.files import draft_of
 from swarm_pz.play.protocol import CapturedMessage
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recording import Recording
@@ -26,12 +26,10 @@ def messages_of(recording: Recording) -> Iterator[tuple[int, str, messages.Messa
     Drones are those of the recorded frames. Targets and capture fields are simulated again from the commands, so on
     another kind of processor they may differ after some seconds.
     """
-    playback, captured, is_first = Playback(recording), recording.of(CapturedMessage), True
-    for frame in recording.frames():
-        if is_first:
-            for drone, team in enumerate(frame.teams.tolist()):
-                yield frame.tick, "/agent_team_status", messages.team_status(drone, team)
-        is_first = False
+    playback, captured = Playback(recording), recording.of(CapturedMessage)
+    for number, frame in enumerate(recording.frames()):
+        for drone, team in enumerate(frame.teams.tolist() if number == 0 else ()):
+            yield frame.tick, "/agent_team_status", messages.team_status(drone, team)
         while captured and captured[0].tick <= frame.tick:
             line = captured.pop(0)
             yield line.tick, "/agent_team_status", messages.team_status(line.drone, line.team)
@@ -53,33 +51,29 @@ def write(recording: Recording, path: Path, progress: Callable[[float, float], N
     """
     if path.suffix != ".mcap":
         raise OutputError(f"an MCAP file's name ends with .mcap, got {path}")
-    check_file(path)
     types, count = {topic: kind for topic, kind in messages.TOPICS.items() if topic != messages.LOG}, 0
-    try:
-        with draft_of(path) as draft, draft.open("wb") as file:
-            writer: Any = Writer(file)
-            writer.start(profile="ros2")
-            writer.add_metadata(
-                "swarm-pz",
-                {
-                    "recording": recording.name,
-                    "red": recording.header.red.policy or recording.header.red.kind,
-                    "blue": recording.header.blue.policy or recording.header.blue.kind,
-                    "rules_hash": recording.config.game.rules_hash,
-                },
-            )
-            schemas = {
-                kind: writer.register_schema(full_name(kind), "ros2msg", definition(kind).encode())
-                for kind in dict.fromkeys(types.values())
-            }
-            channels = {topic: writer.register_channel(topic, "cdr", schemas[kind]) for topic, kind in types.items()}
-            for tick, topic, message in messages_of(recording):
-                time, data = messages.nanoseconds_of(tick), serialise(types[topic], message)
-                writer.add_message(channels[topic], time, data, publish_time=time, sequence=count)
-                count += 1
-                if progress is not None and topic == "/clock":
-                    progress(tick / TICKS_PER_SECOND, recording.last_tick / TICKS_PER_SECOND)
-            writer.finish()
-    except OSError as error:
-        raise OutputError(f"cannot write {str(path)!r}: {explain(error)}") from error
+    with draft_of(path) as draft, draft.open("wb") as file:
+        writer: Any = Writer(file)
+        writer.start(profile="ros2")
+        writer.add_metadata(
+            "swarm-pz",
+            {
+                "recording": recording.name,
+                "red": recording.header.red.policy or recording.header.red.kind,
+                "blue": recording.header.blue.policy or recording.header.blue.kind,
+                "rules_hash": recording.config.game.rules_hash,
+            },
+        )
+        schemas = {
+            kind: writer.register_schema(full_name(kind), "ros2msg", definition(kind).encode())
+            for kind in dict.fromkeys(types.values())
+        }
+        channels = {topic: writer.register_channel(topic, "cdr", schemas[kind]) for topic, kind in types.items()}
+        for tick, topic, message in messages_of(recording):
+            time, data = messages.nanoseconds_of(tick), serialise(types[topic], message)
+            writer.add_message(channels[topic], time, data, publish_time=time, sequence=count)
+            count += 1
+            if progress is not None and topic == "/clock":
+                progress(tick / TICKS_PER_SECOND, recording.last_tick / TICKS_PER_SECOND)
+        writer.finish()
     return count

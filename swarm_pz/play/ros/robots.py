@@ -107,10 +107,7 @@ class Robots:
 
     def look(self, now: float) -> None:
         """Update the states of all robots, and report those that change."""
-        config = self.config
-        low = np.array([*config.corner, config.altitudes[0]]) - config.fence
-        high = np.array([*(self._corner + config.scale), config.altitudes[1]]) + config.fence
-        is_inside = np.all((self.positions >= low) & (self.positions <= high), axis=1)
+        config, is_inside = self.config, self._are_inside(self.config.altitudes[0])
         for number in range(self.count):
             age = now - self._seen_s[number]
             held = "late" if age > config.late else "seen"
@@ -151,7 +148,7 @@ class Robots:
             led = led[:0]
         is_flown[led] = True
         if orders.phase == "starting":
-            is_flown[: len(orders.teams)] |= self._is_near(positions)[: len(orders.teams)]
+            is_flown[: len(orders.teams)] |= self._are_inside(-math.inf)[:count][: len(orders.teams)]
         is_flown &= states != "lost"
         stops = np.ones(count, bool)
         stops[led] = False
@@ -177,12 +174,11 @@ class Robots:
         self.speeds[:count] = is_flown[:, None] * (places - former) / _PERIOD_S
         self.accelerations[:count] = _shortened((self.speeds[:count] - begun) / _PERIOD_S, _HARDEST)
 
-    def _is_near(self, places: Floats) -> NDArray[np.bool_]:
-        """Return True for places (N, 3) within the fence around and above the map; the ground is within, too."""
-        away = np.abs(places[:, :2] - self._corner - self.config.scale / 2).max(axis=1)
-        fence = self.config.fence
-        near = (away <= self.config.scale / 2 + fence) & (places[:, 2] <= self.config.altitudes[1] + fence)
-        return np.asarray(near, np.bool_)
+    def _are_inside(self, lowest: float) -> NDArray[np.bool_]:
+        """Return which robots (_MOST,) are within the fence around the map, from a lowest altitude up."""
+        low = np.array([*self.config.corner, lowest]) - self.config.fence
+        high = np.array([*(self._corner + self.config.scale), self.config.altitudes[1]]) + self.config.fence
+        return np.asarray(np.all((self.positions >= low) & (self.positions <= high), axis=1), np.bool_)
 
     def _braked(self, places: Floats, positions: Floats, speeds: Floats, is_free: NDArray[np.bool_]) -> Floats:
         """Return velocities (N, 2) at which setpoints stop before walls, and setpoints and robots before others."""

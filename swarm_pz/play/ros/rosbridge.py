@@ -1,27 +1,32 @@
 """A rosbridge server, protocol version 2: topics and a few services over WebSockets, in JSON.
 
 It is independent of games: `Rosbridge.heard` gets clients' messages, and `Rosbridge.publish` sends to subscribers.
+
+A client that reads slowly gets only a topic's latest message, whatever queue length it asked for, so that messages are
+never old. Only events, put without a topic, are all kept.
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import re
 import reprlib
 import socket
 import time
+from collections import deque
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import cbor2
 import msgspec
 from websockets import Origin
-from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 from swarm_pz.errors import CommandError, ProtocolError, nearest
-from swarm_pz.play.ros.connection import Client, Subscription
 from swarm_pz.play.ros.definitions import definition, full_name, plain_name, serialise
 from swarm_pz.play.ros.messages import LOG, Message
 from swarm_pz.play.ros.messages import log as log_line
@@ -36,6 +41,12 @@ _MOST_CHARACTERS = 256
 """Length of a name, type or id."""
 _BUFFER_BYTES = 2**16
 """The system's send buffer of a client; it is small, since messages in it grow old."""
+_MOST_WAITING = 2**22
+"""Most bytes of events that may wait for one client; with more, its connection ends."""
+MESSAGES_PER_SECOND, BYTES_PER_SECOND = 200, 2**22
+"""Most messages and bytes a second that are read from one client; the rest waits in its connection."""
+_BURST_S = 1.0
+"""Seconds of unused rates that a client may use at once."""
 _COMPRESSIONS = ("none", "cbor-raw")
 """Foxglove and Lichtblick read only cbor-raw: CDR in CBOR."""
 _IGNORED = ("unadvertise", "advertise_service", "unadvertise_service", "service_response", "status", "set_level")
@@ -63,6 +74,72 @@ def origins_of(host: str, others: Sequence[str] = ()) -> Origins:
     return [None, home, *(Origin(re.sub("(?<=[^/])/$", "", other.lower())) for other in others)]
 
 
+@dataclass
+class Subscription:
+    """A client's subscription to a topic."""
+
+    compression: str
+    throttle_s: float
+    ids: set[str] = field(default_factory=set)
+    last_s: float = -1e9
+
+
+class Client:
+    """One connection."""
+
+    def __init__(self, connection: ServerConnection) -> None:
+        self.subscriptions: dict[str, Subscription] = {}
+        self.ending: asyncio.Task[None] | None = None
+        self._connection = connection
+        self._latest: dict[str, str | bytes] = {}
+        self._events: deque[str | bytes] = deque()
+        self._waiting = 0
+        """Bytes of the events that wait."""
+        self._read_until_s = -1e9
+        self._wake = asyncio.Event()
+
+    def pause_after(self, size: int) -> float:
+        """Return the seconds to wait after a message of `size` bytes, so that the client keeps to both rates."""
+        now = time.monotonic()
+        cost = max(1.0 / MESSAGES_PER_SECOND, size / BYTES_PER_SECOND)
+        self._read_until_s = max(self._read_until_s, now - _BURST_S) + cost
+        return max(self._read_until_s - now, 0.0)
+
+    def put(self, frame: str | bytes, topic: str | None = None) -> None:
+        """Queue a frame; with a topic, it replaces a frame of this topic that still waits.
+
+        If too many bytes wait, the connection ends, and what waits is dropped.
+        """
+        if self.ending is not None:
+            return
+        if topic is not None:
+            self._latest.pop(topic, None)
+            self._latest[topic] = frame
+        else:
+            self._events.append(frame)
+            self._waiting += len(frame)
+            if self._waiting > _MOST_WAITING:
+                self._events.clear()
+                self._latest.clear()
+                reason = f"too slow: {self._waiting} bytes wait to be received"
+                self.ending = asyncio.create_task(self._connection.close(1008, reason))
+        self._wake.set()
+
+    async def write(self) -> None:
+        """Send queued frames, until the connection ends."""
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await self._wake.wait()
+                self._wake.clear()
+                while self._events or self._latest:
+                    if self._events:
+                        frame = self._events.popleft()
+                        self._waiting -= len(frame)
+                    else:
+                        frame = self._latest.pop(next(iter(self._latest)))
+                    await self._connection.send(frame)
+
+
 class Rosbridge:
     """The server; a subclass handles the messages.
 
@@ -73,7 +150,6 @@ class Rosbridge:
     def __init__(self, topics: Mapping[str, str], inputs: Mapping[str, str], every: frozenset[str]) -> None:
         self._topics, self._types, self._every = topics, {**inputs, **topics}, every
         self._clients: set[Client] = set()
-        self._server: Server | None = None
 
     def heard(self, client: Client, topic: str, message: Message) -> None:
         """Handle a message that a client publishes; if it is invalid, raise ProtocolError with what is expected."""
@@ -81,25 +157,21 @@ class Rosbridge:
     def left(self, client: Client) -> None:
         """Note that a client has gone."""
 
-    async def open(self, listening: socket.socket, origins: Origins | None = None) -> None:
-        """Begin to serve clients of `origins`, by default programs and pages of this machine, at a socket."""
+    async def serve_at(self, listening: socket.socket, origins: Origins) -> None:
+        """Serve clients of `origins` at a socket until cancelled."""
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)  # accepted sockets inherit it
-        self._server = await serve(
+        serving = serve(
             self._meet,
             sock=listening,
-            origins=origins if origins is not None else origins_of("127.0.0.1"),
+            origins=origins,
             max_size=MAX_MESSAGE_BYTES,
             compression=None,
             ping_interval=20,
             ping_timeout=20,
             close_timeout=1,
         )
-
-    async def close(self) -> None:
-        """Stop listening, and end all connections."""
-        if self._server is not None:
-            self._server.close()
-            await self._server.wait_closed()
+        async with serving:
+            await asyncio.get_running_loop().create_future()
 
     # --- to clients -----------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from websockets import Subprotocol
 from websockets.asyncio.client import ClientConnection, connect
@@ -14,9 +14,12 @@ from websockets.exceptions import ConnectionClosed
 from swarm_pz.config import TEAM_NAMES, GameConfig
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play import protocol
-from swarm_pz.play.frames import FRAME, TARGET, Frame, Target, decode_frame, decode_target
+from swarm_pz.play.frames import FRAME, TARGET, decode_frame, decode_target
 from swarm_pz.play.protocol import Side
 from swarm_pz.play.ros.commands import Maker
+
+if TYPE_CHECKING:
+    from swarm_pz.play.ros.bridge import Bridge
 
 _COMMAND_S = 0.1
 """Least seconds between two commands to the server; of commands that come sooner, only the latest waits."""
@@ -27,28 +30,15 @@ _ACKNOWLEDGED = 4
 _ENDS = {"red": "red has won", "blue": "blue has won", "draw": "a draw", "stopped": "it was stopped"}
 
 
-class Owner(Protocol):
-    """The receiver of a seat's frames, targets and reports."""
-
-    def show(self, seat: Seat, frame: Frame) -> None:
-        """Take a frame."""
-
-    def show_target(self, seat: Seat, target: Target) -> None:
-        """Take a target of the seat's team."""
-
-    def report(self, seat: Seat, text: str, is_fault: bool) -> None:
-        """Take a report on the seat."""
-
-
 class Seat:
-    """A seat, from its connection to the server to its end; it passes what it receives on to its owner."""
+    """A seat, from its connection to the server to its end; it passes what it receives on to its bridge."""
 
-    def __init__(self, address: str, side: Side, owner: Owner) -> None:
+    def __init__(self, address: str, side: Side, bridge: Bridge) -> None:
         self.side: Side = side
         self.room: asyncio.Future[str] = asyncio.get_running_loop().create_future()
         """The code of its room, once it is known; cancelled if there will be none."""
         self.ended = False
-        self._address, self._owner = address, owner
+        self._address, self._bridge = address, bridge
         self._takes: protocol.Commands | None = None
         self._cells = GameConfig().command_cells
         self._unread: Maker | None = None
@@ -143,7 +133,7 @@ class Seat:
     # --- what the table says ----------------------------------------------------------------------
 
     def _tell(self, text: str, *, is_fault: bool = False) -> None:
-        self._owner.report(self, text, is_fault)
+        self._bridge.report(self, text, is_fault)
 
     def _take(self, data: str | bytes) -> None:
         if isinstance(data, str):
@@ -153,9 +143,9 @@ class Seat:
             self._frames += 1
             if self._frames % _ACKNOWLEDGED == 0:
                 self._say(protocol.Acknowledge(frame.sequence))
-            self._owner.show(self, frame)
+            self._bridge.show(self, frame)
         elif data[0] == TARGET and TEAM_NAMES[(target := decode_target(data)).team] == self.side:
-            self._owner.show_target(self, target)
+            self._bridge.show_target(self, target)
 
     def _hear(self, message: protocol.ServerMessage) -> None:
         match message:

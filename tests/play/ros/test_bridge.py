@@ -1,4 +1,4 @@
-"""ROS programs at a table: seats, commands, what subscribers see, who plays which side; and how the server runs."""
+"""ROS programs at a table: seats, commands, what subscribers see, and who plays which side."""
 
 from __future__ import annotations
 
@@ -20,9 +20,8 @@ from swarm_pz.errors import CommandError, RecordingError
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import InForceMessage, SeatCommand
 from swarm_pz.play.recordings.recording import Recording
-from swarm_pz.play.ros import process
-from swarm_pz.play.ros.bridge import Bridge
-from tests.play.conftest import Table
+from swarm_pz.play.ros.bridge import Bridge, listen
+from swarm_pz.play.ros.rosbridge import origins_of
 
 ROOT = Path(__file__).parents[3]
 ERGODIC = GameConfig(time_limit=600.0)
@@ -78,11 +77,11 @@ class Meeting:
     """A bridge and the programs connected to it."""
 
     def __init__(self, port, lines, stack):
-        self._port, self._stack, self.lines = port, stack, lines
+        self.port, self._stack, self.lines = port, stack, lines
 
     async def join(self, **options):
         """Connect another program, which receives refusals, and return it."""
-        link = await self._stack.enter_async_context(connect(f"ws://127.0.0.1:{self._port}", max_size=None, **options))
+        link = await self._stack.enter_async_context(connect(f"ws://127.0.0.1:{self.port}", max_size=None, **options))
         program = Program(link)
         await program.subscribe("/rosout")
         return program
@@ -105,7 +104,8 @@ def meet(table, conversation, opponent="uniform", game=ERGODIC, **options):
 
     async def run():
         listening, lines = socket.create_server(("127.0.0.1", 0)), []
-        bridge = Bridge(table.address, opponent, TableConfig(game=game), lines.append, **options)
+        rules, origins = TableConfig(game=game), origins_of("127.0.0.1")
+        bridge = Bridge(opponent, rules, origins, None, table.address, lines.append, **options)
         serving = asyncio.create_task(bridge.run(listening))
         try:
             async with contextlib.AsyncExitStack() as stack, asyncio.timeout(PATIENCE_S):
@@ -172,7 +172,7 @@ async def test_two_tablets_meet_in_one_room_see_one_game_and_clear_their_own_sid
     await red.connect_player("red")
     room = await meeting.room("red")
     assert room == await meeting.room("blue")
-    await red.subscribe("/clock", "/swarm/sizes", "/swarm/blue/capture_field", "/tf")
+    await red.subscribe("/clock", "/swarm/sizes", "/swarm/blue/capture_field")
     await red.subscribe("/red_team_target_dist", "/blue_team_target_dist")
     await red.hear("/swarm/blue/capture_field")
     await blue.publish("clear_locs")
@@ -186,8 +186,6 @@ async def test_two_tablets_meet_in_one_room_see_one_game_and_clear_their_own_sid
         await recorded(table, room, InForceMessage, teams=[team])
     for _ in range(30):
         await red.hear("/clock")
-    flown = [one["transform"]["translation"]["z"] for one in (await red.hear("/tf"))["transforms"]]
-    assert len(set(flown)) == 20 and min(flown) > 0.0, "altitudes of their own"
     clocks = [one["msg"]["clock"] for one in red.heard if one.get("topic") == "/clock"]
     times = [clock["sec"] + clock["nanosec"] * 1e-9 for clock in clocks]
     assert times == sorted(set(times))
@@ -302,24 +300,22 @@ def test_what_is_refused_stands_in_the_log_of_who_said_it_and_a_table_that_is_no
     meet(Nowhere, conversation, opponent=None)
 
 
-# --- the process beside a table ---------------------------------------------------------------------------
-
-
 def test_a_port_that_is_taken_is_said():
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(CommandError, match="another rosbridge"):
-        process.listen("127.0.0.1", taken.getsockname()[1])
+        listen("127.0.0.1", taken.getsockname()[1])
 
 
-def test_the_documentations_program_plays_with_a_real_client(tmp_path):
-    table = Table(tmp_path, "--rosbridge", "0", "--ros-opponent", "uniform")
-    port = next(line for line in table.process.stdout if "rosbridge is at" in line).rpartition(":")[2].strip()
+@at_bridge()
+async def test_the_documentations_program_plays_with_a_real_client(meeting, table):
     (program,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "ros.md").read_text(), re.S)
-    command = [sys.executable, "-u", "-c", program.replace("port=9090", f"port={port}")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as playing:  # noqa: S603  (our own page)
-        lines = [next(line for line in playing.stdout if "red drones" in line) for _ in range(90)]
-        playing.kill()
-    assert all(int(line.split()[0]) > 0 for line in lines)
-    assert table.end().count("plays in room") == 1 and table.process.returncode in (0, -15)
-    (path,) = tmp_path.glob("*.jsonl")
-    commands = [line.density for line in Recording.read(path).of(SeatCommand) if line.team == 0]
-    assert commands and all(density == [[1.0] * 10] * 5 + [[0.0] * 10] * 5 for density in commands)
+    command = [sys.executable, "-u", "-c", program.replace("port=9090", f"port={meeting.port}")]
+    playing = await asyncio.create_subprocess_exec(*command, stdout=subprocess.PIPE)
+    shown = 0
+    while shown < 10:
+        line = await playing.stdout.readline()
+        assert line, "the program has ended"
+        shown += b" red drones" in line and int(line.split()[0]) > 0
+    commands = await recorded(table, await meeting.room(), SeatCommand)
+    assert all(line.density == [[1.0] * 10] * 5 + [[0.0] * 10] * 5 for line in commands)
+    playing.kill()
+    await playing.wait()

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import RED, CaptureConfig, GameConfig
+from swarm_pz.config import RED, GameConfig
 from swarm_pz.config.registry import system_of
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play.commands import CommandReader
 from swarm_pz.play.forms import commands_of
 from swarm_pz.play.ros import commands
 from swarm_pz.play.strokes import Stroke, density_of
-from swarm_pz.simulator import Simulator
 
 CELLS = 10
 IMAGE = np.random.default_rng(1).random((50, 50))
@@ -43,19 +42,13 @@ def test_an_image_is_a_density_cell_by_cell_however_bright_it_is():
         np.testing.assert_array_equal(other, values)
 
 
-def test_a_swarm_follows_the_weak_contrast_of_a_tablet_and_by_released_it_is_sent_as_it_is():
+def test_the_weak_contrast_of_a_tablet_is_raised_and_by_released_it_is_sent_as_it_is():
     strokes = [Stroke(brush="attract", width=0.1, points=((0.3, 0.6),))]
     image = np.rint(255 * density_of(strokes, CELLS, "paper")).repeat(5, 0).repeat(5, 1)
     message = {"data": (10.0 * image / image.sum()).ravel().tolist()}
     assert made(commands.density(message))[1].min() > 0.9
-    alone = Simulator(GameConfig(drones_per_team=(10, 0), capture=CaptureConfig(enabled=False)), 4)
-    alone.reset(range(4))
-    alone.command(RED, np.stack([made(commands.density(message, is_weak=True))[1]] * 4))
-    near = []
-    for _ in range(60):
-        alone.advance(10)
-        near.append(np.hypot(alone.positions[..., 0] - 0.3, alone.positions[..., 1] - 0.6) < 0.15)
-    assert np.mean(near) > 4 * np.pi * 0.15**2, "several times as long as by an even cover"
+    raised = made(commands.density(message, is_weak=True))[1]
+    assert raised[5:7, 2:4].mean() > 0.5 > 0.01 > np.median(raised)
     assert np.ptp(made(commands.density({"data": [0.004] * 2500}, is_weak=True))[1]) == 0.0, "nothing is drawn"
 
 
@@ -99,15 +92,13 @@ NONE = [None, [], [3], [{"position": 3}], [pose(float("nan"), 0.5)], [pose(10**4
             (commands.density, {"data": data}, "ergodic", said)
             for data, said in [
                 ([0.1] * 2499, "2499 values"), ([0.1] * 121, "multiple"), ([], "0 values"), ([-0.1] * 2500, "below 0"),
-                ([float("inf")] * 2500, "finite"), ([10**400] * 2500, "too large"), ([True] * 2500, "list of numbers"),
-                ("attract", "got str"),
+                ([10**400] * 2500, "out of range"), ([True] * 2500, "got `bool`"), ("attract", "got `str`"),
             ]
         ),
         *((commands.attractors, {"poses": poses}, "flocking", "must be") for poses in NONE),
         (commands.density, {"data": [1.0] * 100}, "direct", "takes accelerations; .*TEAM/command"),
         (commands.attractor, {"x": 0, "y": 0}, "ergodic", "takes density; .*TEAM/density"),
         (commands.attractor, {"x": 0, "y": 0}, "formation", "takes formation.*TEAM/command"),
-        (commands.any_kind, {"data": [float("inf")] * 40}, "direct", "finite"),
         (commands.any_kind, {"data": [0.5] * 20}, "direct", "20 x 2, got 20"),
     ],
 )  # fmt: skip
