@@ -38,10 +38,12 @@ SERVERS = tuple(
     )
 )  # fmt: skip
 """Tests that wait for servers, processes and clocks: one process runs them all, one after another."""
+TOGETHER = ("tests/jax/", "tests/standard/", "tests/training/")
+"""Folders whose tests need libraries or games that take long to prepare: one process runs a whole folder."""
 
 
 def pytest_xdist_make_scheduler(config, log):
-    """Keep a file in one process, since its tests share fixtures; `SERVERS` and tests/standard each count as one."""
+    """Keep a file in one process, since its tests share fixtures; as are `SERVERS`, and each folder of `TOGETHER`."""
     from xdist.scheduler import LoadScopeScheduling
 
     class Scheduling(LoadScopeScheduling):
@@ -49,7 +51,7 @@ def pytest_xdist_make_scheduler(config, log):
             file = nodeid.split("::")[0]
             if file in SERVERS:
                 return "servers"
-            return "tests/standard" if file.startswith("tests/standard/") else file
+            return next((folder for folder in TOGETHER if file.startswith(folder)), file)
 
     return Scheduling(config, log)
 
@@ -79,7 +81,8 @@ def pytest_ignore_collect(collection_path, config):
 
 
 def pytest_collection_modifyitems(items):
-    items.sort(key=lambda item: not item.nodeid.startswith((*PAGES, *SERVERS)))  # other tests run while these wait
+    # Tests that wait come first, so that others run meanwhile; then what one process runs for long.
+    items.sort(key=lambda item: (not item.nodeid.startswith((*PAGES, *SERVERS)), not item.nodeid.startswith(TOGETHER)))
     for item in items:
         if depends_on_rounding(item.path):
             item.add_marker(pytest.mark.bits)
