@@ -139,8 +139,10 @@ def league(
             say(f"training for {learner.total_steps:,} steps in {out} (Ctrl-C stops, the same command goes on)")
         with stops_at_safe_points() as should_stop:
             policy = run.run(should_stop)
-        options = {"games": games, "config": learner.game, "threads": learner.threads}
-        matches = [play_match(policy, script.__name__, **options) for script in SCRIPTS]
+        matches = [
+            play_match(policy, script.__name__, games=games, config=learner.game, threads=learner.threads)
+            for script in SCRIPTS
+        ]
     policy.with_results({match.opponent: match.summary() for match in matches}).write(out)
     tables.print_matches(matches, "opponent", f"{out.name} against the scripts")
     print(f"policy: {out}")
@@ -175,7 +177,7 @@ def export(
         from swarm_pz.policies.learned import LearnedPolicy
 
         learned = None if is_model else load(policy, game, system)
-        if not is_model and not isinstance(learned, LearnedPolicy):
+        if learned is not None and not isinstance(learned, LearnedPolicy):
             raise PolicyError(
                 f"only networks can be exported, and {policy!r} is none: expected a folder that training wrote, a "
                 "learned policy's name, or a file.zip of Stable-Baselines3"
