@@ -36,21 +36,32 @@ SERVERS = tuple(
         "test_study_run",
     )
 )  # fmt: skip
-"""Tests that wait for servers, processes and clocks: one process runs them all, one after another."""
+"""Tests that wait for servers, processes and clocks."""
+TOGETHER = {
+    "servers": SERVERS,
+    "learning": ("tests/training/", "tests/cli/test_cli.py", "tests/test_docs.py"),
+    "jax": ("tests/jax/",),
+    "standard": ("tests/standard/",),
+    "site": ("tests/test_package.py", "tests/test_pages.py"),
+}
+"""Groups of tests that one process runs: they wait, or need libraries or fixtures that take long to prepare."""
 
 
 def pytest_xdist_make_scheduler(config, log):
-    """Keep a file in one process, since its tests share fixtures; `SERVERS` and tests/standard each count as one."""
+    """Keep a file in one process, since its tests share fixtures, and a group of `TOGETHER`."""
     from xdist.scheduler import LoadScopeScheduling
 
     class Scheduling(LoadScopeScheduling):
         def _split_scope(self, nodeid):
-            file = nodeid.split("::")[0]
-            if file in SERVERS:
-                return "servers"
-            return "tests/standard" if file.startswith("tests/standard/") else file
+            group = group_of(nodeid)
+            return nodeid.split("::")[0] if group is None else group
 
     return Scheduling(config, log)
+
+
+def group_of(nodeid):
+    """Return the test's group of `TOGETHER`, or None."""
+    return next((group for group, files in TOGETHER.items() if nodeid.startswith(files)), None)
 
 
 @cache
@@ -77,7 +88,8 @@ def pytest_ignore_collect(collection_path, config):
 
 
 def pytest_collection_modifyitems(items):
-    items.sort(key=lambda item: not item.nodeid.startswith((*PAGES, *SERVERS)))  # other tests run while these wait
+    # Tests that wait come first, so that others run meanwhile; then groups, which take one process long.
+    items.sort(key=lambda item: (not item.nodeid.startswith((*PAGES, *SERVERS)), group_of(item.nodeid) is None))
     for item in items:
         if depends_on_rounding(item.path):
             item.add_marker(pytest.mark.bits)

@@ -37,10 +37,11 @@ def test_the_package_and_its_kernels_import_nothing_heavy_and_folders_of_the_use
 
 
 def test_the_command_line_is_a_module_too_and_the_package_leaves_ctrl_c_alone():
-    code = "import signal, sys; sys.argv = ['swarm-pz']; old = signal.getsignal(2); import swarm_pz; "
-    assert printed_by(code + "print(signal.getsignal(2) is old)") == "True\n"
-    code = "import runpy, sys; sys.argv = ['swarm_pz', '--version']; runpy.run_module('swarm_pz', run_name='__main__')"
-    assert printed_by(code) == f"swarm-pz {swarm_pz.__version__}\n"
+    code = (
+        "import runpy, signal, sys; sys.argv = ['swarm-pz', '--version']; old = signal.getsignal(2); import swarm_pz; "
+        "print(signal.getsignal(2) is old); runpy.run_module('swarm_pz', run_name='__main__')"
+    )
+    assert printed_by(code) == f"True\nswarm-pz {swarm_pz.__version__}\n"
 
 
 @pytest.fixture(scope="module")

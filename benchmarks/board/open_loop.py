@@ -21,7 +21,6 @@ from contextlib import closing
 from itertools import product
 from typing import Any
 
-import cma
 import numpy as np
 from numpy.typing import NDArray
 
@@ -138,6 +137,8 @@ def laps() -> list[Images]:
 
 def search(track: Track, pool: Executor) -> dict[str, Images]:
     """Return the best constant, the best sequence and the best lap for a track."""
+    import cma  # with pyplot, it takes seconds
+
     pairs, generations, candidates, more = BUDGET[track.name]
     x, y = cell_centres(CELLS)
     drawn = (np.ones_like(x), ring(np.hypot(x - 0.5, y - 0.5), width=0.15), corner_discs(x, y))

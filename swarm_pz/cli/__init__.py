@@ -33,33 +33,16 @@ from swarm_pz.cli.printing import printable
 def commands_of(program: str) -> dict[str, Callable[..., None]]:
     """Return the commands of ``swarm-pz`` or of ``swarm-pz study``, by name."""
     if program == "swarm-pz study":
-        return {
-            "plan": studies.plan,
-            "power": studies.power,
-            "run": studies.run,
-            "status": studies.status,
-            "withdraw": studies.withdraw,
-            "tables": studies.tables,
-            "export": studies.export,
-        }
-    return {
-        "train": learn.train,
-        "sweep": learn.sweep,
-        "league": learn.league,
-        "evaluate": compare.evaluate,
-        "tournament": compare.tournament,
-        "season": compare.season,
-        "benchmark": standard.benchmark,
-        "export": learn.export,
-        "play": play.play,
-        "replay": play.replay,
-        "site": play.site,
-        "policies": compare.list_policies,
-        "render": machine.render,
-        "bench": machine.bench,
-        "warmup": machine.warmup,
-        "study": studies.run,  # for the list of commands; it has its own
-    }
+        of_studies = (studies.plan, studies.power, studies.run, studies.status, studies.withdraw, studies.tables)
+        return {command.__name__: command for command in (*of_studies, studies.export)}
+    commands: tuple[Callable[..., None], ...] = (
+        learn.train, learn.sweep, learn.league,
+        compare.evaluate, compare.tournament, compare.season, standard.benchmark,
+        learn.export, play.play, play.replay, play.site,
+        compare.policies, machine.render, machine.bench, machine.warmup,
+    )  # fmt: skip
+    by_name = {command.__name__: command for command in commands}
+    return by_name | {"study": studies.run}  # for the list of commands; it has its own
 
 
 ABOUT = (

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import json as json_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
@@ -13,13 +14,14 @@ from swarm_pz.cli.player_options import Opponent, Player, Players, able, able_to
 from swarm_pz.cli.report import command, need, print_rules, progress
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError
-from swarm_pz.files import check_file, check_folder, draft_of
+from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
+from swarm_pz.files import check_file, check_folder, draft_of, write_json
 from swarm_pz.policy import kind_of
 
 if TYPE_CHECKING:
     from swarm_pz.evaluation.season import Entries
-    from swarm_pz.evaluation.tournament import Tournament
 
+Games = Annotated[TournamentConfig, tyro.conf.arg(name="")]
 _NAMED = 6
 """Maximum number of lost games that are listed; a file of results has all of them."""
 
@@ -69,12 +71,9 @@ def evaluate(
 def tournament(
     players: Players = (),
     /,
-    games: int = 40,
-    seed: int = 0,
-    budget_ms: float = 2000.0,
+    config: Games = TournamentConfig(),  # noqa: B008  (frozen)
     workers: WorkerOptions = WORKERS,
     out: Path = Path("runs/ladder"),
-    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Play every player against every other and write the ladder.
 
@@ -83,27 +82,23 @@ def tournament(
     Args:
         players: Names of policies, folders that training wrote, FILE.py:NAME, or exec:PROGRAM.
             Without any, all installed policies that can play.
-        games: Games of each pair of players, half from each side; must be even.
-        seed: Seed of the tournament; all pairs of players play from the same starts.
-        budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
+        config: The games.
         out: Folder of the tournament: games.jsonl, index.html, ladder.json and ladder.png.
-        game: The rules.
     """
     need("cli", "choix", "jinja2", "matplotlib")
     from swarm_pz import policies
     from swarm_pz.evaluation.season import Entries
-    from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
 
-    config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
     check_folder(out)
     with progress("players", "loading players"):
-        field = Tournament(players or able(game), config, out, policies.load, command())
-    _play_on(field, workers)
-    _write_ladder(field, "Tournament", Entries())
+        field = Tournament(players or able(config.game), config, out, policies.load, command())
+    _play_on(field, workers, "Tournament", Entries())
 
 
-def _play_on(field: Tournament, workers: Workers) -> None:
-    """Play the missing games of a tournament, until a signal stops it."""
+def _play_on(field: Tournament, workers: Workers, title: str, entries: Entries) -> None:
+    """Play the missing games of a tournament, unless a signal stops it; then print and write the ladder and a page."""
+    from swarm_pz.evaluation import ladder, season
+
     with (
         goes_on_with(command()),
         workers.open() as pool,
@@ -111,17 +106,10 @@ def _play_on(field: Tournament, workers: Workers) -> None:
         stops_at_safe_points() as should_stop,
     ):
         field.play(progress=show, should_stop=should_stop, pool=pool)
-
-
-def _write_ladder(field: Tournament, title: str, entries: Entries) -> None:
-    """Rate the players of a tournament, print the ladder, and write it and a page."""
-    from swarm_pz.evaluation import ladder, season
-
     print_rules(field.config.game)
     with progress("players", "rating players"):
         figures = ladder.make_ladder(field)
-    with draft_of(field.folder / "ladder.json") as draft:
-        draft.write_text(json_module.dumps(figures, indent=2) + "\n")
+    write_json(field.folder / "ladder.json", figures)
     ladder.plot(figures, field.folder / "ladder.png")
     with draft_of(field.folder / season.PAGE) as draft:
         draft.write_text(season.render(title, figures, entries, field.games.values()), encoding="utf-8")
@@ -133,13 +121,10 @@ def _write_ladder(field: Tournament, title: str, entries: Entries) -> None:
 def season(
     folder: Path,
     /,
-    games: int = 40,
-    seed: int = 0,
-    budget_ms: float = 2000.0,
+    config: Games = TournamentConfig(),  # noqa: B008  (frozen)
     field: bool = True,
     allow_programs: bool = False,
     workers: WorkerOptions = WORKERS,
-    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Play the entries in a folder against each other and the benchmark's field, and write the season's page.
 
@@ -147,21 +132,16 @@ def season(
 
     Args:
         folder: Folder that holds `entries`, and gets games.jsonl, index.html, ladder.json and ladder.png.
-        games: Games of each pair of players, half from each side; must be even.
-        seed: Seed of the season; all pairs of players play from the same starts.
-        budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
+        config: The games.
         field: Also play against the opponents of the benchmark's track `field`.
         allow_programs: Also run entries that are programs, which can do anything that you can.
-        game: The rules.
     """
     need("cli", "choix", "jinja2", "matplotlib")
     from swarm_pz.evaluation import season as seasons
-    from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
     from swarm_pz.standard import Protocol
 
-    config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
     with progress("players", "loading players"):
-        entries = seasons.Entries.read(folder, game, allow_programs=allow_programs)
+        entries = seasons.Entries.read(folder, config.game, allow_programs=allow_programs)
         check_folder(folder)
         others = [one.name for track in Protocol.read().tracks if track.name == "field" for one in track.trials]
         players = (*entries.folders, *(others if field else ()))
@@ -172,11 +152,10 @@ def season(
         tournament = Tournament(players, config, folder, entries, command())
     for line in left_out:
         print(tables.printable(line))
-    _play_on(tournament, workers)
-    _write_ladder(tournament, "Season", entries)
+    _play_on(tournament, workers, "Season", entries)
 
 
-def list_policies() -> None:
+def policies() -> None:
     """List the installed policies and control systems.
 
     A policy sends densities, unless its line names another kind of command.

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import tyro
 
@@ -17,11 +16,8 @@ from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
 from swarm_pz.errors import CheckpointError, PolicyError
 from swarm_pz.files import check_folder
+from swarm_pz.policy import load
 from swarm_pz.training.config import LeagueConfig, TrainConfig
-
-if TYPE_CHECKING:
-    from swarm_pz.evaluation.match import MatchResult
-    from swarm_pz.policies.learned import LearnedPolicy
 
 
 def _check_games(games: int) -> None:
@@ -127,6 +123,7 @@ def league(
         games: Games against each script at the end; must be even.
     """
     need("train", "torch", "stable_baselines3")
+    from swarm_pz.evaluation.match import play_match
     from swarm_pz.evaluation.workers import SerialExecutor
     from swarm_pz.policies.scripted import SCRIPTS
     from swarm_pz.training.selfplay import League
@@ -142,20 +139,13 @@ def league(
             say(f"training for {learner.total_steps:,} steps in {out} (Ctrl-C stops, the same command goes on)")
         with stops_at_safe_points() as should_stop:
             policy = run.run(should_stop)
-        matches = _against([script.__name__ for script in SCRIPTS], policy, learner.game, games, learner.threads)
+        matches = [
+            play_match(policy, script.__name__, games=games, config=learner.game, threads=learner.threads)
+            for script in SCRIPTS
+        ]
     policy.with_results({match.opponent: match.summary() for match in matches}).write(out)
-    tables.print_opponents(matches, f"{out.name} against the scripts")
+    tables.print_matches(matches, "opponent", f"{out.name} against the scripts")
     print(f"policy: {out}")
-
-
-def _against(
-    names: Sequence[str], policy: LearnedPolicy, game: GameConfig, games: int, threads: int
-) -> list[MatchResult]:
-    """Return a policy's matches against named players."""
-    from swarm_pz.evaluation.match import play_match
-    from swarm_pz.policy import load
-
-    return [play_match(policy, load(name, game), games=games, config=game, threads=threads) for name in names]
 
 
 def export(
@@ -184,7 +174,14 @@ def export(
             f"--trust; of others take nothing but ONNX files"
         )
     with progress("files", "exporting"):
-        learned = None if is_model else _learned(policy, game)
+        from swarm_pz.policies.learned import LearnedPolicy
+
+        learned = None if is_model else load(policy, game, system)
+        if learned is not None and not isinstance(learned, LearnedPolicy):
+            raise PolicyError(
+                f"only networks can be exported, and {policy!r} is none: expected a folder that training wrote, a "
+                "learned policy's name, or a file.zip of Stable-Baselines3"
+            )
         need("train", "onnx", "onnxruntime", "onnxscript")
         from swarm_pz.policies import exporting
 
@@ -193,16 +190,3 @@ def export(
         else:
             exporting.export_learned(learned, game, system, out)
     print(f"wrote {out}; try it: {program()} evaluate {out}")
-
-
-def _learned(policy: str, game: GameConfig) -> LearnedPolicy:
-    from swarm_pz.policies.learned import LearnedPolicy
-    from swarm_pz.policy import load
-
-    player = load(policy, game, game.team_systems[0])
-    if not isinstance(player, LearnedPolicy):
-        raise PolicyError(
-            f"only networks can be exported, and {policy!r} is none: expected a folder that training wrote, a learned "
-            "policy's name, or a file.zip of Stable-Baselines3"
-        )
-    return player

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from swarm_pz.evaluation.ladder import figure
 from swarm_pz.evaluation.match import MatchResult
@@ -18,49 +18,41 @@ _WIDE = 400
 """Width of a table in a pipe or file, in characters; names are not wrapped there."""
 
 
-def print_matches(matches: list[MatchResult]) -> None:
-    """Print matches of several policies against the same opponent."""
-    title = f"against {_marked(matches[0], matches[0].opponent)}, both sides, seed {matches[0].seed}"
-    _print_table([(_marked(match, match.policy), match) for match in matches], "policy", title)
+def print_matches(matches: list[MatchResult], by: Literal["policy", "opponent"] = "policy", title: str = "") -> None:
+    """Print matches of several policies against one opponent, or of one policy against several opponents.
 
+    `by` heads the names of the several. The title of matches against one opponent has its name and the seed.
+    """
 
-def print_opponents(matches: list[MatchResult], title: str) -> None:
-    """Print matches of the same policy against several opponents."""
-    _print_table([(_marked(match, match.opponent), match) for match in matches], "opponent", title)
+    def marked(match: MatchResult, which: str) -> str:
+        name = str(getattr(match, which))
+        return f"{name}*" if name in match.privileged else name
 
-
-def _marked(match: MatchResult, name: str) -> str:
-    return f"{name}*" if name in match.privileged else name
-
-
-def _print_table(rows: list[tuple[str, MatchResult]], heading: str, title: str) -> None:
-    limit = rows[0][1].limit_s
-    note = "; * sees the simulator itself" if any(match.privileged for _, match in rows) else ""
+    first = matches[0]
+    title = title or f"against {marked(first, 'opponent')}, both sides, seed {first.seed}"
+    note = "; * sees the simulator itself" if any(match.privileged for match in matches) else ""
     lines = []
-    for name, match in rows:
+    for match in matches:
         summary = match.summary()
         low, high = summary["win_rate_ci95"]
         lines.append(
             (
-                name,
-                str(summary["games"]),
-                str(summary["wins"]),
-                str(summary["draws"]),
-                str(summary["losses"]),
+                marked(match, by),
+                *(str(summary[name]) for name in ("games", "wins", "draws", "losses")),
                 f"{100 * low:.0f} to {100 * high:.0f} %",
                 f"{summary['mean_share']:.3f}",
                 f"{summary['restricted_mean_seconds']:.0f}",
             )
         )
     _print(
-        (heading, "games", "won", "drawn", "lost", "won 95 %", "share", "mean s"),
+        (by, "games", "won", "drawn", "lost", "won 95 %", "share", "mean s"),
         lines,
         title=title,
-        caption=f"share of all drones at the end; in the mean length, draws count {limit:g} s{note}",
+        caption=f"share of all drones at the end; in the mean length, draws count {first.limit_s:g} s{note}",
     )
-    for name, match in rows:
+    for match in matches:
         for reason, count in Counter(game.forfeit for game in match.forfeits).items():
-            print(f"{name}: {count} of {len(match.games)} games are forfeits: {printable(reason)}")
+            print(f"{marked(match, by)}: {count} of {len(match.games)} games are forfeits: {printable(reason)}")
 
 
 def print_ladder(ladder: dict[str, Any]) -> None:

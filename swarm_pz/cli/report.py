@@ -1,10 +1,9 @@
-"""Progress of commands, and the files that they leave behind."""
+"""Progress of commands, and words about them."""
 
 from __future__ import annotations
 
 import functools
 import importlib.util
-import json
 import os
 import shlex
 import shutil
@@ -14,12 +13,9 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
-from swarm_pz.evaluation.provenance import provenance
-from swarm_pz.files import draft_of
 
 Move = Callable[..., None]
 QUIET = 60.0
@@ -84,10 +80,3 @@ def progress(what: str = "games", doing: str = "playing") -> Iterator[Move]:
 def in_seconds(doing: str = "filming") -> AbstractContextManager[Move]:
     """Return `progress` in seconds of a game that is played through."""
     return progress("seconds of game at most", doing)
-
-
-def write_json(figures: dict[str, Any], path: Path, game: GameConfig) -> None:
-    """Write figures and where they come from to a file, and say where they are."""
-    with draft_of(path) as draft:
-        draft.write_text(json.dumps(figures | provenance(game, command()), indent=2) + "\n")
-    print(f"figures: {path}")

@@ -46,8 +46,9 @@ class TournamentConfig(Config):
     """Settings of all games of a tournament."""
 
     games: Annotated[int, Range(2, 10**6)] = 40
-    """Games of every two players, even; it may be raised later."""
+    """Games of every two players, half from each side; must be even, and may be raised later."""
     seed: Annotated[int, Range(0, 2**128 - 1)] = 0
+    """Seed of all games; all pairs of players play from the same starts."""
     budget_ms: Annotated[float, Range(1e-3, 1e7)] = 2000.0
     """Milliseconds for a command; a player that takes longer forfeits the game."""
     game: GameConfig = field(default_factory=GameConfig)

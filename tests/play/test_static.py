@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from coloraide import Color
 
 import swarm_pz.play
 from benchmarks.page_levels import IDEAS, drawing
@@ -223,6 +222,7 @@ DAY, NIGHT = (
 @pytest.mark.parametrize("look", [DAY, NIGHT], ids=["day", "night"])
 def test_colours_differ_for_everybody(look, sight):
     """Nobody mistakes a drone for the ground, or for one of the other side."""
+    from coloraide import Color  # takes a second, which other test processes need not spend
 
     def seen(name):
         colour = Color(look[name])

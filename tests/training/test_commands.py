@@ -30,8 +30,9 @@ LEAGUE = [
 
 
 @pytest.fixture(autouse=True)
-def _no_film(monkeypatch):
+def _no_pictures(monkeypatch):
     monkeypatch.setattr("swarm_pz.film.film_game", lambda *_, **__: "not filmed")
+    monkeypatch.setattr("swarm_pz.training.report.plot_learning_curve", lambda *_: None)
 
 
 def run(arguments, capsys):

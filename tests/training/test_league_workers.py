@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict
 
 import pytest
+import torch
 
-from swarm_pz.evaluation.workers import Processes
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.training.callbacks import Checkpoint
 from swarm_pz.training.selfplay import League
+from tests.elsewhere import Elsewhere
 from tests.training.runs import LEAGUE, LEARNER, assert_same_weights, quiet
 
 LATER = LEAGUE.replace(
@@ -45,16 +46,17 @@ def test_an_exploiter_joins_between_two_deals_and_at_the_end(alone):
 def test_whoever_works_for_a_league_it_is_the_same(alone, tmp_path, monkeypatch):
     during = []
     save = Checkpoint._on_rollout_start
-    with Processes(1) as workers:
-        workers.elsewhere = True  # as if they had none of these files
-        league = League(LATER, tmp_path, say=quiet, workers=workers)
+    torch.rand(3)  # workers have random streams of their own
+    (tmp_path / "there").mkdir()
+    league = League(LATER, tmp_path / "here", say=quiet, workers=Elsewhere(tmp_path / "there"))
 
-        def noted(self):
-            during.append("exploiter_000" in league._background)
-            save(self)
+    def noted(self):
+        during.append("exploiter_000" in league._background)
+        save(self)
 
-        monkeypatch.setattr(Checkpoint, "_on_rollout_start", noted)
-        league.run()
+    monkeypatch.setattr(Checkpoint, "_on_rollout_start", noted)
+    league.run()
     assert any(during)  # the learner trained meanwhile
     assert_same(league, alone)
-    assert not list((tmp_path / "exploiters").rglob("checkpoint*"))
+    assert not list((tmp_path / "here" / "exploiters").rglob("checkpoint*"))
+    assert not list((tmp_path / "there").iterdir())

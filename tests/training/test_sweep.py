@@ -30,7 +30,9 @@ def assert_same(policies, others):
 
 
 def test_every_seed_is_the_run_that_trains_it_alone(alone, tmp_path):
-    assert_same([alone[1]], [Training(RUN.replace(seed=5), tmp_path, say=quiet).run()])
+    run = Training(RUN.replace(seed=5), tmp_path, say=quiet)
+    assert_same_weights(run.untrained(), run.policy())
+    assert_same([alone[1]], [run.run()])
     assert not have_same_weights(*alone)
 
 
