@@ -84,7 +84,8 @@ def test_a_game_is_played_watched_saved_and_verified_and_needs_no_network(site, 
 
 
 RUN = """
-  const game = { type: jsPsychSwarmPz, engine: "page", opponent: "ring", settings: { time_limit: 5, speed: 2 } };
+  const settings = { time_limit: 3, speed: 2 };
+  const game = { type: jsPsychSwarmPz, engine: "page", opponent: "ring", settings, result_duration: 0 };
   jsPsych.run([
     { ...game, seed: 41, factors: { red: { command_delay_ms: 200, hide: ["opponents"] } } },
     { ...game, factors: { red: { delay: 200 } } },
@@ -109,5 +110,5 @@ def test_an_experiment_of_files_alone_keeps_each_game_with_its_row(site, lab, vi
     recording = Recording.read(path)
     assert Playback(recording).verify().verified and recording.header.seed == 41
     assert recording.config.factors[0].command_delay_ms == 200.0
-    assert (played["outcome"], played["seconds"], played["opponent"], played["side"]) == ("draw", 5, "ring", "red")
+    assert (played["outcome"], played["seconds"], played["opponent"], played["side"]) == ("draw", 3, "ring", "red")
     assert "there is no delay" in refused["error"]

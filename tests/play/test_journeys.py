@@ -1,6 +1,7 @@
 """Tests in a real browser, on one server, each in its own rooms; `static/*.test.js` test the logic."""
 
 import json
+from itertools import cycle
 
 import pytest
 from playwright.sync_api import expect
@@ -279,12 +280,12 @@ def views(page):
 
 def test_every_view_fits_every_screen_and_axe_finds_no_fault(open_page):
     page = open_page()
-    for where in views(page):
+    for where, scheme in zip(views(page), cycle(["light", "dark"])):
         lowest = [(320, 568)] if where in ("practice", "lesson", "formation") else []  # the board shrinks for these
         for width, height in lowest + SIZES:
             page.set_viewport_size({"width": width, "height": height})
             check_places(page, f"{where}, {width} wide")
-        check_axe(page, where)  # at the last size only
+        check_axe(page, where, scheme)  # at the last size only; `test_static` tests the contrast of text in both
 
 
 # --- in an experiment -----------------------------------------------------------------------------
