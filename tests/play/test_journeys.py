@@ -148,32 +148,6 @@ def test_two_people_meet_by_a_link_play_and_part_while_others_look_on(open_page,
     expect(text_of(page, "lobby")).to_be_visible()
 
 
-def test_two_people_play_again_with_sides_changed_and_one_may_load_the_page_anew(open_page, visit, table):
-    ann = open_page(width=1000, height=700)
-    bob = visit(f"{table.address}/#room={open_room(ann, '', '2')}", width=390, height=844)
-    ann.fill("#label", "Ann")
-    bob.fill("#label", "Bob")
-    for page in (ann, bob):
-        page.click("#ready")
-    for page, own in ((ann, "#red-who"), (bob, "#blue-who")):
-        expect(text_of(page, "ready")).to_have_text("Play again")
-        expect(page.locator(own)).to_contain_text("(you)")
-        expect(text_of(page, "next-game")).to_be_hidden()
-    bob.click("#recording")  # a recorded game is watched without leaving the seat
-    expect(text_of(bob, "scrubber")).to_be_visible()
-    bob.click("#close-replay")
-    bob.reload()
-    bob.click("#ready")
-    expect(text_of(ann, "streak")).to_contain_text("Bob wants to play again")
-    ann.click("#ready")
-    for page, own in ((ann, "#blue-who"), (bob, "#red-who")):
-        expect(page.locator(own)).to_contain_text("(you)")
-        expect(text_of(page, "ready")).to_have_text("Play again")
-    bob.click("#go-home")
-    expect(text_of(bob, "return")).to_be_hidden()
-    expect(text_of(ann, "streak")).to_contain_text("has left")
-
-
 # --- coming back ----------------------------------------------------------------------------------
 
 

@@ -29,8 +29,6 @@ function rounded(values) {
   return Array.from(values, (value) => Math.round(value / most * STEPS) / STEPS);
 }
 
-function majorityOf([red, blue]) { return red === blue ? "draw" : SIDES[Number(blue > red)]; }
-
 // Return the state of a seat, as in the message `room`.
 function seatOf({ kind = "free", policy = "", label = "", ready = false, state = null, reason = "" }) {
   return { kind, name: policy, label, connected: kind !== "free", ready, policy_state: state, reason, gone: false };
@@ -195,7 +193,9 @@ export class Room {
     if (game.tick % TICKS === 0) this.sizes.push([...game.sizes]);
     this.show();
     if (game.tick % PERIOD === 0 || game.isOver) this.log.push(this.frameMessage());
-    if (game.isOver) this.stop(game.outcome === "draw" && this.settings.majority ? majorityOf(game.sizes) : game.outcome, game.isDecided ? "capture" : "time");
+    const [red, blue] = game.sizes, hasMajority = this.settings.majority && red !== blue;
+    if (game.isDecided) this.stop(game.outcome, "capture");
+    else if (game.isOver) this.stop(hasMajority ? SIDES[Number(blue > red)] : "draw", "time");
   }
 
   stop(outcome, endedBy) {
