@@ -1,6 +1,7 @@
 """The pages of a study in a real browser: what they ask, how to answer, and accessibility."""
 
 import threading
+from itertools import cycle
 
 import pytest
 from playwright.sync_api import expect
@@ -12,6 +13,8 @@ from tests.play.studying import Participant, StudyTable
 
 pytestmark = pytest.mark.browser
 WIDTHS = ((1280, 800), (390, 844))
+SCHEMES = cycle(["light", "dark"])
+"""In turn: `test_static` tests the contrast of text in both."""
 FIELDS = "button, textarea, .answers label, input:not([type=radio], [type=checkbox])"
 SMALL = """(fields) => [...document.querySelectorAll(fields)]
     .filter((one) => one.checkVisibility() && (one.offsetHeight < 44 || one.offsetWidth < 36))
@@ -99,7 +102,7 @@ def check(page, where):
         assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{where}, {width} wide"
         small = page.evaluate(SMALL, FIELDS)
         assert not small, f"{where}, {width} wide: too small to be touched: {small}"
-    check_axe(page, where)
+    check_axe(page, where, next(SCHEMES))
 
 
 GONE_ON = "document.querySelector('main') && document.getElementById('heading')?.textContent !== 'Do you want to stop?'"

@@ -234,3 +234,6 @@ def test_colours_differ_for_everybody(look, sight):
         assert seen(one).delta_e(seen(other), method="2000") >= 20, (one, other)
     for ink in ("asked", "away", "ink", "line", "mark"):  # painted; axe checks only text
         assert seen(ink).contrast(seen("ground")) >= 3, ink
+    for text in () if sight else ("ink", "dim", "asked", "away"):
+        for below in ("ground", "panel", *(["note"] if text == "ink" else [])):
+            assert seen(text).contrast(seen(below)) >= 4.5, (text, below)

@@ -50,8 +50,6 @@ export class Arena {
     this.guarded = guarded;
   }
 
-  get own() { return this.ground.own; }
-
   // Take a frame; return the drones that changed sides.
   take(frame) {
     const last = this.frame, changed = [];

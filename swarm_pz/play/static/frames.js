@@ -1,4 +1,4 @@
-// Binary messages of the table, as docs/protocol.md describes them: frames and targets.
+// Binary messages as docs/protocol.md describes them: frames and targets.
 // Everything is little-endian; grids are [row = y, column = x], row 0 at the bottom.
 
 export const FRAME = "frame", TARGET = "target";
@@ -6,9 +6,8 @@ export const CELLS = 50; // per side of a field
 export const CAPTURES_FROM = 192; // a team captures where its field is at least this
 export const NEARLY_FROM = 128; // half of the largest value: it nearly captures
 const WITH_ALTITUDES = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // red's drones, or blue's, are hidden
-export const EXACT = 16; // in recordings of a page: positions and velocities are float32
-export const HEADER = 20;
-const TARGET_HEADER = 8, FASTEST = 4; // FASTEST in map widths a second
+const EXACT = 16; // in recordings of a page: positions and velocities are float32
+const HEADER = 20, TARGET_HEADER = 8, FASTEST = 4; // FASTEST in map widths a second
 
 export function decode(buffer) {
   const view = new DataView(buffer);
@@ -34,6 +33,23 @@ export function momentOf({ tick, positions, velocities, teams }, serverMs, field
   return { type: FRAME, tick, serverMs, positions: shown(positions), velocities: shown(velocities), teams: teams.slice(), fields };
 }
 
+// Return the sizes of red and blue.
+export function sizesOf(teams) {
+  const blue = teams.reduce((sum, team) => sum + team, 0);
+  return [teams.length - blue, blue];
+}
+
 function decodeTarget(view, buffer) {
   return { type: TARGET, team: view.getUint8(1), number: view.getUint32(4, true), picture: new Uint8Array(buffer.slice(TARGET_HEADER)) };
+}
+
+// Encode the present moment of a game as recordings of a page hold it: exact, without fields, in base64.
+export function encode({ positions, velocities, teams, tick }) {
+  const count = teams.length, teamsAt = HEADER + 16 * count, bytes = new Uint8Array(teamsAt + ((count + 7) >> 3)), view = new DataView(bytes.buffer);
+  bytes.set([1, EXACT]);
+  view.setUint16(2, count, true);
+  view.setUint32(8, tick, true);
+  [...positions, ...velocities].forEach((value, i) => view.setFloat32(HEADER + 4 * i, value, true));
+  teams.forEach((team, i) => { bytes[teamsAt + (i >> 3)] |= team << (i & 7); });
+  return btoa(String.fromCharCode(...bytes));
 }

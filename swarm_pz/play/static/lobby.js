@@ -5,7 +5,7 @@ import { byId, make, on } from "./elements.js";
 import { onLook } from "./ground.js";
 import { SERVER } from "./link.js";
 import { daily, daysInARow, inARow, isDayWon, progress, ROUND, sideIn } from "./progress.js";
-import { called, clock, playerOf, SIDES, systemOption, TICKS } from "./words.js";
+import { called, clock, playerOf, SIDES, TICKS } from "./words.js";
 
 const FIRST = "uniform"; // chosen in the form at first
 
@@ -53,7 +53,7 @@ export class Lobby {
     byId("opponent").add(new Option("nobody: practise alone", "none"), guests ? 1 : 0);
     byId("opponent").value = FIRST;
     SIDES.forEach((side, i) => {
-      byId(`${side}-system`).append(...systems.map(systemOption));
+      byId(`${side}-system`).append(...systems.map(({ name, takes }) => new Option(`${called(name)}: ${takes}`, name)));
       byId(`${side}-system`).value = defaults[i];
     });
   }

@@ -28,8 +28,7 @@ const lobby = new Lobby(link, { begin, go });
 // This comes before the table's own handler: hidden elements take no focus, and rooms that were left are not shown.
 link.addEventListener("room", (event) => {
   const { detail } = /** @type {CustomEvent} */ (event);
-  if (placeOf(detail) === table.leftPlace) event.stopImmediatePropagation();
-  else if (table.holds(detail)) event.stopImmediatePropagation();
+  if (placeOf(detail) === table.leftPlace || table.holds(detail)) event.stopImmediatePropagation();
   else arrive(detail);
 });
 const table = new Table(link, { left: () => go(table.aside ? `room=${table.aside.room.code}` : ""), begin });

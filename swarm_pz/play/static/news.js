@@ -1,6 +1,7 @@
 // News of captures: a list, a word over the board, and sentences for screen readers.
 
 import { byId, make } from "./elements.js";
+import { sizesOf } from "./frames.js";
 import { clock, NAMES, SIDES } from "./words.js";
 
 const TOGETHER_TICKS = 30; // captures within a second are one piece of news
@@ -44,8 +45,7 @@ export class News {
       const count = changed.filter((drone) => teams[drone] === team).length;
       if (count) this.capture(team, count, tick);
     }
-    const blue = teams.reduce((sum, team) => sum + team, 0);
-    this.sizes = [teams.length - blue, blue];
+    this.sizes = sizesOf(teams);
     this.telling ??= setTimeout(() => this.tell(), TOLD_EVERY_MS);
   }
 

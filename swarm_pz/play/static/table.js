@@ -5,6 +5,7 @@ import { Chart } from "./chart.js";
 import { Controls } from "./controls.js";
 import { Cover } from "./cover.js";
 import { byId, hear, on, putAt, say } from "./elements.js";
+import { sizesOf } from "./frames.js";
 import { LEVELS } from "./levels.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
@@ -73,7 +74,7 @@ export class Table {
       room: (room) => this.setRoom(room),
       seated: (seated) => this.sitDown(seated),
       frame: (frame) => this.takeFrame(frame),
-      target: (target) => { if (target.team === this.arena.own) this.arena.ground.setTarget(target); },
+      target: (target) => { if (target.team === this.arena.ground.own) this.arena.ground.setTarget(target); },
       welcome: () => {
         this.seat = this.room = this.aside = null;
         this.isAway = false;
@@ -363,7 +364,7 @@ export class Table {
     if (now - this.shownMs < SHOWN_EVERY_MS) return;
     this.shown = shown;
     this.shownMs = now;
-    const blue = shown.teams.reduce((sum, team) => sum + team, 0), red = shown.teams.length - blue;
+    const [red, blue] = sizesOf(shown.teams);
     say("red-size", String(red));
     say("blue-size", String(blue));
     this.showTime(shown.tick);

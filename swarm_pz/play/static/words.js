@@ -16,8 +16,6 @@ export function playerOf({ kind, name, policy = name, label }, free = "nobody") 
   return { free, policy: called(policy), person: label || "a person", program: label || "a program" }[kind];
 }
 
-export function systemOption({ name, takes }) { return new Option(`${called(name)}: ${takes}`, name); }
-
 export function clock(tick) {
   const seconds = Math.floor(tick / TICKS);
   return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;

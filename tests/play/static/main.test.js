@@ -86,6 +86,21 @@ test("a seat that is wanted before the table has answered is returned to", async
   assert.equal(sent("hello").token, SAVED.token);
 });
 
+test("a lost connection is told, and a server that knows the room no more leads back to the start", async () => {
+  await load("#play=ring");
+  await hear({ type: "seated", ...SEAT }, room());
+  Socket.last.close();
+  assert.match(at("says").textContent, /connection is lost/);
+  time.pass(250);
+  await Socket.last.open();
+  assert.equal(sent("hello").token, SEAT.token);
+  await hear(WELCOME);
+  await refuse("hello");
+  assert.equal(sent("join").room, "ABCD");
+  await refuse("join");
+  assert.deepEqual([view(), location.hash], ["lobby", ""]);
+});
+
 test("a challenge waits until one is ready, and is played again from its start; an opponent alone is met at once", async () => {
   await load("#play=ring@123");
   assert.deepEqual([sent("create").opponent, sent("create").seed], ["ring", 123]);

@@ -5,7 +5,7 @@ import { test } from "node:test";
 
 import { bytes, fixtures } from "./page.js";
 import { Playback } from "../../../swarm_pz/play/static/engine/playback.js";
-import { encode } from "../../../swarm_pz/play/static/engine/wire.js";
+import { encode } from "../../../swarm_pz/play/static/frames.js";
 import { whyOf } from "../../../swarm_pz/play/static/why.js";
 
 const { recorded } = fixtures;

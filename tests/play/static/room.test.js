@@ -172,12 +172,12 @@ test("a recorded game is shown at any moment, with what was asked for", async ()
 
 test("a game in a link is played again as it was, and what cannot be is no link", async () => {
   const visitor = new Visitor(), line = Array.from({ length: 40 }, (_, k) => [0.1 + k / 97, Math.round(1e4 * (0.5 + 0.3 * Math.sin(k / 7))) / 1e4]);
-  await visitor.begin({ opponent: "lasso", seed: 7 }, { time_limit: 20 });
+  await visitor.begin({ opponent: "lasso", seed: 7 }, { time_limit: 5 });
   for (const [number, tool] of [[1, { brush: "attract", width: 0.1 }], [2, { brush: "repel", width: 0.23 }]]) {
     await visitor.draw(number, { strokes: [{ ...tool, points: line.map((point) => point.map((value) => Math.round(1e4 * value) / 1e4)) }] });
     await visitor.pass(1000);
   }
-  await visitor.pass(20_000);
+  await visitor.pass(5000);
   const text = await visitor.table.answer(`recordings/${visitor.last("room").recording}`), packed = await pack(text);
   assert.match(packed, /^[\w-]{100,1500}$/);
   let again = null;

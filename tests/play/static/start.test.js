@@ -5,6 +5,8 @@ import { beforeEach, test } from "node:test";
 
 import { at, fixtures, Line, reload } from "./page.js";
 import { opponentCards } from "../../../swarm_pz/play/static/cards.js";
+import { Game } from "../../../swarm_pz/play/static/engine/game.js";
+import { densityOf } from "../../../swarm_pz/play/static/engine/strokes.js";
 import { drawingOf } from "../../../swarm_pz/play/static/ideas.js";
 import { IDEAS } from "../../../swarm_pz/play/static/levels.js";
 import { count, counts, fewAgainst, progress } from "../../../swarm_pz/play/static/progress.js";
@@ -66,6 +68,18 @@ test("a step is done once a drawing of one's own has had an effect: drones are i
   assert.deepEqual(reached(2, [1, 0.5, 0.5], [1, 0.5, 0.5]), [0, 0, 0, 0, 0], "the loss is seen to its end");
   lesson.over(false);
   assert.equal(at("step-title").textContent, "That is the game");
+});
+
+test("drones that are asked into the corner do the first step within seconds", () => {
+  const { lesson } = learn(), game = new Game({ blue: 0 }, 1), strokes = [{ brush: "attract", width: 0.1, points: [[0.85, 0.85], [0.95, 0.95]] }];
+  Object.assign(lesson, { step: 0, held: false });
+  lesson.sent(strokes);
+  game.command(0, densityOf(strokes));
+  while (lesson.step === 0 && game.tick < 300) {
+    game.advance();
+    lesson.watch(game, 0);
+  }
+  assert.deepEqual([lesson.step, lesson.held, document.activeElement], [1, true, at("lesson-next")]);
 });
 
 test("each step has a room of its own, such as the server opens, waits on where it gets none, shows where to draw, and may be skipped", () => {

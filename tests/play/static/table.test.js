@@ -126,7 +126,7 @@ test("places beyond the board stay where the server takes them", async () => {
   assert.deepEqual(sent()[0].points, [[-0.5, 0.5], [0.5, 1.5]]);
 });
 
-test("nothing is drawn or sent before the game, without a seat, on a lost line, or on a button over the board", async () => {
+test("nothing is drawn or sent before the game, without a seat, on a lost line, while a lesson explains, or on a button over the board", async () => {
   const { table, line, commands } = await sit();
   line.hear("room", { ...fixtures.room, phase: "waiting" });
   draw([0.2, 0.2]);
@@ -137,6 +137,9 @@ test("nothing is drawn or sent before the game, without a seat, on a lost line, 
   draw([0.2, 0.2]);
   assert.equal(at("send").disabled, true);
   line.isOpen = true;
+  table.lesson = { ...table.lesson, held: true };
+  draw([0.2, 0.2]);
+  table.lesson.held = false;
   at("arena").closest = () => at("ready");
   draw([0.2, 0.2]);
   table.seat = null;
@@ -163,6 +166,14 @@ test("further taps add attractors where that is asked, and no more than there ma
   at("spread").click();
   assert.deepEqual(sent(), fixtures.seats.flocking.commands.default);
   assert.equal(new Set(commands().map(({ number }) => number)).size, commands().length);
+});
+
+test("a tap leads the nearest leader there, and keys lead another one", async () => {
+  const { sent } = await sit("leader_follower"), [first, second] = fixtures.seats.leader_follower.commands.default;
+  draw([first[0] + 0.01, first[1]], [0.3, 0.6]);
+  assert.deepEqual(rounded(sent()), rounded([[0.3, 0.6], second]));
+  press("n", "Shift+ArrowUp", " ");
+  assert.deepEqual(rounded(sent()), rounded([[0.3, 0.6], [second[0], second[1] + 0.1]]));
 });
 
 // --- formations -------------------------------------------------------------------------------------
@@ -356,6 +367,18 @@ test("a game against a policy stops while one looks at help or at another tab, a
   table.seat = null;
   line.hear("room", fixtures.room);
   assert.equal(pauses().length, 4);
+});
+
+test("where the server falls silent, one is told so, until it is heard again", async () => {
+  const { line } = await sit(), silence = (tick) => {
+    line.hear("frame", { ...scene([0, 1], [0.1, 0.1, 0.9, 0.9]), tick });
+    return [1900, 200].map((ms) => {
+      time.pass(ms);
+      time.frame();
+      return at("silence").textContent;
+    });
+  };
+  for (const tick of [3, 6]) assert.deepEqual(silence(tick).map((text) => text.includes("silent")), [false, true]);
 });
 
 test("a page sends nothing where it cannot give the commands of its seat", async () => {

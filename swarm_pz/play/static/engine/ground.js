@@ -7,12 +7,13 @@ const BORDER = 2, WIDTH = GRID + 2 * BORDER; // fields have a border in which th
 const UNIT = 55440; // stands for a field of 1; every possible number of ring cells divides it
 const THRESHOLD = 0.75;
 
-const near = (cell, reach) => Math.min(cell + reach, GRID - 1) - Math.max(cell - reach, 0) + 1;
-const ring = (row, column) => near(row, 2) * near(column, 2) - near(row, 1) * near(column, 1); // its cells inside the square
-const WEIGHTS = new Int32Array(WIDTH * WIDTH);
-for (let row = 0; row < GRID; row++) {
-  for (let column = 0; column < GRID; column++) WEIGHTS[placeOf(row * GRID + column)] = UNIT / ring(row, column);
-}
+// Steps in a field from a cell to the 16 cells of its ring.
+const FIVE = [-2, -1, 0, 1, 2], isFar = (step) => Math.abs(step) === 2;
+const RING = FIVE.flatMap((up) => FIVE.filter((right) => isFar(up) || isFar(right)).map((right) => WIDTH * up + right));
+// What a tick on its ring adds to each cell; a part of the ring can lie beyond the border.
+const WEIGHTS = new Int32Array(WIDTH * WIDTH), INSIDE = Array.from({ length: GRID * GRID }, (_, cell) => placeOf(cell));
+for (const place of INSIDE) WEIGHTS[place] = 1;
+for (const place of INSIDE) WEIGHTS[place] = UNIT / RING.filter((step) => WEIGHTS[place + step]).length;
 
 // Return a cell's index in a field.
 export function placeOf(cell) { return (Math.floor(cell / GRID) + BORDER) * WIDTH + cell % GRID + BORDER; }
@@ -37,15 +38,8 @@ export class Ground {
 
   // Add ticks in a cell to the field of each cell on its ring: exactly these have it on theirs.
   add(team, cell, ticks) {
-    const field = this.fields[team], first = placeOf(cell) - BORDER * WIDTH - BORDER, last = first + 4 * WIDTH;
-    for (let i = 0; i < 5; i++) {
-      field[first + i] += ticks * WEIGHTS[first + i];
-      field[last + i] += ticks * WEIGHTS[last + i];
-    }
-    for (let left = first + WIDTH; left < last; left += WIDTH) {
-      field[left] += ticks * WEIGHTS[left];
-      field[left + 4] += ticks * WEIGHTS[left + 4];
-    }
+    const field = this.fields[team], place = placeOf(cell);
+    for (const step of RING) field[place + step] += ticks * WEIGHTS[place + step];
   }
 
   // Overwrite the oldest cell of each trail with the drone's present cell.

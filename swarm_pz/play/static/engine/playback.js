@@ -5,15 +5,12 @@ import { Ground, TRAIL } from "./ground.js";
 import { fieldsOf } from "./observation.js";
 import { UNTIMED } from "./recording.js";
 import { targetOf } from "./strokes.js";
-import { decode } from "../frames.js";
+import { decode, sizesOf } from "../frames.js";
 import { SIDES, TICKS } from "../words.js";
 
 const PROTOCOL = "swarm-pz.play.v2";
 const PAST_TICKS = 9; // between the moments of trails
 const EVERYTHING = new Float32Array(100).fill(1);
-
-// Parse the lines of a recording, without a last one that was cut short.
-function linesOf(text) { return text.split("\n").slice(0, -1).map((line) => JSON.parse(line)); }
 
 // Tell if capture fields have the default rules, by which the page can compute them from trails.
 function hasOwnFields({ memory, capture, dynamics }) {
@@ -26,7 +23,7 @@ export class Playback {
 
   // Throw an Error that says why a file cannot be shown.
   constructor(name, text) {
-    const [header, ...lines] = linesOf(text);
+    const [header, ...lines] = text.split("\n").slice(0, -1).map((line) => JSON.parse(line)); // a last line that was cut short is left out
     if (header?.protocol !== PROTOCOL) throw new Error(`its first line must name the protocol ${PROTOCOL}`);
     const { game, speed } = header.table, { time_limit: limit } = game, [red, blue = red] = [game.drones_per_team].flat();
     this.seed = header.seed;
@@ -48,14 +45,9 @@ export class Playback {
     this.room = {
       code: "", phase: "replay", recording: name, red: seats[0], blue: seats[1], outcome,
       settings: { red, blue, speed, time_limit: limit >= UNTIMED ? null : limit }, last_tick: this.lastTick, forfeit: reason,
-      sizes: Array.from({ length: Math.floor(this.lastTick / TICKS) + 1 }, (_, second) => this.sizesAt(TICKS * second)),
+      sizes: Array.from({ length: Math.floor(this.lastTick / TICKS) + 1 }, (_, second) => sizesOf(this.teamsAt(TICKS * second))),
     };
     this.goTo(0);
-  }
-
-  sizesAt(tick) {
-    const teams = this.teamsAt(tick), blue = teams.reduce((sum, team) => sum + team, 0);
-    return [teams.length - blue, blue];
   }
 
   teamsAt(tick) {

@@ -1,7 +1,7 @@
 // Random numbers as NumPy's default_rng(seed) draws them (SeedSequence and PCG64), so that a game starts here as in Python.
 
 const SIZE = 4; // words of the pool
-const WORD = (1n << 32n) - 1n, LONG = (1n << 64n) - 1n, WHOLE = (1n << 128n) - 1n;
+const LONG = (1n << 64n) - 1n, WHOLE = (1n << 128n) - 1n;
 const FACTOR = 0x2360ed051fc65da44385df649fccf645n;
 
 // Return 32-bit words that each depend on every bit of the seed, a whole number below 2**32.
@@ -40,15 +40,13 @@ export class Random {
     return (mixed >> turn | mixed << 64n - turn) & LONG;
   }
 
-  word() {
-    const { kept } = this, both = kept ?? this.long();
-    this.kept = kept === null ? both >> 32n : null;
-    return both & WORD;
-  }
-
   // A number in [0, 1).
   next() { return Number(this.long() >> 11n) / 2 ** 53; }
 
-  // A bit.
-  bit() { return Number(this.word() >> 31n); }
+  // A bit: the highest one of half a number, first of the lower half.
+  bit() {
+    const { kept } = this, both = kept ?? this.long();
+    this.kept = kept === null ? both >> 32n : null;
+    return Number(both >> 31n & 1n);
+  }
 }

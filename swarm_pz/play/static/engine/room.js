@@ -7,8 +7,7 @@ import { loadPlayer, PLAYERS } from "./players.js";
 import { fieldsOf } from "./observation.js";
 import { headerOf } from "./recording.js";
 import { densityOf, targetOf } from "./strokes.js";
-import { encode } from "./wire.js";
-import { momentOf, TARGET } from "../frames.js";
+import { encode, momentOf, TARGET } from "../frames.js";
 import { SIDES, TICKS } from "../words.js";
 
 const STEPS = 1e8; // a command's values are rounded to 1 / STEPS
@@ -30,21 +29,15 @@ function rounded(values) {
   return Array.from(values, (value) => Math.round(value / most * STEPS) / STEPS);
 }
 
-function majorityOf([red, blue]) { return red === blue ? "draw" : SIDES[Number(blue > red)]; }
-
 // Return the state of a seat, as in the message `room`.
 function seatOf({ kind = "free", policy = "", label = "", ready = false, state = null, reason = "" }) {
   return { kind, name: policy, label, connected: kind !== "free", ready, policy_state: state, reason, gone: false };
 }
 
-// Return the message `room`; parts that are not given have the values of a new room.
-function stateOf(parts) {
-  const defaults = { outcome: null, recording: null, starts_ms: null, ended_by: null, wins: [0, 0] };
-  return { type: "room", once: false, forfeit: "", ...defaults, ...parts };
-}
-
 export class Room {
-  game; log; player; loading; recording; outcome; endedBy;
+  phase = "waiting"; sizes = []; games = 0; game; log; player; loading; recording = null; outcome = null; endedBy = null;
+
+  table; code; once; lesson; seed;
 
   // message is the one that opens the room.
   constructor(table, code, message) {
@@ -53,14 +46,7 @@ export class Room {
     check({ seed, seat }, GAME);
     check(settings, SETTINGS);
     if (opponent !== null && !PLAYERS.includes(opponent)) throw new Refused("unknown", `there is no policy '${opponent}' here`);
-    this.table = table;
-    this.code = code;
-    this.once = once;
-    this.lesson = lesson;
-    this.seed = seed;
-    this.phase = "waiting";
-    this.sizes = [];
-    this.games = 0;
+    Object.assign(this, { table, code, once, lesson, seed });
     this.settings = {
       red, blue, time_limit: limit, red_system: "ergodic", blue_system: "ergodic",
       speed: table.factors.find((own) => own.speed !== 1)?.speed ?? speed ?? 1, ...(majority && red && blue ? { majority } : {}),
@@ -113,12 +99,12 @@ export class Room {
   say(message) { later(() => { if (this.table.room === this) this.table.say(message); }, this.view.display_delay_ms); }
 
   tell() {
-    const { code, phase, settings, once, view } = this, [red, blue] = this.seats.map(seatOf);
-    const ended = phase === "over" ? { outcome: this.outcome, recording: this.recording, ended_by: this.endedBy } : {};
-    this.say(stateOf({
-      code, phase, settings, red, blue, once, ...ended, sizes: [...this.sizes],
+    const { code, phase, settings, once, outcome, recording, endedBy, view } = this, [red, blue] = this.seats.map(seatOf);
+    const ended = phase === "over" ? { outcome, recording, ended_by: endedBy } : { outcome: null, recording: null, ended_by: null };
+    this.say({
+      type: "room", code, phase, settings, red, blue, once, ...ended, sizes: [...this.sizes], wins: [0, 0], forfeit: "",
       paused: this.isOn && this.isPaused, starts_ms: phase === "starting" ? this.beganMs + view.display_delay_ms : null,
-    }));
+    });
   }
 
   // Send the present frame if the frame rate allows it; first and last frames are always sent.
@@ -207,7 +193,9 @@ export class Room {
     if (game.tick % TICKS === 0) this.sizes.push([...game.sizes]);
     this.show();
     if (game.tick % PERIOD === 0 || game.isOver) this.log.push(this.frameMessage());
-    if (game.isOver) this.stop(game.outcome === "draw" && this.settings.majority ? majorityOf(game.sizes) : game.outcome, game.isDecided ? "capture" : "time");
+    const [red, blue] = game.sizes, hasMajority = this.settings.majority && red !== blue;
+    if (game.isDecided) this.stop(game.outcome, "capture");
+    else if (game.isOver) this.stop(hasMajority ? SIDES[Number(blue > red)] : "draw", "time");
   }
 
   stop(outcome, endedBy) {

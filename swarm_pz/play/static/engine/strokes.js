@@ -5,7 +5,18 @@ import { CELLS as GRID } from "../frames.js";
 
 const PIXELS = 2 * GRID; // a side of the painted image
 const [UNTOUCHED, ATTRACT, REPEL] = [0, 1, 2], BRUSHES = { erase: UNTOUCHED, attract: ATTRACT, repel: REPEL };
-const SMOOTHING = 0.05; // of the mapping "firm", in map widths
+const WIDTH = 0.05; // of the smoothing "firm", in map widths
+// Weights that smooth along one axis, mirrored at the walls.
+const SMOOTHING = new Float64Array(PIXELS * PIXELS);
+for (let to = 0; to < PIXELS; to++) {
+  const line = SMOOTHING.subarray(to * PIXELS, (to + 1) * PIXELS), centre = (to + 0.5) / PIXELS;
+  for (let from = 0; from < PIXELS; from++) {
+    const other = (from + 0.5) / PIXELS;
+    for (const place of [-other, other, 2 - other]) line[from] += Math.exp(-((centre - place) ** 2) / (2 * WIDTH ** 2));
+  }
+  const sum = line.reduce((a, b) => a + b);
+  line.forEach((value, i) => { line[i] = value / sum; });
+}
 
 // Paint the pixels whose centres are within reach of a line; all in pixels.
 function paint(image, points, reach, value) {
@@ -23,28 +34,13 @@ function paint(image, points, reach, value) {
   }
 }
 
-// Return weights that smooth along one axis, mirrored at the walls.
-function smoothing(width) {
-  const weights = new Float64Array(PIXELS * PIXELS);
-  for (let to = 0; to < PIXELS; to++) {
-    const line = weights.subarray(to * PIXELS, (to + 1) * PIXELS), centre = (to + 0.5) / PIXELS;
-    for (let from = 0; from < PIXELS; from++) {
-      const other = (from + 0.5) / PIXELS;
-      for (const place of [-other, other, 2 - other]) line[from] += Math.exp(-((centre - place) ** 2) / (2 * width ** 2));
-    }
-    const sum = line.reduce((a, b) => a + b);
-    line.forEach((value, i) => { line[i] = value / sum; });
-  }
-  return weights;
-}
-
-// Return a matrix times a transposed image: applied twice, it smooths along both axes.
-function along(matrix, image) {
+// Smooth an image along one axis and transpose it: applied twice, this smooths along both axes.
+function smooth(image) {
   const turned = new Float64Array(PIXELS * PIXELS);
   for (let i = 0; i < turned.length; i++) {
     const to = i - i % PIXELS, from = i % PIXELS * PIXELS;
     let sum = 0;
-    for (let k = 0; k < PIXELS; k++) sum += matrix[to + k] * image[from + k];
+    for (let k = 0; k < PIXELS; k++) sum += SMOOTHING[to + k] * image[from + k];
     turned[i] = sum;
   }
   return turned;
@@ -55,11 +51,10 @@ export function densityOf(strokes) {
   for (const { brush, width: wide, points } of strokes) {
     paint(painted, points.map((point) => point.map((place) => place * PIXELS)), wide / 2 * PIXELS, BRUSHES[brush]);
   }
-  const matrix = smoothing(SMOOTHING), untouched = painted.includes(ATTRACT) ? 0 : 0.5;
-  const smooth = (of) => along(matrix, along(matrix, Float64Array.from(painted, of)));
-  const image = smooth((brush) => [untouched, 1, 0][brush]), means = new Float64Array(CELLS * CELLS);
+  const untouched = painted.includes(ATTRACT) ? 0 : 0.5, smoothed = (of) => smooth(smooth(Float64Array.from(painted, of)));
+  const image = smoothed((brush) => [untouched, 1, 0][brush]), means = new Float64Array(CELLS * CELLS);
   // Repelling ground is empty up to its edge, where its smoothed image is one half, and less and less so beyond it.
-  const empty = painted.includes(REPEL) ? smooth((brush) => Number(brush === REPEL)) : null;
+  const empty = painted.includes(REPEL) ? smoothed((brush) => Number(brush === REPEL)) : null;
   image.forEach((value, i) => {
     const block = PIXELS / CELLS, cell = Math.floor(i / PIXELS / block) * CELLS + Math.floor(i % PIXELS / block);
     means[cell] += Math.min(value, 1) * (1 - (empty ? Math.min(2 * empty[i], 1) : 0)) / (block * block);
