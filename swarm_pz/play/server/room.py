@@ -323,7 +323,7 @@ class Room:
             log.error("a game did not begin: %s", error, exc_info=None if is_told else error)
             if self._is_swapped:
                 self._change_sides()
-            reason = str(error) if isinstance(error, SwarmError) else "the server could not do that"
+            reason = str(error) if is_told else "the server could not do that"
             raise RefusedError("not_valid", f"the game cannot begin: {reason}") from error
         self._before = self.session, self.outcome
         self.session, self.outcome = session, None

@@ -12,12 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
-from swarm_pz.config import TEAM_NAMES
 from swarm_pz.play import protocol
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.forms import commands_of
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.protocol import RecordedSeat
+from swarm_pz.play.protocol import SIDES, RecordedSeat
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers, SeatPolicy
 from swarm_pz.play.server.seat_view import SeatView
@@ -58,7 +57,7 @@ class Seat:
 
     def __post_init__(self) -> None:
         game = self.config.game
-        self.side: protocol.Side = TEAM_NAMES[self.team]  # type: ignore[assignment]
+        self.side = SIDES[self.team]
         self.commands = commands_of(game.team_systems[self.team], game)
         self.takes_part = game.team_sizes[self.team] > 0
         self.factors: Factors = self.config.factors[self.team]

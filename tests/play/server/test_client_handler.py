@@ -62,11 +62,11 @@ class Guest(Client):
 class Hall(Lobby):
     """A lobby without policy processes."""
 
-    def __init__(self, folder, policies=("ring", "uniform")):
+    def __init__(self, folder, **options):
         workers = Workers()
         workers.close = lambda: None
         context = ServerContext(folder=folder, workers=workers, countdown_s=0.0)
-        super().__init__(context, dict.fromkeys(policies, ""))
+        super().__init__(context, {"ring": "", "uniform": ""}, **options)
 
     def room(self):
         """Return the only room."""

@@ -13,7 +13,7 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import InForceMessage, SeatCommand
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
-from swarm_pz.play.shared import mixture
+from swarm_pz.play.server.incoming_commands import mixture
 from tests.play.server.test_room import (
     CALM,
     Client,
