@@ -70,10 +70,12 @@ class Seat:
         if not self.takes_part:
             raise RefusedError("not_valid", f"{self.side} has no drones in this room")
 
-    def take(self, kind: Literal["person", "program"], label: str = "") -> None:
-        """Give it to a client, and make its token."""
+    def take(self, kind: Literal["person", "program"], label: str, changed: Callable[[], None]) -> None:
+        """Give it to a client, make its token, and load its helper, if there is one, as `give` loads a policy."""
         self.kind, self.label, self.ready = kind, label, False
         self.token, self.away_since = secrets.token_hex(16), time.monotonic()
+        if self.helper:
+            self.loaded = self._load(self.helper, changed)
 
     def give_up(self) -> None:
         """Let nobody come back to it in this game; its swarm goes on with its last command."""
@@ -110,11 +112,6 @@ class Seat:
         """Give the seat to a policy, and load the policy; `changed` is called when it is loaded, or has failed."""
         self.kind, self.policy, self.ready = "policy", policy, True
         self.loaded = self._load(policy, changed)
-
-    def help(self, changed: Callable[[], None]) -> None:
-        """Load its player's helper, if there is one, as `give` loads a policy."""
-        if self.helper:
-            self.loaded = self._load(self.helper, changed)
 
     def _load(self, policy: str, changed: Callable[[], None]) -> SeatPolicy:
         key = self.code, self.team, next(self._numbers)
@@ -161,7 +158,7 @@ class Seat:
         """Show its client a target, or the latest one again."""
         self.target = self.target if target is None else target
         if self.view is not None and self.target:
-            self.view.send_bytes(self.target)
+            self.view.send(self.target)
 
     # --- its state --------------------------------------------------------------------------------
 

@@ -39,10 +39,7 @@ class Client:
         self.messages, self.bytes, self.frames = [], [], []
 
     def send(self, message):
-        self.messages.append(message)
-
-    def send_bytes(self, data):
-        self.bytes.append(data)
+        (self.bytes if isinstance(message, bytes) else self.messages).append(message)
 
     def show(self, frame, sequence):
         self.frames.append((frame, sequence))
