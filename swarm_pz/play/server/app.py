@@ -29,8 +29,9 @@ from swarm_pz.play import protocol
 from swarm_pz.play.server.client_handler import ClientHandler
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.middleware import STATIC, AccessMiddleware, page
+from swarm_pz.play.server.middleware import AccessMiddleware, page
 from swarm_pz.play.server.robots import PATH
+from swarm_pz.play.site import STATIC
 
 if TYPE_CHECKING:
     from swarm_pz.play.server.studies import StudyHost

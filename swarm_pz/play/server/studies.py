@@ -22,9 +22,10 @@ from starlette.staticfiles import StaticFiles
 from swarm_pz.errors import ConfigError, OutputError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.middleware import STATIC, page
+from swarm_pz.play.server.middleware import page
 from swarm_pz.play.server.rate_limit import AddressLimits
 from swarm_pz.play.server.study_games import StudyGames
+from swarm_pz.play.site import STATIC
 from swarm_pz.play.studies import PAGES
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Progress, Step, items_of

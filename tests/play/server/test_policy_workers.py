@@ -1,6 +1,7 @@
 """Policies run in other processes, and their faults stay there."""
 
 import asyncio
+import os
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -8,15 +9,41 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
 from swarm_pz.play.server import policy_workers as module
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
+from swarm_pz.policy import load
 from swarm_pz.simulator import Simulator
-from tests.play.faulty import loader
 
 SEED = 5
+FAULTS = {"raises": "no idea", "nan": "nan", "sleeps": "no command within 1 s", "exits": "ended its process"}
+"""Policies that fail as their names say, at their second command, and what is said of them."""
+
+
+class Faulty:
+    observation = ObservationConfig(grid=10)
+
+    def __init__(self, fault):
+        self.fault, self.count = fault, 0
+
+    def reset(self, seeds, rows):
+        pass
+
+    def act(self, observations, rows):
+        self.count += 1
+        answer = np.full((len(rows), 10, 10), 1.0 / self.count)
+        if self.count == 3:  # the first is asked for when the policy is loaded
+            if self.fault == "raises":
+                raise RuntimeError("no idea")
+            if self.fault == "nan":
+                answer[:] = np.nan
+            if self.fault == "sleeps":
+                time.sleep(10)
+            if self.fault == "exits":
+                os._exit(3)
+        return answer
 
 
 def seat(policy, team=0):
@@ -31,17 +58,17 @@ def snapshot():
     return simulator.snapshot()
 
 
-def waiting_loader(name, config, system):
-    """Load a policy whose name is a path once that file exists, and others, faulty ones included, at once."""
+def loader(name, config, system):
+    """Load a policy, faulty ones included; one whose name is a path, once that file exists."""
     while name.startswith("/") and not Path(name).exists():
         time.sleep(0.01)
-    return loader(name, config, system)
+    return Faulty(name) if name in FAULTS else load(name, config, system)
 
 
 @pytest.fixture(scope="module")
 def workers():
     """Give workers with one process, which all tests share: starting one takes seconds."""
-    made = PolicyWorkers(waiting_loader, processes=1, limit_s=60.0)
+    made = PolicyWorkers(loader, processes=1, limit_s=60.0)
     yield made
     made.close()
 
@@ -78,8 +105,7 @@ async def test_policies_answer_as_they_would_in_a_match_with_states_and_streams_
 
 async def test_a_fault_stays_with_its_policy(workers, snapshot, monkeypatch):
     monkeypatch.setattr(workers, "_limit_s", 1.0)
-    faults = {"raises": "no idea", "nan": "nan", "sleeps": "no command within 1 s", "exits": "ended its process"}
-    for name, message in faults.items():
+    for name, message in FAULTS.items():
         assert (await workers.ask(seat(name), snapshot, SEED)).shape == (10, 10)
         with pytest.raises(PolicyError, match=message):
             await workers.ask(seat(name), snapshot, SEED)

@@ -134,13 +134,11 @@ async def test_a_shared_command_is_mixed_recorded_and_shown_as_such(tmp_path):
     assert Playback(recording).verify().verified
 
 
-async def test_a_game_waits_for_the_helper(tmp_path):
+async def test_a_shared_seat_is_a_players_whose_game_waits_for_the_helper(tmp_path):
     ready = asyncio.Event()
-
-    async def loading(seat):
-        await ready.wait()
-
-    with opened(tmp_path, Workers(loading=loading), varied(HELPED), time_limit=None) as room:
+    workers = Workers(loading=lambda seat: ready.wait())
+    with opened(tmp_path, workers, varied(HELPED), time_limit=None) as room:
+        assert code_of(room.place_policy, "red", "one") == "not_valid"
         red, blue = seated(room, "red", "blue")
         assert red.messages[-1].red.policy_state == "loading" and red.messages[-1].red.name == ""
         room.ready(red, True)
@@ -148,16 +146,9 @@ async def test_a_game_waits_for_the_helper(tmp_path):
         assert room.phase == "waiting"
         ready.set()
         await playing(room)
-
-
-async def test_a_shared_seat_is_a_players(tmp_path):
-    workers = Workers()
-    with opened(tmp_path, workers, varied(HELPED)) as room:
-        assert code_of(room.place_policy, "red", "one") == "not_valid"
-        (red,) = seated(room, "red")
-        await until(lambda: workers.loaded)
         room.leave(red)
-        assert workers.forgotten == workers.loaded, "its helper goes with the player"
+        room.stop()
+        assert workers.forgotten == workers.loaded, "the helper goes with the player"
 
 
 # --- when commands count --------------------------------------------------------------------------
