@@ -32,8 +32,7 @@ SERVERS = tuple(
         "ros/test_bridge", "ros/test_rosbridge",
         "server/test_app", "server/test_lobby",
         "server/test_policy_workers", "server/test_room", "server/test_serve",
-        "server/test_studies", "server/test_varied_rooms", "test_client", "test_soak",
-        "test_study_run",
+        "server/test_studies", "server/test_varied_rooms", "test_client", "test_study_run",
     )
 )  # fmt: skip
 """Tests that wait for servers, processes and clocks."""

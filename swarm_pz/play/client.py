@@ -77,7 +77,12 @@ def play(
     """
     if room is not None and (settings or seed is not None):
         raise ConfigError(f"expected no settings and no seed for room {room!r}, which has its own: leave them out")
-    opening = _opening(seat, opponent, seed, settings)
+    try:
+        fields = {"seat": seat, "opponent": opponent, "seed": seed, "settings": settings}
+        opening = msgspec.convert(fields, protocol.Create)
+    except msgspec.ValidationError as error:
+        known = ", ".join(protocol.Settings.__struct_fields__)
+        raise ConfigError(f"no room can be opened so: {error}; settings are {known}") from error
     spoken = [Subprotocol(protocol.SUBPROTOCOL)]
     with connect(f"ws://{address}/socket", subprotocols=spoken, max_size=None) as socket:
 
@@ -94,7 +99,10 @@ def play(
                 if isinstance(message, protocol.Refused) and message.code != "too_many":
                     raise PolicyError(f"the table refused {message.about or 'a message'}: {message.reason}")
                 if isinstance(message, protocol.Seated):
-                    _check_kind(message.commands, answers)
+                    takes, serves = message.commands.takes, message.commands.serves_densities
+                    if answers != takes and not (answers == "density" and serves):
+                        flown_by = f"the seat is flown by {message.commands.system}"
+                        raise PolicyError(f"{flown_by}, which takes commands of kind {takes!r}, not {answers!r}")
                 if isinstance(message, protocol.RoomState):
                     if message.phase == "starting":
                         next_tick = 0  # commands count from the start of each countdown
@@ -112,23 +120,6 @@ def play(
                     is_density = answers == "density"
                     say(protocol.CommandMessage(number, **{"density" if is_density else "command": command}))
     raise PolicyError("the table closed the connection")
-
-
-def _opening(seat: protocol.Side, opponent: str | None, seed: int | None, settings: dict[str, Any]) -> protocol.Create:
-    try:
-        fields = {"seat": seat, "opponent": opponent, "seed": seed, "settings": settings}
-        return msgspec.convert(fields, protocol.Create)
-    except msgspec.ValidationError as error:
-        known = ", ".join(protocol.Settings.__struct_fields__)
-        raise ConfigError(f"no room can be opened so: {error}; settings are {known}") from error
-
-
-def _check_kind(commands: protocol.Commands, answers: str) -> None:
-    """Refuse a seat whose control system takes other commands."""
-    if answers != commands.takes and not (answers == "density" and commands.serves_densities):
-        raise PolicyError(
-            f"the seat is flown by {commands.system}, which takes commands of kind {commands.takes!r}, not {answers!r}"
-        )
 
 
 def _plain(command: Any) -> Any:

@@ -33,15 +33,10 @@ def as_followed(density: NDArray[np.float64]) -> NDArray[np.float64]:
 class Command:
     """A team's checked command, with the number that its sender gave it.
 
-    Attributes
-    ----------
-    team, number : int
-    values : float64 array
-        A density (A, A), as it is followed, or a command of another kind, of the shape of its control system's space.
-    kind : str
-        "density", or what the control system takes.
-    sender : str
-        "shared:POLICY" if a policy shared the command; else empty.
+    - `values`: a density (A, A), as it is followed, or a command of another kind, of the shape of its control system's
+      space; float64.
+    - `kind`: "density", or what the control system takes.
+    - `sender`: "shared:POLICY" if a policy shared the command; else empty.
     """
 
     team: int
@@ -54,12 +49,8 @@ class Command:
 class CommandReader:
     """Reads the commands of a game; it changes nothing, so threads may share it.
 
-    Attributes
-    ----------
-    systems : (ControlSystem, ControlSystem)
-        The control systems of red and blue.
-    cells, modes : int
-        Cells a side of a density, and modes a side of its target.
+    - `systems`: the control systems of red and blue.
+    - `cells`, `modes`: cells a side of a density, and modes a side of its target.
     """
 
     def __init__(self, game: GameConfig) -> None:

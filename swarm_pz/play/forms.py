@@ -1,10 +1,11 @@
-"""Commands as clients write them, and their description for a client with a seat."""
+"""Commands as clients write them, and what a client is told of a table and of its seat's commands."""
 
 from __future__ import annotations
 
+import importlib.metadata
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,10 @@ from swarm_pz.config.registry import registered, system_class
 from swarm_pz.config.system import ControlSystem, serves_densities
 from swarm_pz.errors import CommandError, ConfigError, SwarmError
 from swarm_pz.play import protocol
+from swarm_pz.play.opponents import opponents_among
+
+if TYPE_CHECKING:
+    from swarm_pz.play.game import TableConfig
 
 _NUMBER = re.compile(r"[0-9]{1,4}")
 
@@ -80,3 +85,20 @@ def installed_systems(config: GameConfig) -> list[protocol.SystemInfo]:
             continue
         systems.append(protocol.SystemInfo(name=name, takes=system.takes))
     return systems
+
+
+def welcome_of(
+    table: TableConfig, policies: Mapping[str, str], cards: Mapping[str, protocol.Card], **more: Any
+) -> protocol.Welcome:
+    """Return the answer to a client's hello, with `more` fields; `policies` have a line about each."""
+    return protocol.Welcome(
+        version=importlib.metadata.version("swarm-pz"),
+        policies=[protocol.PolicyInfo(name=name, about=text, card=cards.get(name)) for name, text in policies.items()],
+        min_command_interval=table.min_command_interval,
+        command_cells=table.game.command_cells,
+        server_ms=0.0,
+        systems=installed_systems(table.game),
+        default_systems=list(table.game.team_controllers),
+        opponents=opponents_among(policies),
+        **more,
+    )

@@ -6,12 +6,12 @@ It has no clock, network or file: the caller of `LiveGame.advance` sets the pace
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import BLUE, RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
+from swarm_pz.config import TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.base import Config, Range, check, hash_exempt
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.fourier import SAME_TARGET
@@ -30,21 +30,14 @@ SPEED_LIMIT = 4.0
 class TableConfig(Config):
     """The configuration of a table.
 
-    Attributes
-    ----------
-    game : GameConfig
-        The rules. Policies are asked for a command once in each command period.
-    min_command_interval : float
-        Seconds of game between two commands of a team that come into force, whoever sends them. Of commands
-        that arrive sooner, the latest waits.
-    mapping : {"firm", "paper"}
-        From strokes to a density; see `swarm_pz.play.strokes`. None becomes `mapping_of(game)`.
-    speed : float
-        Seconds of game per second; a speed in the factors replaces it.
-    factors : (Factors, Factors)
-        What an experimenter varies at red's seat, and at blue's.
-    majority : bool
-        When time is up, the side with more drones wins, and equal sides draw. Without it, all such games are draws.
+    - `game`: the rules. Policies are asked for a command once in each command period.
+    - `min_command_interval`: seconds of game between two commands of a team that come into force, whoever sends them.
+      Of commands that arrive sooner, the latest waits.
+    - `mapping`: from strokes to a density; see `swarm_pz.play.strokes`. None becomes `mapping_of(game)`.
+    - `speed`: seconds of game per second; a speed in the factors replaces it.
+    - `factors`: what an experimenter varies at red's seat, and at blue's.
+    - `majority`: when time is up, the side with more drones wins, and equal sides draw. Without it, all such games are
+      draws.
     """
 
     game: GameConfig = field(default_factory=GameConfig)
@@ -136,11 +129,11 @@ class LiveGame:
         return bool(self.simulator.decided[0]) or self.tick >= self.config.game.limit_ticks
 
     @property
-    def outcome(self) -> str | None:
+    def outcome(self) -> Literal["red", "blue", "draw"] | None:
         """Return "red", "blue" or "draw" of a game that is over."""
         red, blue = self.sizes
         if self.simulator.decided[0] or (self.over and self.config.majority and red != blue):
-            return TEAM_NAMES[RED if red > blue else BLUE]
+            return "red" if red > blue else "blue"
         return "draw" if self.over else None
 
     def check_size(self, command: Command) -> None:

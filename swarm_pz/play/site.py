@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import html
-import importlib.metadata
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,9 +12,8 @@ import msgspec
 
 from swarm_pz.config.base import canonical
 from swarm_pz.play import protocol
-from swarm_pz.play.forms import commands_of, installed_systems
+from swarm_pz.play.forms import commands_of, welcome_of
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.opponents import opponents_among
 
 STATIC = Path(__file__).parent / "static"
 _OF_SERVERS = {"marks.js", "practice.js"}
@@ -70,20 +68,12 @@ def _read(path: Path) -> bytes:
 
 def _table_file(policies: Mapping[str, str], cards: Mapping[str, protocol.Card]) -> dict[str, object]:
     """Return the engine's rules, and its welcome to a visitor."""
-    table, opponents = TableConfig(), opponents_among(policies)
-    shown = {name: cards.get(name) for name in opponents}
+    table = TableConfig()
     system = table.game.team_systems[0]
-    welcome = protocol.Welcome(
-        version=importlib.metadata.version("swarm-pz"),
-        policies=[protocol.PolicyInfo(name=name, about=text, card=shown.get(name)) for name, text in policies.items()],
-        min_command_interval=table.min_command_interval,
-        command_cells=table.game.command_cells,
-        server_ms=0.0,
-        systems=[one for one in installed_systems(table.game) if one.name == system.name],
-        default_systems=list(table.game.team_controllers),
-        opponents=opponents,
-        guests=False,
-    )
+    welcome = welcome_of(table, policies, cards, guests=False)
+    welcome.systems = [one for one in welcome.systems if one.name == system.name]
+    for policy in welcome.policies:
+        policy.card = policy.card if policy.name in welcome.opponents else None
     return {"welcome": welcome, "rules": canonical(table), "commands": commands_of(system, table.game)}
 
 

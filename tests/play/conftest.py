@@ -30,10 +30,10 @@ COMMAND = """
 import functools
 from swarm_pz.cli import main
 from swarm_pz.play.server import serve
-serve.PolicyWorkers = functools.partial(serve.PolicyWorkers, processes=2)
+serve.PolicyWorkers = functools.partial(serve.PolicyWorkers, processes=1)
 main()
 """
-"""The command line, with at most two policy processes: each takes seconds of processor time to start."""
+"""The command line, with one policy process: each takes seconds of processor time to start."""
 
 
 class Server:

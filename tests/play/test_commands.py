@@ -78,8 +78,6 @@ def test_a_command_of_another_kind_is_flown_and_who_solves_ahead_plays_the_same_
     [
         (np.ones((10, 10)), "density", "accelerations"),
         (PUSH, "places", "places"),
-        (PUSH[:3], "accelerations", "shape"),
-        ([[np.nan, 0.0]] * 4, "accelerations", "nan"),
     ],
 )
 def test_what_cannot_fly_a_team_is_refused_and_changes_nothing(given, kind, told):

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -20,9 +21,7 @@ def test_messages_are_told_apart_by_their_type():
     assert protocol.decode_server(protocol.encode(pong)) == pong
 
 
-LABELS = [*(chr(code) for code in (0, 9, 10, 13, 27, 127, 0x9B, 0x2028, 0x202E)), "x" * 41]
-
-
+LABELS = [*map(chr, (0, 9, 10, 13, 27, 127, 0x9B, 0x2028, 0x202E)), "x" * 41]
 NO_MESSAGES = [
     "", "{", "[]", "null", '{"type":"obey"}', '{"type":"welcome"}', '{"type":"command"}',
     '{"type":"command","number":-1}', '{"type":"command","number":4294967296,"density":[[0.5]]}',
@@ -54,6 +53,17 @@ def test_the_longest_message_is_read_and_a_longer_one_is_not():
 @pytest.mark.parametrize("label", ["", "P1", "[/p1]", "=1+1", "Zoë Ñandú", "名前", "👩\u200d🚀 1", "x" * 40])
 def test_a_label_is_any_line_of_text(label):
     assert protocol.decode_client(protocol.encode(protocol.Create(label=label))).label == label
+
+
+def test_numbers_that_take_long_to_read_are_refused_and_words_like_them_are_not(monkeypatch):
+    words = protocol.decode_client(f'{{"type":"hello","token":"{"1e30" * 8}"}}')
+    assert words.token == "1e30" * 8
+    assert protocol.decode_client('{"type":"command","number":1,"density":[[3e-120,0e999]]}').density == [[3e-120, 0.0]]
+    monkeypatch.setattr(protocol, "_client_decoder", Mock())
+    for number in ("1e300", "-2.5E+23", "5e-324", "12e00301"):
+        with pytest.raises(ProtocolError, match="a number must be 0, or from 1e-300 to 1e"):
+            protocol.decode_client(f'{{"type":"ping","sent_ms":{number}}}')
+    protocol._client_decoder.decode.assert_not_called()
 
 
 # --- what is published ----------------------------------------------------------------------------

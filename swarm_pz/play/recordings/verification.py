@@ -153,7 +153,7 @@ def _end(recording: Recording, game: LiveGame) -> Iterator[str]:
     end = recording.end
     if end is None:
         return
-    outcome = game.outcome or "stopped"
+    outcome: str = game.outcome or "stopped"
     forfeits = [line.team for line in recording.of(SeatMessage) if line.event == "forfeit"]
     if forfeits and outcome == "stopped":
         outcome = TEAM_NAMES[1 - forfeits[0]]

@@ -9,7 +9,7 @@
 `seat`               one side of a room; its client's `seat_view`
 `live_session`       a game in real time; `game_log` records it
 `rendered_command`   commands made of clients' messages
-`incoming_commands`  commands on their way into a game, with `delays`
+`incoming_commands`  commands on their way into a game: mixed, with `delays`
 `worker`             a thread for slow work
 `policy_workers`     processes in which policies load and act
 `views`              frames, capture fields and targets

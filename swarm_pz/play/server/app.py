@@ -29,13 +29,14 @@ from swarm_pz.play import protocol
 from swarm_pz.play.server.client_handler import ClientHandler
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.middleware import STATIC, AccessMiddleware, page
+from swarm_pz.play.server.middleware import AccessMiddleware, page
 from swarm_pz.play.server.robots import PATH
+from swarm_pz.play.site import STATIC
 
 if TYPE_CHECKING:
     from swarm_pz.play.server.studies import StudyHost
 
-_SWEEP_S = 5.0
+_SWEEP_S = 1.0
 
 
 class Server:
@@ -68,14 +69,11 @@ class Server:
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[dict[str, Any]]:
-        tasks = [asyncio.create_task(self._sweep())]
-        if self.study is not None:
-            tasks.append(asyncio.create_task(self.study.games.watch()))
+        sweeping = asyncio.create_task(self._sweep())
         try:
             yield {}
         finally:
-            for task in tasks:
-                task.cancel()
+            sweeping.cancel()
             self.lobby.close()
             if self.study is not None:
                 await self.study.games.close()
@@ -86,8 +84,10 @@ class Server:
             self.sweep(time.monotonic())
 
     def sweep(self, now: float) -> None:
-        """Close empty rooms, and silent connections."""
+        """Close empty rooms, silent connections, and games of a study that a participant has left."""
         self.lobby.close_idle_rooms()
+        if self.study is not None:
+            self.study.games.look()
         for handler in self._handlers:
             handler.close_if_silent(now)
 
@@ -114,7 +114,7 @@ class Server:
     # --- pages ------------------------------------------------------------------------------------
 
     async def _recordings(self, _: Request) -> Response:
-        return _json(await self.lobby.recordings())
+        return Response(msgspec.json.encode(await self.lobby.recordings()), media_type="application/json")
 
     async def _recording(self, request: Request) -> FileResponse:
         path = self.lobby.find_recording(request.path_params["name"])
@@ -147,10 +147,6 @@ class Server:
 
 async def _not_found(_: Request, error: Exception) -> Response:
     return PlainTextResponse(f"{error}\n", 404)
-
-
-def _json(value: Any) -> Response:
-    return Response(msgspec.json.encode(value), media_type="application/json")
 
 
 @functools.lru_cache(maxsize=512)

@@ -38,7 +38,7 @@ class Audience:
     def send(self, message: protocol.ServerMessage | bytes) -> None:
         """Send everybody a message, or bytes that must arrive."""
         for view in self._views:
-            view.send_bytes(message) if isinstance(message, bytes) else view.send(message)
+            view.send(message)
 
     def notice(self, text: str) -> None:
         """Send everybody a notice."""

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import functools
 import logging
-from collections.abc import Awaitable, Callable
-from typing import Literal
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
@@ -23,20 +20,9 @@ HELLO_S = 10.0
 """Seconds within which a connection must say hello."""
 SILENT_S = 300.0
 """Seconds after which a silent client outside of rooms is closed; pages send pings, hidden ones each minute."""
-_OF_PLAYERS = (
-    protocol.Hello,
-    protocol.Ping,
-    protocol.Acknowledge,
-    protocol.CommandMessage,
-    protocol.Visibility,
-)
+_OF_PLAYERS = (protocol.Hello, protocol.Ping, protocol.Acknowledge, protocol.CommandMessage, protocol.Visibility)
 """The only messages that a study's server obeys."""
 log = logging.getLogger("swarm_pz.play")
-
-
-def _facing(seat: protocol.Side | Literal["watch"]) -> protocol.Side:
-    """Return the opponent's side; it is blue for a spectator."""
-    return "red" if seat == "blue" else "blue"
 
 
 class ClientHandler:
@@ -106,12 +92,6 @@ class ClientHandler:
             reason = "the server could not do that"
         self._connection.refuse(protocol.Refused(code=code, reason=reason[:500], about=about))
 
-    async def _try(self, about: str, act: Callable[[], Awaitable[None]]) -> None:
-        try:
-            await act()
-        except Exception as error:
-            self._refuse(error, about)
-
     def _obey(self, message: protocol.ClientMessage) -> None:
         connection, lobby = self._connection, self._lobby
         if not self._greeted and not isinstance(message, protocol.Hello):
@@ -166,7 +146,8 @@ class ClientHandler:
     def _create(self, message: protocol.Create) -> None:
         if message.player is not None and message.seat != "watch":
             raise RefusedError("not_valid", "a player besides oneself has a seat only if one watches")
-        policies = {"red": message.player, _facing(message.seat): message.opponent}
+        facing: protocol.Side = "red" if message.seat == "blue" else "blue"  # for a spectator, too
+        policies: dict[protocol.Side, str | None] = {"red": message.player, facing: message.opponent}
         named = [self._lobby.check_policy(name) for name in policies.values() if name is not None]
         config = table_config(message.settings, self._lobby.context.table)
         if (robots := self._lobby.context.robots) is not None:
@@ -175,9 +156,7 @@ class ClientHandler:
         room = self._lobby.open_room(plan, self._connection.address, len(named))
         self._enter(room, message.seat, message.label, policies)
 
-    def _enter(
-        self, room: Room, side: protocol.Side | Literal["watch"], label: str, policies: dict[protocol.Side, str | None]
-    ) -> None:
+    def _enter(self, room: Room, side: protocol.Place, label: str, policies: dict[protocol.Side, str | None]) -> None:
         """Enter a room, and give seats there to policies; a client that is refused stays where it was."""
         try:
             for other, policy in policies.items():
@@ -235,12 +214,13 @@ class ClientHandler:
     async def _render(self) -> None:
         while self._command is not None:
             (room, message), self._command = self._command, None
-            if room is self._room:
-                await self._try("command", functools.partial(self._render_one, room, message))
+            if room is not self._room:
+                continue
+            try:
+                team, mapping = room.commanding(self._connection).team, room.plan.config.mapping
+                rendered = await self._lobby.drawing.do(render, message, room.reader, mapping, team)
+                if room is self._room:
+                    room.command(self._connection, message, rendered)
+            except Exception as error:
+                self._refuse(error, "command")
         self._rendering = None
-
-    async def _render_one(self, room: Room, message: protocol.CommandMessage) -> None:
-        team, reader, mapping = room.commanding(self._connection).team, room.reader, room.plan.config.mapping
-        rendered = await self._lobby.drawing.do(render, message, reader, mapping, team)
-        if room is self._room:
-            room.command(self._connection, message, rendered)

@@ -55,19 +55,12 @@ class Connection:
 
     # --- sending ----------------------------------------------------------------------------------
 
-    def send(self, message: protocol.ServerMessage) -> None:
-        """Send a message."""
-        self._put(protocol.encode(message))
-
-    def send_bytes(self, data: bytes) -> None:
-        """Send bytes that must arrive."""
-        self._put(data)
-
-    def _put(self, data: str | bytes) -> None:
+    def send(self, message: protocol.ServerMessage | bytes) -> None:
+        """Send a message, or bytes that must arrive."""
         if len(self._waiting) >= _MOST_WAITING:
             self.close(f"too slow: {_MOST_WAITING} messages wait to be received")
         if not self.closed:
-            self._waiting.append(data)
+            self._waiting.append(message if isinstance(message, bytes) else protocol.encode(message))
             self._wake.set()
 
     def show(self, frame: bytes, sequence: int) -> None:

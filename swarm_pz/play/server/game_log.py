@@ -5,23 +5,8 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 
-import numpy as np
-from numpy.typing import NDArray
-
-from swarm_pz.play.game import Captured, LiveGame
-from swarm_pz.play.protocol import (
-    SIDES,
-    CapturedMessage,
-    EndedBy,
-    EndMessage,
-    FrameMessage,
-    Header,
-    Outcome,
-    PosesMessage,
-    SeatCommand,
-    SeatDelays,
-    SeatMessage,
-)
+from swarm_pz.play.game import LiveGame
+from swarm_pz.play.protocol import EndedBy, EndMessage, Header, Outcome, SeatCommand, SeatDelays, SeatMessage
 from swarm_pz.play.recordings.recorder import Recorder
 
 _FLUSH_TICKS = 15
@@ -34,13 +19,7 @@ class GameLog:
     - `has_begun`: the clock runs, or ran.
     """
 
-    def __init__(
-        self,
-        recorder: Recorder,
-        header: Header,
-        game: LiveGame,
-        server_ms: Callable[[], float],
-    ) -> None:
+    def __init__(self, recorder: Recorder, header: Header, game: LiveGame, server_ms: Callable[[], float]) -> None:
         self.recorder, self.server_ms, self._header, self._game = recorder, server_ms, header, game
         self.has_begun = False
         self._held: list[SeatCommand] | None = None
@@ -54,8 +33,6 @@ class GameLog:
         self._header.began_ms = self.server_ms()
         self.recorder.flush()
         self.has_begun = True
-
-    # --- what somebody does -----------------------------------------------------------------------
 
     @property
     def is_somebody_away(self) -> bool:
@@ -88,20 +65,6 @@ class GameLog:
             self._held = None
         for message in held:
             self.recorder.write(message)
-
-    # --- what happens -----------------------------------------------------------------------------
-
-    def frame(self, frame: bytes) -> None:
-        """Record a frame of this tick."""
-        self.recorder.write(FrameMessage(tick=self._game.tick, data=frame))
-
-    def poses(self, poses: NDArray[np.float32]) -> None:
-        """Record the poses of robots for the next tick."""
-        self.recorder.write(PosesMessage(self._game.tick, poses.astype("<f4").tobytes()))
-
-    def captured(self, event: Captured) -> None:
-        """Record a capture."""
-        self.recorder.write(CapturedMessage(SIDES[event.team], event.tick, event.drone))
 
     def flush(self) -> str:
         """Write what is due to the disk; return a new fault of writing, once, or an empty string."""

@@ -1,4 +1,4 @@
-"""Commands on their way into a game: mixed with a helper's, and delayed, if the factors ask for it."""
+"""Commands on their way into a game: mixed with a helper's (shared control), and delayed, if the factors ask for it."""
 
 from __future__ import annotations
 
@@ -8,13 +8,48 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.play.commands import Command
+from swarm_pz.play.commands import Command, as_followed
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import LiveGame
 from swarm_pz.play.protocol import SIDES, SeatCommand, StrokeMessage, Timing
 from swarm_pz.play.server.delays import DelayLine, Measured
 from swarm_pz.play.server.game_log import GameLog
-from swarm_pz.play.shared import SharedCommand
+
+
+def mixture(own: NDArray[np.float64], helpers: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+    """Return two densities (A, A) mixed, each scaled to a sum of 1; an empty one counts as uniform."""
+    parts = [
+        density / density.sum() if density.any() else np.full_like(density, 1.0 / density.size)
+        for density in (own, helpers)
+    ]
+    return as_followed((1.0 - share) * parts[0] + share * parts[1])
+
+
+class SharedCommand:
+    """Mixes the latest densities of a team's player and its helper; `cells` a side."""
+
+    def __init__(self, team: int, cells: int, share: float, helper: str) -> None:
+        self._team, self._share, self._sender = team, share, f"shared:{helper}"
+        self._own = Command(team, 0, np.ones((cells, cells)))
+        self._helpers: NDArray[np.float64] | None = None
+        self._latest = np.zeros(0)
+
+    def take(self, own: Command) -> Command | None:
+        """Take the player's command; return the mixed one, or None before the helper's first."""
+        self._own = own
+        return self._mixed()
+
+    def be_helped(self, helpers: NDArray[np.float64]) -> Command | None:
+        """Take the helper's density; return the mixed command, or None if it is unchanged."""
+        self._helpers = helpers
+        before, now = self._latest, self._mixed()
+        return None if np.array_equal(before, self._latest) else now
+
+    def _mixed(self) -> Command | None:
+        if self._helpers is None:
+            return None
+        self._latest = mixture(self._own.values, self._helpers, self._share)
+        return Command(self._team, self._own.number, self._latest, "density", self._sender)
 
 
 class _Arrived(NamedTuple):
@@ -82,14 +117,12 @@ class IncomingCommands:
                 )
             )
 
-    def end(self) -> None:
-        """Record commands still delayed at the end of the game; within a solve, drop them: they would come later."""
+    def end(self, *, is_played: bool) -> None:
+        """Record commands still delayed at the end of a game.
+
+        They are dropped within a solve, since they would come later, and if the game was called off.
+        """
         left = [act for line in self._lines for act in line.close()]
-        if not self._game.has_begun_period:
+        if is_played and not self._game.has_begun_period:
             for hand_in in left:
                 hand_in()
-
-    def drop(self) -> None:
-        """Drop the delayed commands of a game that is called off."""
-        for line in self._lines:
-            line.close()

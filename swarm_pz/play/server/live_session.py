@@ -19,7 +19,7 @@ from swarm_pz.config import RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER
 from swarm_pz.errors import FlightError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import Captured, InForce, LiveGame
-from swarm_pz.play.protocol import EndedBy, Header, Outcome, SeatDelays, SeatEvent, SeatMessage
+from swarm_pz.play.protocol import SIDES, EndedBy, Header, Outcome, SeatDelays, SeatEvent, SeatMessage
 from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.recorder import Recorder
 from swarm_pz.play.recordings.recording import FRAME_TICKS, reason_of_end
@@ -66,7 +66,7 @@ class ControlThread:
 
         Raises FlightError if one raises, returns invalid accelerations, is slower than the game, or does not return.
         """
-        limit_s = SOLVE_S if limit_s is None else limit_s
+        limit_s = limit_s or SOLVE_S
         for team, system in enumerate(self._game.team_systems):
             if system.kernel:
                 continue
@@ -154,7 +154,7 @@ class LiveSession:
         self.ended = self.is_paused = False
         if self._robots is not None:
             self._robots.begin(self.game)
-        self.log.frame(self._frame())
+        self._record_frame()
         self._clock = asyncio.create_task(self._run())
 
     @property
@@ -200,7 +200,7 @@ class LiveSession:
     def call_off(self) -> None:
         """Call off a game that has not begun; it leaves no file."""
         self._halt()
-        self.commands.drop()
+        self.commands.end(is_played=False)
 
     def _halt(self) -> None:
         self.ended = True
@@ -219,7 +219,7 @@ class LiveSession:
             return
         self._halt()
         reason = ended_by or reason_of_end(outcome, self.game.sizes, self.log.is_somebody_away)
-        self.commands.end()
+        self.commands.end(is_played=True)
         self.log.end(outcome, reason, self.delays() if self.config.varies else None)
         self._over(outcome, reason)
 
@@ -271,8 +271,7 @@ class LiveSession:
             for _ in range(await clock.due()):
                 if not self.game.over:
                     await self._tick()
-        outcome = self.game.outcome
-        self.stop("red" if outcome == "red" else "blue" if outcome == "blue" else "draw")
+        self.stop(self.game.outcome or "stopped")
 
     def _begin(self) -> bool:
         """Start the clock and return true, unless the game cannot be recorded."""
@@ -288,7 +287,7 @@ class LiveSession:
         game = self.game
         if self._robots is not None:
             poses = self._robots.see(game)
-            self.log.poses(poses)
+            self.recorder.write(protocol.PosesMessage(game.tick, poses.astype("<f4").tobytes()))
             game.place(poses)
         if game.tick % self.config.game.step_ticks == 0 and game.tick > 0:
             for team, policy in self._policies:
@@ -300,14 +299,14 @@ class LiveSession:
                 await self._control.fly(game.simulator)
         for event in game.advance():
             if isinstance(event, Captured):
-                self.log.captured(event)
+                self.recorder.write(protocol.CapturedMessage(SIDES[event.team], event.tick, event.drone))
         if self._robots is not None:
             self._robots.order(game)
         if game.tick % TICKS_PER_SECOND == 0:
             self.sizes.append(game.sizes)
         self._audience.show(self.frame(), self._sequence)
         if game.tick % FRAME_TICKS == 0 or game.over:
-            self.log.frame(self._frame())
+            self._record_frame()
         if fault := self.log.flush():
             self._audience.notice(fault)
 
@@ -331,3 +330,6 @@ class LiveSession:
     def _frame(self, *, altitudes: bool = False, fields: bool = False) -> bytes:
         simulator, now = self.game.simulator, self._context.now_ms()
         return frame_of(simulator, self._sequence, now, altitudes=altitudes, fields=fields)
+
+    def _record_frame(self) -> None:
+        self.recorder.write(protocol.FrameMessage(self.game.tick, self._frame()))

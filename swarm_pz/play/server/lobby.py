@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.metadata
 import logging
 import secrets
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import msgspec
+
 from swarm_pz.errors import OutputError, RecordingError
 from swarm_pz.play import protocol
-from swarm_pz.play.forms import installed_systems
-from swarm_pz.play.opponents import opponents_among
+from swarm_pz.play.forms import welcome_of
 from swarm_pz.play.recordings.folder import SUFFIX, Summary, checked_name, is_regular, summary_of
 from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.rate_limit import AddressLimits
@@ -64,32 +64,23 @@ class Lobby:
         self._openings = AddressLimits(MOST_ROOMS_OF_ADDRESS, OPENING_S)
         self._guesses = AddressLimits(MOST_GUESSES, GUESSES_S)
         self.drawing, self._listing = self._workers = [Worker(name) for name in ("drawing", "listing")]
-        self._systems = installed_systems(context.table.game)
-        known = cards if cards is not None else {}
-        self._policies = [
-            protocol.PolicyInfo(name=name, about=text, card=known.get(name)) for name, text in policies.items()
-        ]
-
-    def welcome(self) -> protocol.Welcome:
-        """Return the answer to a client's hello."""
-        table = self.context.table
-        return protocol.Welcome(
-            version=importlib.metadata.version("swarm-pz"),
-            policies=self._policies,
-            min_command_interval=table.min_command_interval,
-            command_cells=table.game.command_cells,
-            server_ms=self.context.now_ms(),
+        self._policies = frozenset(policies)
+        self._welcome = welcome_of(
+            context.table,
+            policies,
+            cards or {},
             addresses=self.addresses,
-            records_labels=self.context.record_labels,
-            systems=self._systems,
-            default_systems=list(table.game.team_controllers),
-            opponents=opponents_among({policy.name for policy in self._policies}),
+            records_labels=context.record_labels,
             embedders=self.embedders,
         )
 
+    def welcome(self) -> protocol.Welcome:
+        """Return the answer to a client's hello."""
+        return msgspec.structs.replace(self._welcome, server_ms=self.context.now_ms())
+
     def check_policy(self, name: str) -> str:
         """Return a policy's name, or refuse one that may not be given a seat."""
-        if name not in {policy.name for policy in self._policies}:
+        if name not in self._policies:
             raise RefusedError("unknown", f"there is no policy {name[:80]!r} here")
         return name
 
@@ -208,16 +199,22 @@ class Lobby:
         return await self._listing.do(self._list, self._running())
 
     def _list(self, running: set[Path]) -> list[Summary]:
-        paths = sorted(self.context.folder.glob(f"*{SUFFIX}"), reverse=True)[:_MOST_LISTED]
-        return [summary_of(path) for path in paths if path not in running and _may_be_read(path)]
+        listed = []
+        for path in sorted(self.context.folder.glob(f"*{SUFFIX}"), reverse=True)[:_MOST_LISTED]:
+            with contextlib.suppress(RecordingError):
+                listed.append(summary_of(self._file_of(path.name, running)))
+        return listed
 
     def find_recording(self, name: str) -> Path:
         """Return the file of a recorded game that is over: nobody may see drawings of a running one.
 
         Raises RecordingError if there is none of that name.
         """
+        return self._file_of(name, self._running())
+
+    def _file_of(self, name: str, running: set[Path]) -> Path:
         path = self.context.folder / checked_name(name)
-        if not is_regular(path) or path in self._running():
+        if not is_regular(path) or path in running:
             raise RecordingError(f"there is no recording {name} here")
         return path
 
@@ -229,9 +226,3 @@ class Lobby:
             for session, outcome in sessions
             if session is not None and not (outcome and session.recorder.written)
         }
-
-
-def _may_be_read(path: Path) -> bool:
-    with contextlib.suppress(RecordingError):
-        return checked_name(path.name) == path.name and is_regular(path)
-    return False

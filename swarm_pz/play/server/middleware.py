@@ -15,7 +15,6 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
-STATIC = Path(__file__).parents[1] / "static"
 MOST_CONNECTIONS = 200
 """Requests and WebSockets of one address at the same time: enough for a class behind one address."""
 MOST_PATH_BYTES = 1000

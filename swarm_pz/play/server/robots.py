@@ -29,8 +29,6 @@ _LOOK_S, _REMIND_S, _PATIENCE_S = 0.1, 10.0, 30.0
 """Seconds between two checks of robots' places, and between two notices about robots that are not near; and until
 all need only be seen, since they may block each other."""
 
-Pair = list[float]
-
 
 class Sight(msgspec.Struct, tag=True):
     """Robots' positions and velocities by number, in map widths and seconds; None for a lost robot."""
@@ -47,8 +45,8 @@ class Orders(msgspec.Struct):
 
     phase: Literal["starting", "playing", "over"]
     teams: list[int]
-    starts: list[Pair]
-    accelerations: list[Pair]
+    starts: list[list[float]]
+    accelerations: list[list[float]]
 
 
 _decoder = msgspec.json.Decoder(Sight | Stop)

@@ -139,15 +139,13 @@ class Room:
         seat.check_side()
         self.audience.watchers.discard(connection)
         self._is_rematch, self.seats[0].wins, self.seats[1].wins = False, 0, 0
-        seat.take(connection.kind, label)
-        seat.help(self._policy_changed)
+        seat.take(connection.kind, label, self._policy_changed)
         self._enter(seat, connection)
         return seat
 
     def reserve(self, team: int) -> None:
         """Keep a seat for a person, who comes with its token."""
-        self.seats[team].take("person")
-        self.seats[team].help(self._policy_changed)
+        self.seats[team].take("person", "", self._policy_changed)
 
     def resume(self, connection: Connection, seat: Seat) -> None:
         """Give a seat back to a client with its token; another connection in it is displaced."""
@@ -180,7 +178,7 @@ class Room:
     def _welcome(self, view: SeatView | Connection) -> None:
         self.audience.welcome(view)
         if self.session is not None:
-            view.send_bytes(self.session.frame(keyframe=True))
+            view.send(self.session.frame(keyframe=True))
 
     def place_policy(self, side: protocol.Side, policy: str) -> None:
         """Give a free seat to a policy."""
@@ -323,7 +321,7 @@ class Room:
             log.error("a game did not begin: %s", error, exc_info=None if is_told else error)
             if self._is_swapped:
                 self._change_sides()
-            reason = str(error) if isinstance(error, SwarmError) else "the server could not do that"
+            reason = str(error) if is_told else "the server could not do that"
             raise RefusedError("not_valid", f"the game cannot begin: {reason}") from error
         self._before = self.session, self.outcome
         self.session, self.outcome = session, None

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from swarm_pz.config import BLUE, RED, GameConfig
+from swarm_pz.config import BLUE, RED
 from swarm_pz.config.registry import system_of
-from swarm_pz.config.system import ControlSystem
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 
@@ -57,8 +56,11 @@ def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig
     """
     sizes = (settings.red, settings.blue)
     rules = table.game
+    named = zip((settings.red_system, settings.blue_system), rules.team_systems, strict=True)
+    # A system of the table keeps its parameters.
+    kept = {system.name: system for system in reversed(rules.team_systems)}
     game = rules.replace(
-        controllers=(_system(settings.red_system, RED, rules), _system(settings.blue_system, BLUE, rules)),
+        controllers=tuple(own if name is None else kept.get(name) or system_of(name) for name, own in named),
         drones_per_team=sizes,
         time_limit=settings.time_limit if settings.time_limit is not None else _UNTIMED,
         capture=rules.capture.replace(enabled=rules.capture.enabled and min(sizes) > 0),
@@ -74,14 +76,6 @@ def cost_of(config: TableConfig) -> float:
         team, drone = _ERGODIC_COST if system.name == "ergodic" else _OTHER_COST
         cost += team * (size > 0) + drone * size
     return round(config.speed * cost, 3)
-
-
-def _system(name: str | None, team: int, rules: GameConfig) -> ControlSystem:
-    """Return a team's control system; one of the table keeps its parameters."""
-    own = rules.team_systems
-    if name is None:
-        return own[team]
-    return next((system for system in own if system.name == name), None) or system_of(name)
 
 
 def settings_of(config: TableConfig) -> protocol.Settings:

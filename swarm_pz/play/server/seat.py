@@ -12,12 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
-from swarm_pz.config import TEAM_NAMES
 from swarm_pz.play import protocol
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.forms import commands_of
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.protocol import RecordedSeat
+from swarm_pz.play.protocol import SIDES, RecordedSeat
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers, SeatPolicy
 from swarm_pz.play.server.seat_view import SeatView
@@ -58,7 +57,7 @@ class Seat:
 
     def __post_init__(self) -> None:
         game = self.config.game
-        self.side: protocol.Side = TEAM_NAMES[self.team]  # type: ignore[assignment]
+        self.side = SIDES[self.team]
         self.commands = commands_of(game.team_systems[self.team], game)
         self.takes_part = game.team_sizes[self.team] > 0
         self.factors: Factors = self.config.factors[self.team]
@@ -71,10 +70,12 @@ class Seat:
         if not self.takes_part:
             raise RefusedError("not_valid", f"{self.side} has no drones in this room")
 
-    def take(self, kind: Literal["person", "program"], label: str = "") -> None:
-        """Give it to a client, and make its token."""
+    def take(self, kind: Literal["person", "program"], label: str, changed: Callable[[], None]) -> None:
+        """Give it to a client, make its token, and load its helper, if there is one, as `give` loads a policy."""
         self.kind, self.label, self.ready = kind, label, False
         self.token, self.away_since = secrets.token_hex(16), time.monotonic()
+        if self.helper:
+            self.loaded = self._load(self.helper, changed)
 
     def give_up(self) -> None:
         """Let nobody come back to it in this game; its swarm goes on with its last command."""
@@ -111,11 +112,6 @@ class Seat:
         """Give the seat to a policy, and load the policy; `changed` is called when it is loaded, or has failed."""
         self.kind, self.policy, self.ready = "policy", policy, True
         self.loaded = self._load(policy, changed)
-
-    def help(self, changed: Callable[[], None]) -> None:
-        """Load its player's helper, if there is one, as `give` loads a policy."""
-        if self.helper:
-            self.loaded = self._load(self.helper, changed)
 
     def _load(self, policy: str, changed: Callable[[], None]) -> SeatPolicy:
         key = self.code, self.team, next(self._numbers)
@@ -162,7 +158,7 @@ class Seat:
         """Show its client a target, or the latest one again."""
         self.target = self.target if target is None else target
         if self.view is not None and self.target:
-            self.view.send_bytes(self.target)
+            self.view.send(self.target)
 
     # --- its state --------------------------------------------------------------------------------
 

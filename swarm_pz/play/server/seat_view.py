@@ -34,24 +34,23 @@ class SeatView:
         self._left_out: tuple[Frame, int] | None = None  # the latest frame
         self.measured: Measured | None = None
 
-    def send(self, message: protocol.ServerMessage) -> None:
-        """Send a message; a game's last frame comes before its end."""
-        if isinstance(message, protocol.RoomState):
+    def send(self, message: protocol.ServerMessage | bytes) -> None:
+        """Send a message, a frame that must arrive, or a target unless it is hidden.
+
+        A game's last frame comes before its end.
+        """
+        if isinstance(message, bytes):
+            if message[0] == TARGET and "target" in self._factors.hide:
+                return
+            if message[0] != TARGET and not self._is_plain:
+                message = self._seen(decode_frame(message))
+        elif isinstance(message, protocol.RoomState):
             if message.phase == "over" and self._left_out is not None:
                 self._show(*self._left_out)
             # A copy, since the state may change meanwhile; the countdown ends later by the delay.
             starts = message.starts_ms + self._line.delay_ms if message.starts_ms is not None else None
             message = msgspec.structs.replace(message, starts_ms=starts, sizes=[*message.sizes])
         self._line.put(functools.partial(self._connection.send, message))
-
-    def send_bytes(self, data: bytes) -> None:
-        """Send a target, unless it is hidden, or a frame that must arrive."""
-        if data[0] == TARGET:
-            if "target" in self._factors.hide:
-                return
-        elif not self._is_plain:
-            data = self._seen(decode_frame(data))
-        self._line.put(functools.partial(self._connection.send_bytes, data))
 
     def show(self, data: bytes, sequence: int) -> None:
         """Show a frame, if it is due at the frame rate."""

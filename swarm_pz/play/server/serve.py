@@ -55,7 +55,7 @@ def names_of(host: str, port: int) -> list[str]:
                 names = {host} | addresses
         except OSError as error:
             raise CommandError(f"there is no host {host!r} here: {error.strerror}") from error
-    hosts = [f"[{name}]" if ":" in name else name for name in sorted(names)]
+    hosts = [_in_address(name) for name in sorted(names)]
     return [f"{name}:{port}" for name in hosts] + (hosts if port == 80 else [])
 
 
@@ -97,7 +97,7 @@ def _own_addresses() -> set[str]:
     addresses = set()
     with contextlib.suppress(OSError):
         resolved = {str(entry[4][0]) for entry in socket.getaddrinfo(socket.gethostname(), None)}
-        addresses |= {address for address in resolved if "%" not in address and not _is_here(address)}
+        addresses |= {one for one in resolved if "%" not in one and not ipaddress.ip_address(one).is_loopback}
     for family, elsewhere in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
         try:
             with socket.socket(family, socket.SOCK_DGRAM) as probe:
@@ -108,8 +108,9 @@ def _own_addresses() -> set[str]:
     return addresses
 
 
-def _is_here(address: str) -> bool:
-    return ipaddress.ip_address(address).is_loopback
+def _in_address(host: str) -> str:
+    """Return a name or an IP address as it is written before a port."""
+    return f"[{host}]" if ":" in host else host
 
 
 def _warm_up(table: TableConfig, robots: bool) -> None:
@@ -188,11 +189,9 @@ def serve(
 
         host_of_study = StudyHost(study, lobby)
     app = Server(lobby, host_of_study).app(names, allowed_hosts)
-    is_open = host not in LOOPBACK
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host
-    shown = f"[{shown}]" if ":" in shown else shown
-    root = f"http://{shown}:{port}/"
+    root = f"http://{_in_address(shown)}:{port}/"
     address = f"{root}study" if study is not None else root + (f"#{page}" if page else "")
     if greeting:
         say(greeting)
@@ -201,7 +200,7 @@ def serve(
     say(f"swarm-pz is at {address}")
     if host_of_study is not None:
         say(f"participants type their code there; you look on at {root}study/monitor#{host_of_study.token}")
-    if is_open:
+    if host not in LOOPBACK:
         say("OPEN TO THE NETWORK: whoever reaches this machine can play, and nothing is encrypted")
         if draw_code is not None:
             say(draw_code(address))
@@ -230,7 +229,7 @@ def serve(
     gc.freeze()  # else garbage collection stops games for long
     local = "127.0.0.1" if host == "0.0.0.0" else "::1" if host == "::" else host  # noqa: S104
     try:
-        with beside(f"[{local}]:{port}" if ":" in local else f"{local}:{port}"):
+        with beside(f"{_in_address(local)}:{port}"):
             uvicorn.Server(config).run(sockets=[listening])
     finally:
         gc.unfreeze()

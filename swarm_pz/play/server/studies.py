@@ -22,9 +22,10 @@ from starlette.staticfiles import StaticFiles
 from swarm_pz.errors import ConfigError, OutputError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.middleware import STATIC, page
+from swarm_pz.play.server.middleware import page
 from swarm_pz.play.server.rate_limit import AddressLimits
 from swarm_pz.play.server.study_games import StudyGames
+from swarm_pz.play.site import STATIC
 from swarm_pz.play.studies import PAGES
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Progress, Step, items_of
@@ -113,7 +114,7 @@ class StudyHost:
             Route("/study/monitor/data", self._monitor),
             page("/study/{code}", PAGES / "study.html"),
             page("/study/{code}/game", STATIC / "index.html"),
-            Route("/study/{code}/state", self._answer(self._look), methods=["POST"]),
+            Route("/study/{code}/state", self._answer(None), methods=["POST"]),
             Route("/study/{code}/done", self._answer(self._finish), methods=["POST"]),
             Route("/study/{code}/play", self._answer(self._play), methods=["POST"]),
             Route("/study/{code}/stop", self._answer(self._stop), methods=["POST"]),
@@ -123,7 +124,7 @@ class StudyHost:
 
     # --- participants -----------------------------------------------------------------------------
 
-    def _answer(self, act: Action) -> Callable[[Request], Awaitable[Response]]:
+    def _answer(self, act: Action | None) -> Callable[[Request], Awaitable[Response]]:
         async def answer(request: Request) -> Response:
             try:
                 message = await _read(request)
@@ -168,19 +169,16 @@ class StudyHost:
                 410, "whoever had this code has withdrawn from the study, and nothing of theirs is kept"
             )
 
-    async def _obey(self, number: int, message: PageMessage, act: Action) -> dict[str, Any]:
+    async def _obey(self, number: int, message: PageMessage, act: Action | None) -> dict[str, Any]:
         visitor, now = self._visitors[number], time.monotonic()
         async with self._turns[number // 2]:
             self._check_is_in(number)  # the participant may have withdrawn meanwhile
             is_busy = self.games.is_played_by(number)
             if not visitor.claim(message.window, message.loaded, now, takes_over=message.here, is_busy=is_busy):
                 return {"code": self.folder.codes[number], "title": self.study.title, "elsewhere": True}
-            more = await act(number, message)
+            more = await act(number, message) if act is not None else {}
             state = {} if number in self.folder.withdrawn else await self._state(number)
             return state | self.study.phrases | more
-
-    async def _look(self, number: int, message: PageMessage) -> dict[str, Any]:
-        return {}
 
     async def _finish(self, number: int, message: PageMessage) -> dict[str, Any]:
         """Store the answers of a step, unless it is done: the page repeats a request if the reply was lost."""

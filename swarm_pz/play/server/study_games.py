@@ -21,7 +21,6 @@ AWAY_S = 15.0
 """Seconds of a participant's absence after which a game is stopped, and played again."""
 UNUSED_S = 60.0
 """Seconds that a game waits for its participants before it begins."""
-_LOOK_S = 1.0
 log = logging.getLogger("swarm_pz.play")
 
 
@@ -129,12 +128,6 @@ class StudyGames:
         for number in game.players:
             if self._of.get(number) is game:
                 del self._of[number]
-
-    async def watch(self) -> None:
-        """Stop games that a participant has left, until cancelled."""
-        while True:
-            await asyncio.sleep(_LOOK_S)
-            self.look()
 
     def look(self) -> None:
         """Stop games that a participant has left."""

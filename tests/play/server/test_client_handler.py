@@ -2,12 +2,10 @@
 
 import json
 import re
-import shutil
 import threading
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from swarm_pz.play import protocol
 from swarm_pz.play.protocol import SeatCommand, SeatMessage
@@ -17,8 +15,7 @@ from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.strokes import density_of
-from tests.play.recordings.games import record
-from tests.play.server.test_room import CALM, Client, Workers, playing, read, until
+from tests.play.server.test_room import Client, Workers, playing, read, until
 
 ALONE = protocol.Create(settings=protocol.Settings(blue=0))
 EYE = np.eye(10).tolist()
@@ -62,11 +59,11 @@ class Guest(Client):
 class Hall(Lobby):
     """A lobby without policy processes."""
 
-    def __init__(self, folder, policies=("ring", "uniform")):
+    def __init__(self, folder, **options):
         workers = Workers()
         workers.close = lambda: None
         context = ServerContext(folder=folder, workers=workers, countdown_s=0.0)
-        super().__init__(context, dict.fromkeys(policies, ""))
+        super().__init__(context, {"ring": "", "uniform": ""}, **options)
 
     def room(self):
         """Return the only room."""
@@ -76,23 +73,6 @@ class Hall(Lobby):
 
 def dot(number, width=0.1):
     return protocol.CommandMessage(number, strokes=[protocol.StrokeMessage("attract", width, [(0.5, 0.5)])])
-
-
-@pytest.fixture(scope="module")
-def recorded(tmp_path_factory):
-    """Give the file of a game of P1 against ring."""
-    path = tmp_path_factory.mktemp("recorded") / "a.jsonl"
-    record(path, ticks=60, config=CALM)
-    return path
-
-
-@pytest.fixture
-async def hall(recorded, tmp_path):
-    """Give a lobby with one recorded game."""
-    shutil.copy(recorded, tmp_path)
-    made = Hall(tmp_path)
-    yield made
-    made.close()
 
 
 # --- rooms ----------------------------------------------------------------------------------------
@@ -167,7 +147,8 @@ async def test_a_room_that_cannot_be_is_not_left_behind(hall, tmp_path):
     guest = Guest(hall)
     assert guest.say(protocol.Create(settings=protocol.Settings(red=0))) == "not_valid"
     assert guest.say(protocol.Create(settings=protocol.Settings(blue=0), opponent="ring")) == "not_valid"
-    object.__setattr__(hall.context, "folder", tmp_path / "a.jsonl")  # a folder that takes no recordings
+    (tmp_path / "file").touch()
+    object.__setattr__(hall.context, "folder", tmp_path / "file")
     assert guest.say(protocol.Create()) == "not_valid" and not hall.rooms
     assert str(tmp_path) not in guest.heard(protocol.Refused)[-1].reason
 

@@ -52,7 +52,7 @@ async def test_messages_come_in_order_and_before_the_frame_of_which_only_the_new
     connection, socket, settle = talk
     connection.show(b"old", 1)
     connection.send(pong(1))
-    connection.send_bytes(b"target")
+    connection.send(b"target")
     connection.show(b"new", 2)
     connection.send(pong(2))
     await settle()

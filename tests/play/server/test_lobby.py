@@ -51,17 +51,6 @@ def fill(lobby, address, count, *, watched=False, **settings):
     return rooms
 
 
-def test_rooms_are_found_by_code_and_seats_by_token(lobby):
-    rooms = fill(lobby, "", 3)
-    assert [lobby.rooms[room.code] for room in rooms] == rooms
-    rooms[1].sit(Client(), "blue", "")
-    token = rooms[1].seats[1].token
-    assert lobby.seat_of(token) == (rooms[1], rooms[1].seats[1])
-    assert lobby.seat_of(token[:-1]) is None and lobby.seat_of("") is None
-    lobby.close_room(rooms[1])
-    assert lobby.seat_of(token) is None
-
-
 # --- how many -------------------------------------------------------------------------------------
 
 

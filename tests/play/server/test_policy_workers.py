@@ -9,15 +9,41 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
 from swarm_pz.play.server import policy_workers as module
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
+from swarm_pz.policy import load
 from swarm_pz.simulator import Simulator
-from tests.play.faulty import Faulty, loader
 
 SEED = 5
+FAULTS = {"raises": "no idea", "nan": "nan", "sleeps": "no command within 1 s", "exits": "ended its process"}
+"""Policies that fail as their names say, at their second command, and what is said of them."""
+
+
+class Faulty:
+    observation = ObservationConfig(grid=10)
+
+    def __init__(self, fault):
+        self.fault, self.count = fault, 0
+
+    def reset(self, seeds, rows):
+        pass
+
+    def act(self, observations, rows):
+        self.count += 1
+        answer = np.full((len(rows), 10, 10), 1.0 / self.count)
+        if self.count == 3:  # the first is asked for when the policy is loaded
+            if self.fault == "raises":
+                raise RuntimeError("no idea")
+            if self.fault == "nan":
+                answer[:] = np.nan
+            if self.fault == "sleeps":
+                time.sleep(10)
+            if self.fault == "exits":
+                os._exit(3)
+        return answer
 
 
 def seat(policy, team=0):
@@ -32,27 +58,19 @@ def snapshot():
     return simulator.snapshot()
 
 
-@pytest.fixture
-async def workers(request):
-    """Give workers with the loader and options of the test's parameter; by default, one process."""
-    load, options = getattr(request, "param", (loader, {}))
-    made = PolicyWorkers(load, **({"processes": 1, "limit_s": 60.0} | options))
-    yield made
-    made.close()
-
-
-class Numbered(Faulty):
-    """Its command identifies the process that it runs in."""
-
-    def act(self, observations, rows):
-        return np.full((len(rows), 10, 10), os.getpid() % 9973 / 9973)
-
-
-def waiting_loader(name, config, system):
-    """Load a policy whose name is a path once that file exists, and others at once."""
+def loader(name, config, system):
+    """Load a policy, faulty ones included; one whose name is a path, once that file exists."""
     while name.startswith("/") and not Path(name).exists():
         time.sleep(0.01)
-    return Numbered(name)
+    return Faulty(name) if name in FAULTS else load(name, config, system)
+
+
+@pytest.fixture(scope="module")
+def workers():
+    """Give workers with one process, which all tests share: starting one takes seconds."""
+    made = PolicyWorkers(loader, processes=1, limit_s=60.0)
+    yield made
+    made.close()
 
 
 def test_a_policy_is_loaded_for_what_flies_its_own_seat_and_a_mismatch_is_told_then():
@@ -85,10 +103,9 @@ async def test_policies_answer_as_they_would_in_a_match_with_states_and_streams_
         np.testing.assert_array_equal(answer, first)
 
 
-@pytest.mark.parametrize("workers", [(loader, {"limit_s": 1.0})], indirect=True)
-async def test_a_fault_stays_with_its_policy(workers, snapshot):
-    faults = {"raises": "no idea", "nan": "nan", "sleeps": "no command within 1 s", "exits": "ended its process"}
-    for name, message in faults.items():
+async def test_a_fault_stays_with_its_policy(workers, snapshot, monkeypatch):
+    monkeypatch.setattr(workers, "_limit_s", 1.0)
+    for name, message in FAULTS.items():
         assert (await workers.ask(seat(name), snapshot, SEED)).shape == (10, 10)
         with pytest.raises(PolicyError, match=message):
             await workers.ask(seat(name), snapshot, SEED)
@@ -98,34 +115,42 @@ async def test_a_fault_stays_with_its_policy(workers, snapshot):
 # --- loading --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("workers", [(waiting_loader, {"processes": 3})], indirect=True)
-async def test_seats_of_a_policy_share_processes_and_who_must_load_has_another_that_keeps_nobody_waiting(
-    workers, snapshot, tmp_path
-):
-    async def process_of(place):
-        return (await workers.ask(place, snapshot, SEED, begins=True))[0, 0]
+class Loading:
+    """Stands in for a process: keeps who is loaded there, and answers nothing."""
 
-    many, other = [replace(seat("many"), key=k) for k in range(5)], seat(str(tmp_path / "loaded"))
-    for place in many:
+    def __init__(self, loader):
+        self.known, self.is_started, self.seats = set(), False, []
+
+    async def ask(self, question):
+        self.is_started = True
+        self.known.add(question.seat.policy)
+        self.seats.append(question.seat)
+        return np.zeros(0)
+
+    def forget(self, seat, *, was_alone):
+        pass
+
+
+async def test_seats_of_a_policy_share_processes_and_who_must_load_has_another_that_keeps_nobody_waiting(monkeypatch):
+    monkeypatch.setattr(module, "_Process", Loading)
+    workers = PolicyWorkers(loader, processes=3)
+    many, other = [replace(seat("many"), key=k) for k in range(5)], seat("other")
+    for place in (*many, other):
         await workers.load(place)
-    loading = asyncio.create_task(workers.load(other))
-    shared = [await process_of(place) for place in many]
-    assert not loading.done()
-    Path(other.policy).touch()
-    await loading
-    assert len(set(shared)) == 2 and sorted(map(shared.count, set(shared))) == [2, 3]
-    assert await process_of(other) not in shared
+    loaded = [[one.policy for one in process.seats] for process in workers._processes]
+    assert sorted(map(sorted, loaded)) == [["many"] * 2, ["many"] * 3, ["other"]]
 
 
-@pytest.mark.parametrize("workers", [(waiting_loader, {})], indirect=True)
 async def test_a_policy_that_nobody_waits_for_any_more_does_not_keep_its_process(workers, snapshot, tmp_path):
     given_up, (process,) = seat(str(tmp_path / "never")), workers._processes
+    for key in list(workers._places):  # of the tests before
+        workers.forget(PolicySeat(key=key, policy="", game=GameConfig(), team=0))
     loading = asyncio.create_task(workers.load(given_up))
     while process._loading is None:
         await asyncio.sleep(0.01)
     busy = process._process
     loading.cancel()
     workers.forget(given_up)
-    await workers.load(seat("one"))
+    await workers.load(seat("ring"))
     assert process._process is not busy
-    assert (await workers.ask(seat("one"), snapshot, SEED, begins=True)).shape == (10, 10)
+    assert (await workers.ask(seat("ring"), snapshot, SEED, begins=True)).shape == (10, 10)

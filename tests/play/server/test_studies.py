@@ -25,11 +25,10 @@ from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step
 from swarm_pz.play.studies.withdrawal import withdraw
-from tests.play.conftest import Client
-from tests.play.server.test_client_handler import Hall
+from tests.play.server.test_client_handler import Guest, Hall
 from tests.play.server.test_room import Client as Connection
 from tests.play.server.test_room import playing
-from tests.play.studying import Participant, StudyTable
+from tests.play.studying import StudyTable
 
 STUDY = Path(__file__).parents[3] / "docs/examples/study"
 PLAN = """
@@ -84,7 +83,7 @@ def lines_of(study, code):
 def begun(tmp_path, plan=PLAN):
     """Give the host of a study, and its folder."""
     begin = StudyFolder.begin(planned(tmp_path / "plan", plan), tmp_path / "data")
-    with contextlib.closing(begin) as folder, contextlib.closing(Hall(tmp_path)) as hall:
+    with contextlib.closing(begin) as folder, contextlib.closing(Hall(tmp_path, is_hosted=True)) as hall:
         yield StudyHost(folder, hall), folder
 
 
@@ -336,12 +335,8 @@ async def test_what_was_asked_beside_a_withdrawal_is_not_kept(tmp_path):
 
 
 async def test_a_page_gets_a_copy_of_the_consent_and_no_right_answers_and_the_code_at_the_end(tmp_path):
-    plan = PLAN.replace("[[conditions]]", 'completion = "C1"\n[[conditions]]', 1).replace(
-        'choices = ["left", "right"]', 'choices = ["left", "right"], correct = "left"'
-    )
-    plan = plan.replace("practice = { wins = 1, most = 1 }\nrules", 'completion = "C1"\nrules').replace(
-        'completion = "C1"\n[[conditions]]', "[[conditions]]"
-    )
+    plan = PLAN.replace('choices = ["left", "right"]', 'choices = ["left", "right"], correct = "left"')
+    plan = plan.replace("practice = { wins = 1, most = 1 }", 'completion = "C1"')
     with begun(tmp_path, plan) as (host, folder):
         consent = next(route for route in host.routes() if route.path == "/study/{code}/consent").endpoint
         scope = {"type": "http", "method": "GET", "headers": [], "path_params": {"code": "P01"}}
@@ -354,12 +349,8 @@ async def test_a_page_gets_a_copy_of_the_consent_and_no_right_answers_and_the_co
         assert "You <em>may</em> stop." in copy and "P01: &#10003; 20" in copy
         walked = folder.progress(0)
         while (step := walked.next) is not None:
-            answers = (
-                {item.id: item.choices[0] if item.choices else item.least for item in step.form.items}
-                if step.form
-                else {}
-            )
-            walked.finish(step, answers=answers)
+            items = step.form.items if step.form is not None else ()
+            walked.finish(step, answers={item.id: item.choices[0] if item.choices else item.least for item in items})
         assert (await ask(host, "state"))["completion"] == "C1"
 
 
@@ -412,6 +403,22 @@ async def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again
     assert aside.exists() == (phase == "playing") and not room.plan.hosted.path.exists()
 
 
+async def test_who_goes_before_the_game_begins_comes_back_to_it_and_nobody_else_is_let_in(tmp_path):
+    with begun(tmp_path) as (host, folder):
+        step, hall = walk(folder.progress(0), "practice"), host.games._lobby
+        seat = (await ask(host, "play", step=step.id))["game"]["seat"]
+        assert (await ask(host, "play", step=step.id))["game"]["seat"] == seat, "pressed twice"
+        stranger = Guest(hall)
+        join = [protocol.Join(seat["room"], place) for place in ("watch", "red", "blue")]
+        for message in (*join, protocol.Create(), protocol.Ready(), protocol.Leave()):
+            assert stranger.say(message) == "out_of_turn"
+            assert "from the study's page" in stranger.heard(protocol.Refused)[-1].reason
+        for _ in range(2):
+            player = Guest(hall, seat["token"])
+            assert player.heard(protocol.Seated)[0].seat == "red"
+            player.handler.end()
+
+
 # --- served ---------------------------------------------------------------------------------------
 
 
@@ -454,23 +461,6 @@ def test_who_knows_the_page_alone_takes_part_and_each_of_two_has_their_line(stud
     assert sorted(game["outcome"] for game in games) in (["draw", "draw"], ["loss", "win"])
     rows = study.monitor()
     assert [rows[code]["step"] for code in codes] == ["all done"] * 2 and rows["P01"]["played"] == 2
-
-
-def test_who_goes_before_the_game_begins_comes_back_to_it_and_nobody_else_is_let_in(study):
-    one = Participant(study, "P03")
-    step = one.walk(lambda step: step["kind"] == "practice")["step"]
-    seat = one.say("play", step=step["id"])["game"]["seat"]
-    assert one.say("play", step=step["id"])["game"]["seat"] == seat  # pressed twice
-    stranger, join = Client(study.address), [protocol.Join(seat["room"], place) for place in ("watch", "red", "blue")]
-    others = protocol.Create(), protocol.Ready(), protocol.Leave()
-    for message in (*join, *others):
-        assert "from the study's page" in stranger.refused(message).reason
-    stranger.close()
-    client = Client(study.address, seat["token"])
-    assert client.hear(protocol.Seated).seat == "red"
-    client.close()
-    one.walk(lambda step: step["id"] == "block1.game1")
-    assert lines_of(study, "P03")[-1]["step"] == step["id"]
 
 
 def test_the_monitor_opens_with_its_token_alone_and_other_pages_are_not_there(study):

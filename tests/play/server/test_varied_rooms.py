@@ -13,7 +13,7 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import InForceMessage, SeatCommand
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
-from swarm_pz.play.shared import mixture
+from swarm_pz.play.server.incoming_commands import mixture
 from tests.play.server.test_room import (
     CALM,
     Client,
@@ -55,7 +55,8 @@ async def test_only_the_seat_that_is_varied_sees_less_and_its_end_comes_later(tm
         watcher = Client()
         room.watch(watcher)
         ends = []
-        blue.send = lambda message: (blue.messages.append(message), ends.append((is_over(blue), is_over(red))))
+        send = blue.send
+        blue.send = lambda message: (send(message), ends.append((is_over(blue), is_over(red))))
         give(room, red, command(1))
         await until(lambda: is_over(red))
         assert ends[-1] == (True, False)
@@ -133,13 +134,11 @@ async def test_a_shared_command_is_mixed_recorded_and_shown_as_such(tmp_path):
     assert Playback(recording).verify().verified
 
 
-async def test_a_game_waits_for_the_helper(tmp_path):
+async def test_a_shared_seat_is_a_players_whose_game_waits_for_the_helper(tmp_path):
     ready = asyncio.Event()
-
-    async def loading(seat):
-        await ready.wait()
-
-    with opened(tmp_path, Workers(loading=loading), varied(HELPED), time_limit=None) as room:
+    workers = Workers(loading=lambda seat: ready.wait())
+    with opened(tmp_path, workers, varied(HELPED), time_limit=None) as room:
+        assert code_of(room.place_policy, "red", "one") == "not_valid"
         red, blue = seated(room, "red", "blue")
         assert red.messages[-1].red.policy_state == "loading" and red.messages[-1].red.name == ""
         room.ready(red, True)
@@ -147,16 +146,9 @@ async def test_a_game_waits_for_the_helper(tmp_path):
         assert room.phase == "waiting"
         ready.set()
         await playing(room)
-
-
-async def test_a_shared_seat_is_a_players(tmp_path):
-    workers = Workers()
-    with opened(tmp_path, workers, varied(HELPED)) as room:
-        assert code_of(room.place_policy, "red", "one") == "not_valid"
-        (red,) = seated(room, "red")
-        await until(lambda: workers.loaded)
         room.leave(red)
-        assert workers.forgotten == workers.loaded, "its helper goes with the player"
+        room.stop()
+        assert workers.forgotten == workers.loaded, "the helper goes with the player"
 
 
 # --- when commands count --------------------------------------------------------------------------

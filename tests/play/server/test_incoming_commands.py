@@ -3,7 +3,7 @@
 import numpy as np
 
 from swarm_pz.play.commands import Command
-from swarm_pz.play.shared import SharedCommand, mixture
+from swarm_pz.play.server.incoming_commands import SharedCommand, mixture
 
 LEFT, RIGHT = np.zeros((2, 2)), np.zeros((2, 2))
 LEFT[:, 0], RIGHT[0, 1] = 1.0, 1.0
@@ -18,6 +18,11 @@ def test_each_counts_by_its_shape_and_its_share():
 
 
 def test_whoever_speaks_changes_what_both_ask_for():
+    before = SharedCommand(1, 2, 0.25, "ring").be_helped(RIGHT)
+    np.testing.assert_array_equal(
+        before.values, mixture(np.ones((2, 2)), RIGHT, 0.25), "the player's is uniform at first"
+    )
+    assert before.number == 0
     shared = SharedCommand(0, 2, 0.5, "ring")
     assert shared.take(Command(0, 1, LEFT)) is None, "alone as long as nobody helps"
     helped = shared.be_helped(RIGHT)
@@ -27,9 +32,3 @@ def test_whoever_speaks_changes_what_both_ask_for():
     again = shared.take(Command(0, 2, LEFT))
     assert again.number == 2, "a player who sends the same again sends"
     np.testing.assert_array_equal(again.values, helped.values)
-
-
-def test_before_the_player_says_anything_it_is_the_whole_square():
-    helped = SharedCommand(1, 2, 0.25, "ring").be_helped(RIGHT)
-    assert helped.number == 0
-    np.testing.assert_array_equal(helped.values, mixture(np.ones((2, 2)), RIGHT, 0.25))
