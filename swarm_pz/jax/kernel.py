@@ -271,10 +271,9 @@ def _play(*refs: Any, barrier: Any) -> None:
         last = game.tick + TICKS_PER_CONTROL_PERIOD
         return lax.while_loop(lambda game: goes_on(game) & (game.tick < last), tick, solve(game))
 
-    vectors, first = [floats[i] for i in range(7)], jnp.int32(0)
-    game = _Game(
-        numbers[0], *vectors, whole[0], whole[1], (numbers[4], numbers[5]), (numbers[6], numbers[7]), (first, first)
-    )
+    x, y, speed_x, speed_y, push_x, push_y, weight = (floats[i] for i in range(7))
+    vectors = numbers[0], x, y, speed_x, speed_y, push_x, push_y, weight, whole[0], whole[1]
+    game = _Game(*vectors, (numbers[4], numbers[5]), (numbers[6], numbers[7]), (jnp.int32(0), jnp.int32(0)))
     game = lax.while_loop(goes_on, period, game)
     numbers[0] = game.tick
     for team in (RED, BLUE):

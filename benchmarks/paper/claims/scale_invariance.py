@@ -145,8 +145,8 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         axes.grid(visible=False)
         for side in axes.spines.values():
             side.set_visible(True)
-    look, label = {"location": "bottom", "shrink": 0.5, "aspect": 35}, f"time in {SECONDS} s / even cover"
-    figure.colorbar(image, ax=maps, extend="max", label=label, **look)
+    where: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 35}
+    figure.colorbar(image, ax=maps, extend="max", label=f"time in {SECONDS} s / even cover", **where)
     style.bound(curves)
     curves.set(yscale="log", xlim=(0, SECONDS), ylim=(5e-6, 1.0), xlabel="time (s)", ylabel="ergodic metric E (mean)")
     style.legend_below(figure, curves, 3)
