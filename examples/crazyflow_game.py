@@ -10,8 +10,6 @@ captures and ergodic metrics with 20 games of point masses under the same comman
 from __future__ import annotations
 
 import argparse
-import base64
-import json
 import re
 import subprocess
 import sys
@@ -22,6 +20,8 @@ import numpy as np
 
 from swarm_pz import GameConfig, Simulator
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
+from swarm_pz.play.protocol import CapturedMessage
+from swarm_pz.play.recordings.recording import Recording
 
 LAB = Path(__file__).resolve().with_name("crazyflow_lab.py")
 DRONES, COUNTDOWN_S = 5, 6
@@ -39,18 +39,9 @@ def fly(python: str, opponent: str, seconds: float, out: Path) -> Path:
     with log.open("w") as printed, subprocess.Popen(play, stdout=printed) as server:
         while not (match := re.search(r"rosbridge is at (\S+)", log.read_text())):
             time.sleep(0.2)
-        lab = [
-            str(Path(python).absolute()),
-            str(LAB),
-            "--address",
-            match[1],
-            "--robots",
-            str(2 * DRONES),
-            "--out",
-            "lab.npz",
-        ]
+        options = [f"--address={match[1]}", f"--robots={2 * DRONES}", "--out=lab.npz"]
         try:
-            subprocess.run(lab, check=True, cwd=out)
+            subprocess.run([str(Path(python).absolute()), str(LAB), *options], check=True, cwd=out)
         finally:
             server.terminate()
     return max(out.glob("*.jsonl"))
@@ -100,24 +91,15 @@ def metric(places: np.ndarray, teams: np.ndarray, team: int, target: np.ndarray)
     return float(np.mean(metrics)) if metrics else float("nan")
 
 
-def read(path: Path) -> tuple[dict, np.ndarray, np.ndarray, list[tuple[int, int, np.ndarray]], int]:
-    """Return a recording's header, places (T, N, 2), teams (T, N), commands in force and captures."""
-    header, *lines = [json.loads(line) for line in path.read_text().splitlines()]
-    data = [base64.b64decode(line["data"]) for line in lines if line["type"] == "poses"]
-    poses = [np.frombuffer(one, "<f4").reshape(-1, 4) for one in data]
-    places, teams = np.array(poses)[..., :2], np.zeros((len(poses), 2 * DRONES), int)
-    teams[:, DRONES:] = 1
-    commands, arrived, captures = [], {}, 0
-    for line in lines:
-        if line["type"] == "captured":
-            teams[line["tick"] :, line["drone"]] = TEAM_NAMES.index(line["seat"])
-            captures += 1
-        elif line["type"] == "command":
-            arrived[line["seat"], line["sender"], line["number"]] = np.array(line["density"])
-        elif line["type"] == "in_force":
-            density = arrived[line["seat"], line["sender"], line["number"]]
-            commands.append((line["tick"], TEAM_NAMES.index(line["seat"]), density))
-    return header, places, teams, commands, captures
+def read(recording: Recording) -> tuple[np.ndarray, np.ndarray, list[tuple[int, int, np.ndarray]], int]:
+    """Return a recording's places (T, N, 2), teams (T, N), commands in force and captures."""
+    places = np.array([*recording.poses.values()])[..., :2]
+    teams = np.repeat([0, 1], DRONES) * np.ones((len(places), 1), int)
+    captured = recording.of(CapturedMessage)
+    for one in captured:
+        teams[one.tick :, one.drone] = one.team
+    commands = [(tick, command.team, command.values) for tick, command in recording.in_force()]
+    return places, teams, commands, len(captured)
 
 
 def simulate(
@@ -158,9 +140,10 @@ def main() -> None:
     replay = [sys.executable, "-m", "swarm_pz", "replay", str(path)]
     subprocess.run([*replay, "--verify"], check=True)
     report_tracking(arguments.out / "lab.npz")
-    header, places, teams, commands, captures = read(path)
-    game = GameConfig.from_dict(header["table"]["game"])
-    seeds = range(header["seed"], header["seed"] + GAMES)
+    recording = Recording.read(path)
+    places, teams, commands, captures = read(recording)
+    game, seed = recording.config.game, recording.header.seed
+    seeds = range(seed, seed + GAMES)
     counts = [simulate(game, seed, commands, None, len(places))[1] for seed in seeds]
     print(f"captures: {captures} flown; {np.median(counts):.0f} ({min(counts)} to {max(counts)}) of point masses")
     others = [simulate(game, seed, commands, teams, len(places))[0] for seed in seeds]

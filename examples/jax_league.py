@@ -11,7 +11,6 @@ updates opponents are drawn again: those against which the learner gets the smal
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from dataclasses import dataclass
 from functools import partial
@@ -23,19 +22,19 @@ import numpy as np
 import optax
 from jax import lax, random
 from jax import numpy as jnp
-from jax_ppo import CRITIC_FEATURES, LARGEST_GRADIENT, Step, advantages, answer, log_prob, loss_of
+from jax_ppo import LARGEST_GRADIENT, Step, answer, init_critic, learn, log_prob, policy_of
 
 from swarm_pz import GameConfig, ObservationConfig
 from swarm_pz.config import AGENTS, BLUE, CHANNELS, MOTION_CHANNELS, RED
-from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.jax import Params, State, make_params, reset, step
 from swarm_pz.jax.network import Weights, decide, density_of, features_of
 from swarm_pz.policies import load
-from swarm_pz.policies.learned import ANCESTORS, FORMAT, LearnedPolicy, lineage
+from swarm_pz.policies.learned import ANCESTORS, LearnedPolicy, lineage
 from swarm_pz.policies.pattern import KINDS, numbers_of, points_of
 from swarm_pz.policies.symmetry import ORIENTATIONS
 from swarm_pz.spaces.densities import cell_centres
 from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.pool import Member, Pool
 
 CONFIG = TrainConfig(
     game=GameConfig(observation=ObservationConfig(grid=10, channels=(*CHANNELS, *MOTION_CHANNELS))),
@@ -59,9 +58,9 @@ LATE = 8
 WARM, DEAL, SNAPSHOT, YOUNG, LIFE = 20, 4, 50, 20, 100
 """Updates in which only the critic learns, and then the learning rate grows; updates between two deals; between two
 snapshots; fewest and most updates of an exploiter."""
-PRIOR, REMEMBERED, TRIED, EASY = 10.0, 300.0, 40.0, 0.85
-"""Games at an even score that an opponent begins with; games after which older ones fade; games needed to judge a
-pattern; and the learner's mean share from which on a pattern is replaced."""
+REMEMBERED, TRIED, EASY = 300.0, 40.0, 0.85
+"""Games after which older ones fade; games needed to judge a pattern; and the learner's mean share from which on a
+pattern is replaced."""
 SECOND = 0.3
 """Largest amplitude of the second harmonic of a pattern's path."""
 _X, _Y = (jnp.asarray(axis, jnp.float32) for axis in cell_centres(CONFIG.game.command_cells))
@@ -103,36 +102,22 @@ def optimizer() -> optax.GradientTransformation:
 
 def learner_of(actor: Weights, key: jax.Array) -> Learner:
     """Return a learner with the given actor and an untrained critic."""
-    to_kernel, to_worth = random.split(key)
-    features, cells = actor["head.weight"].shape[1], actor["trunk.whole.0.weight"].shape[-1]
-    shape = (CRITIC_FEATURES, features, ORIENTATIONS, cells, cells)
-    worth = random.normal(to_worth, (CRITIC_FEATURES,))
-    critic = {
-        "kernel": random.normal(to_kernel, shape) * np.sqrt(2 / np.prod(shape[1:])),
-        "bias": jnp.zeros(CRITIC_FEATURES),
-        "worth": worth / jnp.linalg.norm(worth),
-    }
+    critic = init_critic(*random.split(key), actor["head.weight"].shape[1], actor["trunk.whole.0.weight"].shape[-1])
     network = {"actor": jax.tree.map(jnp.asarray, actor), "critic": critic}
     return Learner(network, optimizer().init(network))
 
 
-def learn(config: TrainConfig, learner: Learner, steps: Step, last: jax.Array, key, std, rate, acts) -> Learner:
-    """Improve a learner by its rows (T, n, ...); if `acts` is 0, only its critic."""
-    count = steps.rewards.size
-    gains = advantages(config, steps, last)
-    data = jax.tree.map(lambda kept: kept.reshape(count, *kept.shape[2:]), (steps, gains))
+def improve(config: TrainConfig, learner: Learner, steps: Step, last: jax.Array, key, std, rate, acts):
+    """Improve a learner by its rows (T, n, ...), if `acts` is 0 only its critic; return it, and mean figures."""
 
-    def improve(carried, rows):
-        network, state = carried
-        part, gains = jax.tree.map(lambda kept: kept[rows], data)
-        gradients, metrics = jax.grad(loss_of, has_aux=True)(network, part, gains, std, config.clip_range)
+    def change(gradients, network, state):
         changes, state = optimizer().update(gradients, state)
         changes["actor"] = jax.tree.map(lambda change: acts * change, changes["actor"])
-        return (optax.apply_updates(network, jax.tree.map(lambda change: -rate * change, changes)), state), metrics
+        return optax.apply_updates(network, jax.tree.map(lambda change: -rate * change, changes)), state
 
-    orders = jax.vmap(random.permutation, (0, None))(random.split(key, config.epochs), count)
-    learned, metrics = lax.scan(improve, tuple(learner), orders.reshape(-1, min(config.batch_size, count // 4)))
-    return Learner(*learned), jax.tree.map(jnp.mean, metrics)
+    batch = min(config.batch_size, steps.rewards.size // 4)
+    learned, metrics = learn(config, tuple(learner), steps, last, key, std, change, batch)
+    return Learner(*learned), metrics
 
 
 def fly(numbers: jax.Array, angle: jax.Array, state: State, params: Params) -> jax.Array:
@@ -215,29 +200,21 @@ def update(config, main: Learner, exploiters: Learner, games: Games, deal: Deal,
 
     games, (rows, theirs, over, shares) = lax.scan(play, games, random.split(to_games, config.rollout))
     _, last = answer(main.network, games.seen[red])
-    main, metrics = learn(config, main, rows, last, to_main, std, rate, acts)
+    main, metrics = improve(config, main, rows, last, to_main, std, rate, acts)
     _, last = jax.vmap(answer)(exploiters.network, by(EXPLOITERS, games.seen[blue][:first]))
     theirs = jax.tree.map(lambda values: values.swapaxes(0, 1), theirs)
-    teach = jax.vmap(partial(learn, config), (0, 0, 0, 0, None, None, None))
+    teach = jax.vmap(partial(improve, config), (0, 0, 0, 0, None, None, None))
     exploiters, _ = teach(exploiters, theirs, last, random.split(to_exploiters, EXPLOITERS), std, rate, 1.0)
     return main, exploiters, games, metrics, over.sum(axis=0), shares.sum(axis=0)
 
 
 @dataclass
-class Member:
-    """An opponent, and the learner's recent score against it."""
+class Opponent(Member):
+    """A member of a pool with its network, or its numbers as a pattern."""
 
-    name: str
-    content: Any
-    games: float = PRIOR
-    score: float = PRIOR / 2
+    content: Any = None
 
-    @property
-    def taken(self) -> float:
-        """Return the learner's mean share of the drones."""
-        return self.score / self.games
-
-    def count(self, games: float, score: float) -> None:
+    def add(self, games: float, score: float) -> None:
         """Count games, and the sum of the learner's shares in them."""
         fade = REMEMBERED / max(self.games + games, REMEMBERED)
         self.games, self.score = (self.games + games) * fade, (self.score + score) * fade
@@ -262,12 +239,11 @@ def widened(name: str, config: TrainConfig, generator: np.random.Generator) -> W
     return weights
 
 
-def new_pattern(parents: list[Member], generator: np.random.Generator) -> Member:
+def new_pattern(parents: list[Opponent], generator: np.random.Generator) -> Opponent:
     """Return a variation of a hard or a named pattern, or a random pattern."""
     kind, named = generator.random(), list(KINDS.values())
     if kind < 0.5 and parents:
-        weights = np.array([(1.0 - one.taken) ** 2 + 0.01 for one in parents])
-        numbers = parents[generator.choice(len(parents), p=weights / weights.sum())].content
+        numbers = parents[generator.choice(len(parents), p=Pool(parents).weights(2.0, 0.01))].content
         point = points_of(numbers[None, :13])[0] + generator.choice([0.02, 0.06]) * generator.normal(size=13)
         second = numbers[13:] + generator.choice([0.0, 0.04]) * generator.normal(size=4)
     else:
@@ -275,16 +251,18 @@ def new_pattern(parents: list[Member], generator: np.random.Generator) -> Member
         point = generator.random(13) if kind > 0.8 else point + 0.12 * generator.normal(size=13)
         second = generator.choice([0.0, 0.1]) * generator.normal(size=4)
     numbers = np.concatenate([numbers_of(point[None])[0], np.clip(second, -SECOND, SECOND)])
-    return Member("", numbers)
+    return Opponent("", "", "pattern", content=numbers)
 
 
-class Pool:
+class Opponents:
     """The opponents and the learner's scores against them; on the host."""
 
-    def __init__(self, config: TrainConfig, members: list[Member], generator: np.random.Generator) -> None:
-        self.networks, self.given, self.generator = members, len(members), generator
+    def __init__(self, config: TrainConfig, generator: np.random.Generator) -> None:
+        given = {name: widened(name, config, generator) for name in config.opponents}
+        self.networks = [Opponent(name, "", "initial", content=weights) for name, weights in given.items()]
+        self.generator = generator
         self.first, self.second = sections(config)
-        self.exploiters = [Member("", None) for _ in range(EXPLOITERS)]
+        self.exploiters = [Opponent("", "", "exploiter") for _ in range(EXPLOITERS)]
         self.births = [-LIFE * i // EXPLOITERS for i in range(EXPLOITERS)]
         self.patterns = [new_pattern([], generator) for _ in range(PATTERNS)]
         self.seats = np.arange(config.num_envs - self.second) % PATTERNS
@@ -292,12 +270,10 @@ class Pool:
 
     def deal(self) -> Deal:
         """Draw networks, half of them from the given ones, and replace easy patterns with new ones."""
-        weights = np.array([(1.0 - one.taken) ** 3 + 0.005 for one in self.networks])
-        for part in (weights[: self.given], weights[self.given :]):
-            part /= part.sum() or 1.0
+        weights = Pool(self.networks).weights(3.0, 0.005, initial=0.5)
         places = (self.generator.random() + np.arange(SLOTS)) / SLOTS
-        self.slots = np.searchsorted(np.cumsum(weights / weights.sum()), places * 0.999999)
-        self.patterns = [one for one in self.patterns if one.games < TRIED or one.taken < EASY]
+        self.slots = np.searchsorted(np.cumsum(weights), places * 0.999999)
+        self.patterns = [one for one in self.patterns if one.games < TRIED or one.beaten < EASY]
         hard = [one for one in self.patterns if one.games >= TRIED]
         self.patterns += [new_pattern(hard, self.generator) for _ in range(PATTERNS - len(self.patterns))]
         numbers = jnp.array([one.content for one in self.patterns], jnp.float32)[self.seats]
@@ -309,33 +285,35 @@ class Pool:
         of_networks = np.split(np.arange(self.first, self.second), SLOTS)
         members = self.exploiters + [self.networks[i] for i in self.slots]
         for member, places in zip(members, of_exploiters + of_networks, strict=True):
-            member.count(float(over[places].sum()), float(shares[places].sum()))
+            member.add(float(over[places].sum()), float(shares[places].sum()))
         sums = [np.bincount(self.seats, kept[self.second :], PATTERNS) for kept in (over, shares)]
         for member, games, score in zip(self.patterns, *sums, strict=True):
-            member.count(games, score)
+            member.add(games, score)
 
     def succeed(self, number: int, main: Learner, exploiters: Learner) -> Learner:
         """Replace exploiters that succeed or are old; those that the learner hardly beats join the pool."""
         for i, member in enumerate(self.exploiters):
             age = number - self.births[i]
-            if age < YOUNG or (age < LIFE and member.taken > 0.3):
+            if age < YOUNG or (age < LIFE and member.beaten > 0.3):
                 continue
-            if member.taken < 0.52:
+            if member.beaten < 0.52:
                 actor = jax.tree.map(lambda values, i=i: jnp.copy(values[i]), exploiters.network["actor"])
-                self.networks.append(Member(f"exploiter {number}", actor, PRIOR, PRIOR * member.taken))
+                self.networks.append(Opponent(f"exploiter {number}", "", "exploiter", content=actor))
+                self.networks[-1].score = self.networks[-1].games * member.beaten
             older = self.networks[self.generator.integers(len(self.networks))]
             start = main.network["actor"] if self.generator.random() < 0.5 else older.content
             new = learner_of(start, random.key(int(self.generator.integers(2**31))))
             exploiters = jax.tree.map(lambda values, one, i=i: values.at[i].set(one), exploiters, new)
-            self.exploiters[i], self.births[i] = Member("", None), number
+            self.exploiters[i], self.births[i] = Opponent("", "", "exploiter"), number
         return exploiters
 
     def standing(self) -> str:
         """Return a text: the opponents from which the learner takes least."""
         parts = []
         for name in ("networks", "patterns", "exploiters"):
-            hard = sorted(getattr(self, name), key=lambda one: one.taken)
-            parts.append(f"{len(hard)} {name}, " + ", ".join(f"{one.name} {one.taken:.2f}".strip() for one in hard[:4]))
+            hard = sorted(getattr(self, name), key=lambda one: one.beaten)
+            shown = ", ".join(f"{one.name} {one.beaten:.2f}".strip() for one in hard[:4])
+            parts.append(f"{len(hard)} {name}, {shown}")
         return "; ".join(parts)
 
 
@@ -347,7 +325,7 @@ def stacked(trees: list[Any]) -> Any:
 def train(config: TrainConfig, seconds: float, *, pallas: bool) -> LearnedPolicy:
     """Train, and return a policy that plays the learner's mean action."""
     began, generator, key = time.monotonic(), np.random.default_rng(config.seed), random.key(config.seed)
-    pool = Pool(config, [Member(name, widened(name, config, generator)) for name in config.opponents], generator)
+    pool = Opponents(config, generator)
     main = learner_of(widened(str(config.start_from), config, generator), key)
     exploiters = stacked([learner_of(main.network["actor"], random.key(1 + i)) for i in range(EXPLOITERS)])
     params, count = make_params(config.game, pallas=pallas), config.num_envs * config.rollout
@@ -367,7 +345,8 @@ def train(config: TrainConfig, seconds: float, *, pallas: bool) -> LearnedPolicy
         gone = time.monotonic() - began
         done = max(number / updates, gone / seconds if seconds else 0.0)
         if number % SNAPSHOT == 0:
-            pool.networks.append(Member(f"at {number}", jax.tree.map(jnp.copy, main.network["actor"])))
+            actor = jax.tree.map(jnp.copy, main.network["actor"])
+            pool.networks.append(Opponent(f"at {number}", "", "snapshot", content=actor))
         exploiters = pool.succeed(number, main, exploiters)
         if number % 25 == 1 or done >= 1.0:
             print(
@@ -375,13 +354,10 @@ def train(config: TrainConfig, seconds: float, *, pallas: bool) -> LearnedPolicy
                 f"clipped {mean['clipped']:.0%}, taken from {pool.standing()}",
                 flush=True,
             )
-    view, rules = config.game.observations[0], config.game
-    card = {"format": FORMAT, "channels": list(view.channels), "grid": view.grid, "action_cells": config.action_cells}
-    card |= {"width": config.width, "config_hash": rules.hash, "training": config.to_dict(), "steps": number * count}
-    own, *older = lineage(load(str(config.start_from), rules).card)
-    card |= {"seconds": round(gone, 1), ANCESTORS: [own | {"name": config.start_from}, *older]}
-    card |= provenance(rules, " ".join(["python", *sys.argv]))
-    return LearnedPolicy(card, jax.tree.map(np.array, main.network["actor"]), rules, "jax_league")
+    own, *older = lineage(load(str(config.start_from), config.game).card)
+    card = {"training": config.to_dict(), "steps": number * count, "seconds": round(gone, 1)}
+    card[ANCESTORS] = [own | {"name": config.start_from}, *older]
+    return policy_of(config, main.network, "jax_league", **card)
 
 
 def main() -> None:

@@ -100,20 +100,25 @@ def optimizer_of(config: TrainConfig) -> optax.GradientTransformation:
     return optax.chain(optax.clip_by_global_norm(LARGEST_GRADIENT), optax.adam(rate, eps=1e-5))
 
 
+def init_critic(to_kernel: jax.Array, to_worth: jax.Array, features: int, cells: int) -> dict[str, jax.Array]:
+    """Draw the weights of a critic of features (features, orientations, cells, cells)."""
+    shape = (CRITIC_FEATURES, features, ORIENTATIONS, cells, cells)
+    worth = random.normal(to_worth, (CRITIC_FEATURES,))
+    return {
+        "kernel": random.normal(to_kernel, shape) * np.sqrt(2 / np.prod(shape[1:])),
+        "bias": jnp.zeros(CRITIC_FEATURES),
+        "worth": worth / jnp.linalg.norm(worth),
+    }
+
+
 @partial(jax.jit, static_argnames="config")
 def begin(config: TrainConfig, key: jax.Array, params: Params) -> Learner:
     """Return a learner that has learned nothing, and games at their starts."""
     to_actor, to_kernel, to_worth, to_games, key = random.split(key, 5)
     view, cells = config.game.observations[0], config.action_cells
-    shape = (CRITIC_FEATURES, config.width // ORIENTATIONS, ORIENTATIONS, cells, cells)
-    worth = random.normal(to_worth, (CRITIC_FEATURES,))
     network = {
         "actor": init_weights(to_actor, len(view.channels), view.grid // cells, cells, config.width),
-        "critic": {
-            "kernel": random.normal(to_kernel, shape) * np.sqrt(2 / np.prod(shape[1:])),
-            "bias": jnp.zeros(CRITIC_FEATURES),
-            "worth": worth / jnp.linalg.norm(worth),
-        },
+        "critic": init_critic(to_kernel, to_worth, config.width // ORIENTATIONS, cells),
     }
     images, states = jax.vmap(reset, (0, None))(random.split(to_games, config.num_envs), params)
     return Learner(network, optimizer_of(config).init(network), states, images, key, jnp.int32(0))
@@ -145,6 +150,25 @@ def loss_of(network, steps: Step, gains: jax.Array, std: jax.Array, clip: float)
     return VALUE_WEIGHT * error - gain, metrics
 
 
+def learn(config: TrainConfig, learned: tuple[Any, Any], steps: Step, last: jax.Array, key, std, change, batch: int):
+    """Improve a network, given with its optimizer's state, by its rows (T, n, ...); return both, and mean figures.
+
+    `last` (n,) are values after the rows. `change` turns gradients, network and state into the next network and state,
+    after each `batch` rows.
+    """
+    count = steps.rewards.size
+    data = jax.tree.map(lambda kept: kept.reshape(count, *kept.shape[2:]), (steps, advantages(config, steps, last)))
+
+    def improve(learned, rows):
+        part, gains = jax.tree.map(lambda kept: kept[rows], data)
+        gradients, metrics = jax.grad(loss_of, has_aux=True)(learned[0], part, gains, std, config.clip_range)
+        return change(gradients, *learned), metrics
+
+    orders = jax.vmap(random.permutation, (0, None))(random.split(key, config.epochs), count)
+    learned, metrics = lax.scan(improve, learned, orders.reshape(-1, batch))
+    return learned, jax.tree.map(jnp.mean, metrics)
+
+
 @partial(jax.jit, static_argnames="config", donate_argnames="learner")
 def update(config: TrainConfig, learner: Learner, params: Params) -> tuple[Learner, dict[str, jax.Array]]:
     """Play all games for some steps, and learn from what both sides did."""
@@ -168,20 +192,22 @@ def update(config: TrainConfig, learner: Learner, params: Params) -> tuple[Learn
 
     games, (steps, played) = lax.scan(play, (learner.states, learner.seen), random.split(to_games, config.rollout))
     _, last = answer(learner.network, both(games[1]))
-    data = jax.tree.map(lambda kept: kept.reshape(count, *kept.shape[2:]), (steps, advantages(config, steps, last)))
 
-    def improve(carried, rows):
-        network, state = carried
-        part, gains = jax.tree.map(lambda kept: kept[rows], data)
-        gradients, metrics = jax.grad(loss_of, has_aux=True)(network, part, gains, std, config.clip_range)
+    def change(gradients, network, state):
         changes, state = optimizer.update(gradients, state)
-        return (optax.apply_updates(network, changes), state), metrics
+        return optax.apply_updates(network, changes), state
 
-    orders = jax.vmap(random.permutation, (0, None))(random.split(to_epochs, config.epochs), count)
-    batches = orders.reshape(-1, min(config.batch_size, count))
-    learned, metrics = lax.scan(improve, (learner.network, learner.optimizer), batches)
-    metrics = jax.tree.map(jnp.sum, played) | jax.tree.map(jnp.mean, metrics)
-    return Learner(*learned, *games, key, learner.updates + 1), metrics
+    learned, batch = (learner.network, learner.optimizer), min(config.batch_size, count)
+    learned, metrics = learn(config, learned, steps, last, to_epochs, std, change, batch)
+    return Learner(*learned, *games, key, learner.updates + 1), jax.tree.map(jnp.sum, played) | metrics
+
+
+def policy_of(config: TrainConfig, network: dict[str, Any], name: str, **card: Any) -> LearnedPolicy:
+    """Return the policy that plays a network's mean action; `card` says how it was trained."""
+    view, game = config.game.observations[0], config.game
+    card |= {"format": FORMAT, "channels": list(view.channels), "grid": view.grid, "action_cells": config.action_cells}
+    card |= {"width": config.width, "config_hash": game.hash, **provenance(game, " ".join(["python", *sys.argv]))}
+    return LearnedPolicy(card, jax.tree.map(np.array, network["actor"]), game, name)
 
 
 def train(config: TrainConfig) -> LearnedPolicy:
@@ -197,12 +223,9 @@ def train(config: TrainConfig) -> LearnedPolicy:
                 f"value error {metrics['error']:.4f}, KL {metrics['kl']:.4f}, clipped {metrics['clipped']:.1%}",
                 flush=True,
             )
-    view, training = config.game.observations[0], config.to_dict()
+    training, seconds = config.to_dict(), round(time.monotonic() - began, 1)
     training.pop("opponents")  # there were none but itself
-    card = {"format": FORMAT, "channels": list(view.channels), "grid": view.grid, "action_cells": config.action_cells}
-    card |= {"width": config.width, "config_hash": config.game.hash, "training": training, "steps": config.total_steps}
-    card |= {"seconds": round(time.monotonic() - began, 1), **provenance(config.game, " ".join(sys.argv))}
-    return LearnedPolicy(card, jax.tree.map(np.array, learner.network["actor"]), config.game, "jax_ppo")
+    return policy_of(config, learner.network, "jax_ppo", training=training, steps=config.total_steps, seconds=seconds)
 
 
 def main() -> None:

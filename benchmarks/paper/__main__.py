@@ -31,10 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
     command = shlex.join(["python", "-m", "benchmarks.paper", *(sys.argv[1:] if arguments is None else arguments)])
-    # Long ones first, so that no process works alone at the end.
-    names = sorted(options.only or FIGURES, key=lambda name: -FIGURES[name].seconds)
     settings = [Setting(preset, options.seed, options.size) for preset in options.presets]
-    tasks = [(name, setting, options.out, command) for name in names for setting in settings]
+    tasks = [(name, setting, options.out, command) for name in options.only or FIGURES for setting in settings]
     with open_pool(options.processes) as pool:
         share(pool, make, tasks, lambda _, line: print(line, flush=True), name=lambda task: task[0], verb="made")
     write_page(options.out)

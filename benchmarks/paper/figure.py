@@ -127,16 +127,15 @@ class Figure:
     """A claim of the paper, its measurement and its picture.
 
     `measure` returns the parts. `first` is the criterion first written, `first_held` its verdict, and `revised` the
-    reason for its change. `draw` draws `Finding.series` into an empty matplotlib figure. `heights` are inches at one
-    and at two columns, `seconds` the time for one preset, about. `section` and `quote` are the paper's.
+    reason for its change. `draw` draws `Finding.series` into an empty matplotlib figure. `height` is in inches.
+    `section` and `quote` are the paper's.
     """
 
     name: str
     claim: str
     measure: Callable[[Setting], Finding]
     draw: Callable[[Any, dict[str, Any]], None]
-    heights: tuple[float, float]
-    seconds: float
+    height: float
     section: str
     quote: str
     first: str

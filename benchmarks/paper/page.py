@@ -14,7 +14,7 @@ import swarm_pz
 from benchmarks.csv_table import write_csv
 from benchmarks.paper.claims import FIGURES
 from benchmarks.paper.figure import PRESETS, Figure, Finding, Setting, verdict
-from benchmarks.paper.style import COLUMNS, PRINT, RASTER, letters
+from benchmarks.paper.style import LOOK, RASTER, WIDTH, letters
 from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.intervals import LEVEL
 from swarm_pz.evaluation.provenance import versions
@@ -78,30 +78,20 @@ def write(record: dict[str, Any], out: Path) -> None:
     (out / f"{record['name']}_{record['preset']}.json").write_text(f'{body},\n  "series": {series}\n}}\n')
 
 
-def on_canvas(figure: Figure, series: dict[str, Any], columns: int) -> Any:
-    """Return the drawn matplotlib figure, one or two columns of a paper wide; call it within the style of `draw`."""
-    size = COLUMNS[columns - 1], figure.heights[columns - 1]
-    canvas = require_extra("matplotlib.figure", "cli").Figure(figsize=size, layout="constrained")
-    figure.draw(canvas, series)
-    letters(canvas)
-    return canvas
-
-
 def draw(figure: Figure, series: dict[str, Any], preset: str, out: Path) -> None:
-    """Draw a figure for a paper, as NAME_PRESET_1col and 2col, .pdf and .svg, and for a page, as NAME_PRESET.png."""
+    """Draw a figure, as NAME_PRESET.png."""
     style, image = require_extra("matplotlib.style", "cli"), require_extra("PIL.Image", "render")
-    name = f"{figure.name}_{preset}"
-    with style.context(["swarm_pz.rendering.plots", PRINT]), io.BytesIO() as drawn:
-        for columns in (1, 2):
-            canvas = on_canvas(figure, series, columns)
-            canvas.draw_without_rendering()
-            canvas.set_layout_engine("none")  # doing the layout again would take most of the time
-            for kind, date in (("pdf", "CreationDate"), ("svg", "Date")):  # the same numbers, the same file
-                canvas.savefig(out / f"{name}_{columns}col.{kind}", metadata={date: None})
+    with style.context(["swarm_pz.rendering.plots", LOOK]), io.BytesIO() as drawn:
+        size = WIDTH, figure.height
+        canvas = require_extra("matplotlib.figure", "cli").Figure(figsize=size, layout="constrained")
+        figure.draw(canvas, series)
+        letters(canvas)
+        canvas.draw_without_rendering()
+        canvas.set_layout_engine("none")  # doing the layout again would take most of the time
         canvas.savefig(drawn, dpi=RASTER)
         cut, plain = image.Quantize.MEDIANCUT, image.Dither.NONE  # a palette halves the file
         picture = image.open(drawn).convert("RGB").quantize(256, method=cut, dither=plain)
-    picture.save(out / f"{name}.png", optimize=True, dpi=(RASTER, RASTER))
+    picture.save(out / f"{figure.name}_{preset}.png", optimize=True, dpi=(RASTER, RASTER))
 
 
 def make(name: str, setting: Setting, out: Path, command: str = "") -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.paper.coverage import COVERED, JUDGED, SECONDS
 from swarm_pz.config import BLUE, GRID_CELLS, RED
 from swarm_pz.errors import require_extra
 from swarm_pz.rendering.board import INK, SHADE_COLOURS, TEAM_COLOURS
@@ -25,28 +26,25 @@ BRUSHES = {"attract": "#0b6e4f", "repel": "#7a4a00"}
 """Colours of a person's strokes."""
 _MARKERS = ("o", "D")
 
-COLUMNS = (3.5, 7.16)
-"""Widths of one and of two columns of a paper, in inches."""
-RASTER = 200
-LEAST_POINTS = 7.0
-"""Size of the smallest text at these widths."""
-PRINT = {
-    **dict.fromkeys(("font.size", "axes.titlesize", "legend.fontsize", "xtick.labelsize", "ytick.labelsize"), 7.0),
-    "axes.labelsize": 7.0,
-    "lines.markersize": 3.5,
-    "lines.linewidth": 1.1,
-    "axes.linewidth": 0.6,
-    "pdf.fonttype": 42,  # letters stay letters
-    "svg.fonttype": "none",
-    "svg.hashsalt": "swarm-pz",
-}
-"""matplotlib's settings for pictures of these widths, after those of `swarm_pz/rendering/plots.mplstyle`."""
+WIDTH, RASTER = 7.16, 200
+"""Width of a picture in inches, and its pixels per inch."""
+POINTS = 7.0
+TEXTS = ("font.size", "axes.titlesize", "axes.labelsize", "legend.fontsize", "xtick.labelsize", "ytick.labelsize")
+LOOK = {**dict.fromkeys(TEXTS, POINTS), "lines.markersize": 3.5, "lines.linewidth": 1.1, "axes.linewidth": 0.6}
+"""matplotlib's settings for pictures of this width, after those of `swarm_pz/rendering/plots.mplstyle`."""
 
 
 def band(axes: Any, x: Any, series: dict[str, Any], colour: Any, dash: Any = "-", label: str | None = None) -> None:
     """Draw a mean as a line and its interval as a band; `series` holds `mean`, `low` and `high`."""
     axes.fill_between(x, series["low"], series["high"], color=colour, alpha=0.2, linewidth=0)
     axes.plot(x, series["mean"], linestyle=dash, color=colour, label=label)
+
+
+def bound(axes: Any) -> None:
+    """Draw our bound on the metric into axes of the metric over time."""
+    axes.plot([JUDGED, JUDGED, SECONDS], [1e-5, COVERED, COVERED], "-", color=DARK, linewidth=0.6)
+    look = {"ha": "right", "bbox": {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 1}}
+    axes.annotate(f"ours: {COVERED:g}", (SECONDS, COVERED), (0, 3), textcoords="offset points", **look)
 
 
 def whisker(axes: Any, x: Any, value: Any, low: Any, high: Any, *, sideways: bool = False, **look: Any) -> None:
@@ -134,29 +132,14 @@ def swatch(
     )  # fmt: skip
 
 
-def is_wide(figure: Any) -> bool:
-    """Return True if a figure takes two columns of a paper."""
-    return bool(figure.get_figwidth() > COLUMNS[0] + 1)
-
-
-def panels(figure: Any, count: int, across: tuple[int, int] = (2, 4), **options: Any) -> list[Any]:
-    """Return `count` axes, at most `across` beside each other in one and in two columns."""
-    columns = min(count, across[is_wide(figure)])
-    every = figure.subplots(-(-count // columns), columns, squeeze=False, **options).ravel().tolist()
-    for axes in every[count:]:
-        axes.remove()
-    return list(every[:count])
-
-
-def legend_below(figure: Any, handles: Any = None, columns: int | tuple[int, int] = (2, 4)) -> None:
+def legend_below(figure: Any, handles: Any = None, columns: int = 4) -> None:
     """Put a legend under the whole figure: of some entries, of some axes, or of all of them, each label once."""
     if hasattr(handles, "get_legend_handles_labels"):
         handles, _ = handles.get_legend_handles_labels()
     elif handles is None:
         handles = [one for axes in figure.axes for one in axes.get_legend_handles_labels()[0]]
     entries = list({one.get_label(): one for one in reversed(handles)}.values())[::-1]
-    across = columns if isinstance(columns, int) else columns[is_wide(figure)]
-    figure.legend(handles=entries, loc="outside lower center", ncols=across, columnspacing=1.2, handlelength=2.2)
+    figure.legend(handles=entries, loc="outside lower center", ncols=columns, columnspacing=1.2, handlelength=2.2)
 
 
 def letters(figure: Any) -> None:
@@ -166,14 +149,3 @@ def letters(figure: Any) -> None:
     if len(every) > 1:
         for place, axes in enumerate(every):
             axes.set_title(f"({chr(ord('a') + place)}) {axes.get_title(loc='left')}")
-
-
-def for_targets(figure: Any, series: dict[str, Any], draw: Callable[[Any, Any], None], ylabel: str) -> None:
-    """Draw the results of each drawing into axes of its own, with one legend."""
-    every = panels(figure, len(series), (1, 3), sharey=True, sharex=True)
-    for axes, (target, results) in zip(every, series.items(), strict=True):
-        draw(axes, results)
-        axes.set_title(target.replace("_", " "))
-        axes.label_outer()
-    figure.supylabel(ylabel, fontsize=LEAST_POINTS)
-    legend_below(figure, every[0], (1, 3))

@@ -9,7 +9,6 @@ from swarm_pz.errors import require_extra
 require_extra("jax", "jax")
 
 from swarm_pz.jax.game import begin, reset, see, step, step_once  # noqa: E402
-from swarm_pz.jax.params import Params, make_params  # noqa: E402
-from swarm_pz.jax.state import State  # noqa: E402
+from swarm_pz.jax.params import Params, State, make_params  # noqa: E402
 
 __all__ = ["Params", "State", "begin", "make_params", "reset", "see", "step", "step_once"]

@@ -10,8 +10,7 @@ from jax import lax
 from jax import numpy as jnp
 
 from swarm_pz.config import BLUE, TICKS_PER_CONTROL_PERIOD, GameConfig
-from swarm_pz.jax.params import Array
-from swarm_pz.jax.state import ABSENT, State
+from swarm_pz.jax.params import ABSENT, Array, State
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.simulator.commands import coefficient_matrix
 

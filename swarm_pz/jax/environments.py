@@ -1,22 +1,89 @@
-"""The game with the interfaces of JaxMARL (for sides) and Gymnax (for one side); it needs neither library."""
+"""The game with the interfaces of JaxMARL (for sides) and Gymnax (for one side); it needs neither library.
+
+Classes are subclasses of those of JaxMARL and Gymnax if these are installed.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from importlib import import_module
 from typing import Any, Literal
 
 import jax
 from jax import numpy as jnp
 
-from swarm_pz.config import AGENTS, GameConfig, ObservationConfig
-from swarm_pz.config.base import check_choice
+from swarm_pz.config import AGENTS, CHANNELS, MOTION_CHANNELS, GameConfig, ObservationConfig
+from swarm_pz.config.base import check, check_choice
 from swarm_pz.jax.game import reset, see, step_once
-from swarm_pz.jax.params import Array, Params, make_params
+from swarm_pz.jax.params import Array, Params, State, make_params
 from swarm_pz.jax.players import Player
-from swarm_pz.jax.spaces import ActionKind, Box, library_classes, make_actions, make_observations
-from swarm_pz.jax.state import State
+from swarm_pz.spaces.actions import LARGEST_MODE, mode_waves
+from swarm_pz.spaces.densities import named_commands
 
+_CELLS = GameConfig().command_cells
 _RED, _BLUE = AGENTS
+
+
+def library_classes(module: str, name: str, libraries: tuple[str, ...] = ("jaxmarl", "gymnax")) -> tuple[Any, ...]:
+    """Return the class `name` of a module of each library that is installed."""
+    classes = []
+    for library in libraries:
+        with suppress(ImportError):
+            classes.append(getattr(import_module(f"{library}.environments.{module}"), name))
+    return tuple(classes)
+
+
+class Box(*library_classes("spaces", "Box")):  # type: ignore[misc]
+    """Arrays of a shape, with values from low to high."""
+
+    def __init__(self, low: float, high: float, shape: tuple[int, ...], dtype: Any) -> None:
+        self.low, self.high, self.shape, self.dtype = low, high, shape, dtype
+
+    def sample(self, key: Array) -> Array:
+        """Draw an array."""
+        drawn = jax.random.uniform(key, self.shape, minval=self.low, maxval=self.high + (self.dtype == jnp.uint8))
+        return drawn.astype(self.dtype)
+
+    def contains(self, values: Array) -> Array:
+        """Return whether an array belongs to the space."""
+        return jnp.all((values >= self.low) & (values <= self.high))
+
+
+class Discrete(*library_classes("spaces", "Discrete")):  # type: ignore[misc]
+    """Whole numbers from 0 to n - 1."""
+
+    def __init__(self, n: int) -> None:
+        self.n, self.shape, self.dtype = n, (), jnp.int32
+
+    def sample(self, key: Array) -> Array:
+        """Draw a number."""
+        return jax.random.randint(key, self.shape, 0, self.n, self.dtype)
+
+    def contains(self, value: Array) -> Array:
+        """Return whether a number belongs to the space."""
+        return (value >= 0) & (value < self.n)
+
+
+def make_actions(kind: str) -> tuple[Any, Callable[[Array], Array]]:
+    """Return the space of a kind of actions of `TwoSides`, and how an action becomes a density (10, 10)."""
+    if kind == "command":
+        return Box(0.0, 1.0, (_CELLS, _CELLS), jnp.float32), lambda action: action
+    if kind == "modes":
+        waves = jnp.asarray(mode_waves(_CELLS), jnp.float32)
+
+        def of_modes(action: Array) -> Array:
+            weights = jnp.clip(action, -LARGEST_MODE, LARGEST_MODE) / LARGEST_MODE
+            logs = (weights[:, None, None] * waves).sum(axis=0)
+            return jnp.exp(logs - logs.max())
+
+        return Box(-LARGEST_MODE, LARGEST_MODE, (len(waves),), jnp.float32), of_modes
+    check(kind == "discrete", "action", kind, "'command', 'modes' or 'discrete'")
+    named = jnp.asarray(named_commands(_CELLS), jnp.float32)
+    # Trainers of JaxMARL pass arrays (1,).
+    return Discrete(len(named)), lambda action: named[jnp.reshape(action, ())]
 
 
 def default_params() -> Params:
@@ -49,19 +116,22 @@ class TwoSides(*library_classes("multi_agent_env", "MultiAgentEnv", ("jaxmarl",)
         self,
         params: Params | None = None,
         *,
-        action: ActionKind = "command",
+        action: Literal["command", "modes", "discrete"] = "command",
         observation: Literal["images", "vector"] = "images",
         opponent: Player | None = None,
         final_observation: bool = False,
     ) -> None:
         check_choice(observation, "observation", ("images", "vector"))
-        self.params = default_params() if params is None else params
+        self.params = params = default_params() if params is None else params
+        check(params.grid > 0, "observation.kind", "entities", "'grids' here, an image of one shape")
         self._opponent, self._is_vector, self._has_final = opponent, observation == "vector", final_observation
         self.agents = list(AGENTS if opponent is None else AGENTS[:1])
         self.num_agents = len(self.agents)
         space, self._read = make_actions(action)
         self.action_spaces = dict.fromkeys(self.agents, space)
-        self.observation_spaces = dict.fromkeys(self.agents, make_observations(self.params, is_vector=self._is_vector))
+        shape = (len(CHANNELS) + params.motion * len(MOTION_CHANNELS), params.grid, params.grid)
+        images, vectors = Box(0.0, 255.0, shape, jnp.uint8), Box(0.0, 1.0, (math.prod(shape),), jnp.float32)
+        self.observation_spaces = dict.fromkeys(self.agents, vectors if self._is_vector else images)
 
     @property
     def agent_classes(self) -> dict[str, list[str]]:
@@ -137,16 +207,15 @@ class OneSide:
 
     def observation_space(self, params: Params | None = None) -> Box:
         """Return the space of the learner's images."""
-        return make_observations(params or self.default_params, is_vector=False)
+        return self._env(params).observation_space(_RED)
 
     def action_space(self, params: Params | None = None) -> Box:
         """Return the space of the learner's densities."""
-        del params
-        return make_actions("command").space
+        return self._env(params).action_space(_RED)
 
     def reset(self, key: Array, params: Params | None = None) -> tuple[Any, State]:
         """Begin a game."""
-        observations, state = reset(key, params or self.default_params)
+        observations, state = self._env(params).reset(key)
         return observations[_RED], state
 
     def step(
@@ -157,8 +226,10 @@ class OneSide:
         Returns observation, state, reward, terminated, truncated and info. If the game ends, the first two belong to
         the next game, and `info["final_observation"]` to the one that ended.
         """
-        env = TwoSides(params or self.default_params, opponent=self.opponent, final_observation=True)
-        observations, state, rewards, dones, infos = env.step(key, state, {_RED: action})
+        observations, state, rewards, dones, infos = self._env(params).step(key, state, {_RED: action})
         info = {name: values[0] for name, values in infos.items()}
         truncated = info["truncated"]
         return observations[_RED], state, rewards[_RED], dones[_RED] & ~truncated, truncated, info
+
+    def _env(self, params: Params | None) -> TwoSides:
+        return TwoSides(params or self.default_params, opponent=self.opponent, final_observation=True)

@@ -28,8 +28,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.jax.controller import solve
 from swarm_pz.jax.fields import cells_of, fields_of, limits_of
 from swarm_pz.jax.observations import observe
-from swarm_pz.jax.params import Array, Params
-from swarm_pz.jax.state import ABSENT, State
+from swarm_pz.jax.params import ABSENT, Array, Params, State
 
 _RULES = GameConfig()
 _CELLS, _MODES, _TRAIL = _RULES.command_cells, _RULES.controller.modes, _RULES.trail_ticks

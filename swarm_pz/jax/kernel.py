@@ -20,8 +20,7 @@ from jax.experimental.pallas import triton
 from swarm_pz.config import BLUE, GRID_CELLS, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
 from swarm_pz.jax.controller import CONTROLLER, HORIZON, MODES, circle, wanted_of
 from swarm_pz.jax.fields import WEIGHTS, along, limit_of
-from swarm_pz.jax.params import Array
-from swarm_pz.jax.state import ABSENT, State
+from swarm_pz.jax.params import ABSENT, Array, State
 from swarm_pz.kernels.capture import BORDER, FRAMED_CELLS
 
 _ROWS = 16
@@ -273,21 +272,8 @@ def _play(*refs: Any, barrier: Any) -> None:
         return lax.while_loop(lambda game: goes_on(game) & (game.tick < last), tick, solve(game))
 
     x, y, speed_x, speed_y, push_x, push_y, weight = (floats[i] for i in range(7))
-    game = _Game(
-        tick=numbers[0],
-        x=x,
-        y=y,
-        speed_x=speed_x,
-        speed_y=speed_y,
-        push_x=push_x,
-        push_y=push_y,
-        weight=weight,
-        teams=whole[0],
-        capture_ticks=whole[1],
-        captures=(numbers[4], numbers[5]),
-        recaptures=(numbers[6], numbers[7]),
-        peaks=(jnp.int32(0), jnp.int32(0)),
-    )
+    vectors = numbers[0], x, y, speed_x, speed_y, push_x, push_y, weight, whole[0], whole[1]
+    game = _Game(*vectors, (numbers[4], numbers[5]), (numbers[6], numbers[7]), (jnp.int32(0), jnp.int32(0)))
     game = lax.while_loop(goes_on, period, game)
     numbers[0] = game.tick
     for team in (RED, BLUE):

@@ -9,8 +9,7 @@ from jax import numpy as jnp
 
 from swarm_pz.config import GRID_CELLS, SOON, GameConfig
 from swarm_pz.jax.fields import cells_of
-from swarm_pz.jax.params import Array, Params
-from swarm_pz.jax.state import State
+from swarm_pz.jax.params import Array, Params, State
 from swarm_pz.kernels.observation import CAPTURES_FROM, POSITION_STEP
 from swarm_pz.spaces.observation import brightness_of_ages, coarse_interpolation
 

@@ -1,4 +1,4 @@
-"""Parameters of a game in JAX: traced numbers, and static shapes."""
+"""Parameters and state of a game in JAX."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -24,6 +24,8 @@ MOST_DRONES = 200
 """Most drones of both teams: the occupancy of more does not fit into int16."""
 MOST_FOR_PALLAS = 126
 """Most drones with Pallas: more do not fit into a GPU's shared memory."""
+ABSENT = -1
+"""Team of places without a drone."""
 GRIDS = (10, 25, 50)
 _MAY_DIFFER = ("drones_per_team", "time_limit", "command_period", "capture", "observation")
 
@@ -35,7 +37,7 @@ _MAY_DIFFER = ("drones_per_team", "time_limit", "command_period", "capture", "ob
 )
 @dataclass(frozen=True)
 class Params:
-    """Numbers of a game; make them by `make_params`."""
+    """Numbers of a game, traced but for the last four; make them by `make_params`."""
 
     sizes: Array
     """int32 (2,): drones of red and blue at the start."""
@@ -57,6 +59,37 @@ class Params:
     """True: images show `MOTION_CHANNELS` after `CHANNELS`. Static."""
     pallas: bool
     """True: `swarm_pz.jax.kernel` plays. Static."""
+
+
+class State(NamedTuple):
+    """All that changes in a game of N places for drones."""
+
+    tick: Array
+    """int32: ticks since the start."""
+    positions: Array
+    """float32 (N, 2), map widths."""
+    velocities: Array
+    """float32 (N, 2), map widths a second."""
+    accelerations: Array
+    """float32 (N, 2), map widths per second squared, held between solves."""
+    teams: Array
+    """int8 (N,): 0 red, 1 blue, -1 nobody."""
+    trails: Array
+    """int16 (T, N): cells, row * 50 + column, by the tick modulo T; -1 where there is no past."""
+    occupancy: Array
+    """int16 (2, 50, 50): ticks that each team's trails count in each cell."""
+    memory: Array
+    """float32 (K, K, N): each drone's decayed sums of F_k."""
+    memory_weight: Array
+    """float32 (N,): the weight of these sums."""
+    targets: Array
+    """float32 (2, A, A): the commands in force; each sums to 1."""
+    capture_ticks: Array
+    """int32 (N,): tick of each drone's last capture."""
+    captures: Array
+    """int32 (2,): drones that each team has taken."""
+    recaptures: Array
+    """int32 (2,): of these, drones that it had lost within the last second."""
 
 
 def make_params(config: GameConfig | None = None, *, drones: int | None = None, pallas: bool = False) -> Params:

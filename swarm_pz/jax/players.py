@@ -35,23 +35,7 @@ class Player(NamedTuple):
     """Whether it sees `MOTION_CHANNELS`, too."""
 
 
-def _uniform(key: Array, images: Array) -> Array:
-    del key, images
-    return jnp.ones_like(_X)
-
-
-def _noise(key: Array, images: Array) -> Array:
-    del images
-    return jax.random.uniform(key, _X.shape)
-
-
-def _halo(key: Array, images: Array) -> Array:
-    del key, images
-    return _ring_around(0.5, 0.5, 0.15)
-
-
-def _ring(key: Array, images: Array) -> Array:
-    del key
+def _ring(_: Array, images: Array) -> Array:
     image = images[CHANNELS.index("opposing_positions")].astype(jnp.float32)
     places = (jnp.arange(image.shape[-1]) + 0.5) / image.shape[-1]
     total = image.sum()
@@ -65,9 +49,9 @@ def _ring_around(x: Array | float, y: Array | float, width: float, radius: float
 
 
 SCRIPTS = {
-    "uniform": Player(10, _uniform),
-    "noise": Player(10, _noise),
-    "halo": Player(10, _halo),
+    "uniform": Player(10, lambda *_: jnp.ones_like(_X)),
+    "noise": Player(10, lambda key, _: jax.random.uniform(key, _X.shape)),
+    "halo": Player(10, lambda *_: _ring_around(0.5, 0.5, 0.15)),
     "ring": Player(25, _ring),
 }
 """Scripts of `swarm_pz.policies.scripted` that also play here."""
@@ -76,8 +60,7 @@ SCRIPTS = {
 def player_of(weights: Weights, grid: int, *, motion: bool = False) -> Player:
     """Return the player that plays a network's mean action."""
 
-    def act(key: Array, images: Array) -> Array:
-        del key
+    def act(_: Array, images: Array) -> Array:
         return density_of(decide(weights, features_of(weights, images[None] / np.float32(255.0)))[0])
 
     return Player(grid, act, motion)

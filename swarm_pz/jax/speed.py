@@ -10,8 +10,7 @@ import jax
 
 from swarm_pz.config import AGENTS, GameConfig
 from swarm_pz.jax.game import reset, step
-from swarm_pz.jax.params import make_params
-from swarm_pz.jax.state import State
+from swarm_pz.jax.params import State, make_params
 
 _COMMANDS = 8
 

@@ -10,10 +10,9 @@ import pytest
 from jax import numpy as jnp
 
 from swarm_pz.config import AGENTS, CHANNELS, MOTION_CHANNELS, GameConfig, ObservationConfig
-from swarm_pz.jax import make_params, spaces
-from swarm_pz.jax.environments import OneSide, TwoSides
+from swarm_pz.jax import environments, make_params
+from swarm_pz.jax.environments import OneSide, TwoSides, make_actions
 from swarm_pz.jax.players import SCRIPTS, Player
-from swarm_pz.jax.spaces import make_actions
 from swarm_pz.spaces.actions import make_actions as simulator_actions
 
 GAME = GameConfig(drones_per_team=2, time_limit=0.2, command_period=0.1, observation=ObservationConfig(grid=10))
@@ -57,7 +56,7 @@ def test_steps_have_the_shapes_of_the_spaces(options, agents, shape):
 @pytest.mark.parametrize("kind", ["modes", "discrete"])
 def test_actions_become_the_densities_of_the_other_wrappers(kind):
     form = simulator_actions(GAME, GAME.team_systems[0], kind, None)
-    actions, read = np.arange(57), make_actions(kind).read
+    actions, (_, read) = np.arange(57), make_actions(kind)
     if kind == "modes":
         actions = np.random.default_rng(0).uniform(-2.0, 2.0, (20, 5)).astype(np.float32)
         assert jnp.allclose(read(2 * actions[0]), read(np.clip(2 * actions[0], -2.0, 2.0)))
@@ -82,9 +81,8 @@ def test_the_spaces_are_of_the_libraries_that_are_installed(monkeypatch):
         monkeypatch.setitem(sys.modules, library, SimpleNamespace())
         monkeypatch.setitem(sys.modules, f"{library}.environments", SimpleNamespace())
         monkeypatch.setitem(sys.modules, f"{library}.environments.spaces", kinds[library])
-    namespace = runpy.run_path(spaces.__file__)
-    box = namespace["make_observations"](PARAMS, is_vector=True)
-    number = namespace["make_actions"]("discrete").space
+    env = runpy.run_path(environments.__file__)["TwoSides"](PARAMS, action="discrete", observation="vector")
+    box, number = env.observation_space("red_0"), env.action_space("red_0")
     assert all(isinstance(box, kind.Box) and isinstance(number, kind.Discrete) for kind in kinds.values())
     assert (box.shape, box.low, box.high, box.dtype, number.n) == ((900,), 0.0, 1.0, jnp.float32, 57)
 

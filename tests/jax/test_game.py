@@ -11,7 +11,7 @@ from swarm_pz.config import AGENTS, CHANNELS, GameConfig, MemoryConfig, Observat
 from swarm_pz.errors import CommandError, ConfigError, UnknownNameError
 from swarm_pz.jax import make_params, reset, step, step_once
 from swarm_pz.simulator import Simulator
-from tests.jax.held import check, compare
+from tests.jax.held import PLACES, check, compare, play, stacked, step_all
 
 SMALL = GameConfig(drones_per_team=2, observation=ObservationConfig(grid=10))
 UNIFORM = dict.fromkeys(AGENTS, jnp.ones((10, 10)))
@@ -23,6 +23,26 @@ def test_every_control_period_is_the_simulators():
         compare(seed, 12, counts)
     assert counts["captures"] > 100 and counts["ends"] > 0 and counts["periods"] > 150
     check(counts)
+
+
+def test_every_control_period_of_the_kernel_of_pallas_is_the_simulators():
+    counts = Counter()
+    compare(0, 6, counts, pallas=True)
+    assert counts["captures"] > 20 and counts["periods"] > 20
+    check(counts)
+
+
+def test_a_longer_period_of_the_kernel_is_several_short_ones_and_stops_where_it_is_decided():
+    rules, periods = play(0, 6)
+    states, commands = stacked([period[0] for period in periods]), stacked([period[1] for period in periods])
+    short = make_params(rules, drones=PLACES, pallas=True)
+    long = make_params(rules.replace(command_period=1.0), drones=PLACES, pallas=True)
+    at_once, *_ = step_all(states, commands, long)
+    for _ in range(10):
+        states, *_ = step_all(states, commands, short)
+    assert len(np.unique(states.tick)) > 1
+    for one, other in zip(jax.tree.leaves(at_once), jax.tree.leaves(states), strict=True):
+        assert np.array_equal(one, other)
 
 
 def test_games_of_other_sizes_times_and_thresholds_share_what_was_compiled_and_begin_anew():

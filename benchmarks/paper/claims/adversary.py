@@ -56,7 +56,7 @@ def measure(setting: Setting) -> Finding:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw won, drawn and lost games of every tactic, of a person and of a program."""
-    panels = style.panels(figure, len(series), (1, 2), sharex=True, sharey=True)
+    panels = figure.subplots(1, len(series), sharex=True, sharey=True)
     for axes, (way, rows) in zip(panels, series.items(), strict=True):
         style.bars(axes, rows)
         axes.set(title=f"{way}\n", xlabel=f"share of games against {ADVERSARY}")
@@ -73,8 +73,7 @@ FIGURE = Figure(
     note=f"A person paints a script's density every {PACE} s; a program sends it raw every second.",
     measure=measure,
     draw=draw,
-    heights=(3.9, 2.3),
-    seconds=80,
+    height=2.3,
     first="Under both presets the median of all scripts wins less than half.",
     first_held=False,
     revised="The paper speaks of naive players, so five naive tactics count, as a person draws them.",

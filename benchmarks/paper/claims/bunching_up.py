@@ -169,8 +169,7 @@ FIGURE = Figure(
     f"a person draws every {PACE} s. *At once* means within five seconds, our bound.",
     measure=measure,
     draw=draw,
-    heights=(2.7, 2.7),
-    seconds=10,
+    height=2.7,
     first="In games of all scripts the share of drones lost within 5 s falls with a team's spread.",
     first_held=False,
     revised="The paper speaks of the whole team, captured at once, and says that this may happen. In between more than "

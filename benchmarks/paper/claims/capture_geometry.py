@@ -109,7 +109,7 @@ def measure(setting: Setting) -> Finding:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw the field, the drones and the outlined captured cells of each scene."""
-    panels, red = style.panels(figure, len(series)), style.TEAMS[RED]
+    panels, red = figure.subplots(1, len(series)), style.TEAMS[RED]
     look = {"origin": "lower", "cmap": "Greys", "vmin": 0, "vmax": 1, "extent": (0, WINDOW, 0, WINDOW), "zorder": 0}
     for axes, (name, scene) in zip(panels, series.items(), strict=True):
         image = axes.imshow(scene["field"], **look)
@@ -150,6 +150,5 @@ FIGURE = Figure(
     note="Drones stand still. At a wall 9 drones surround a place, in a corner 5, on open ground 16.",
     measure=measure,
     draw=draw,
-    heights=(3.9, 2.4),
-    seconds=3,
+    height=2.4,
 )

@@ -72,11 +72,11 @@ def measure(setting: Setting) -> Finding:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw the results from each handicap, and a comeback from each."""
-    panels = style.panels(figure, len(HANDICAPS) + 1, (1, 3))
+    panels = figure.subplots(1, len(HANDICAPS) + 1)
     for axes, handicap in zip(panels, series["games"], strict=False):
         style.bars(axes, [row for row in series["rows"] if row["handicap"] == handicap])
         axes.set(title=f"{handicap}\n", xlabel=f"share of games against {OPPONENT}")
-    panels[1].tick_params(labelleft=not style.is_wide(figure))
+    panels[1].tick_params(labelleft=False)
     right, drones = panels[-1], series["drones"]
     for (handicap, sizes), colour, dash in zip(series["games"].items(), style.SERIES[2:], style.DASHES, strict=False):
         if sizes:
@@ -84,7 +84,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     style.mark(right, drones / 2, "equal teams")
     right.set(xlabel="time (s)", ylabel=f"drones, of {drones}", ylim=(0, drones + 0.5), yticks=range(0, drones + 1, 5))
     right.set_title("longest behind, and won")
-    style.legend_below(figure, None, (2, 6))
+    style.legend_below(figure, None, 6)
 
 
 FIGURE = Figure(
@@ -96,8 +96,7 @@ FIGURE = Figure(
     f"every {PACE} s.",
     measure=measure,
     draw=draw,
-    heights=(6.0, 2.6),
-    seconds=60,
+    height=2.6,
     first="From both handicaps `champion` wins more than 5 % of its games.",
     first_held=True,
     revised="The paper says that it is possible, for a person who draws.",

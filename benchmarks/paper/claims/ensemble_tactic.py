@@ -176,17 +176,16 @@ def _longest_stand(games: list[Game], total: int) -> Game:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw the four moments of a won game, and the results of all tactics."""
-    shown, wide = series["shown"], style.is_wide(figure)
-    rows, across = (1, 4) if wide else (2, 2)
-    top, bottom = figure.add_gridspec(2, 1, height_ratios=[1.1 * rows if shown else 0.01, 1])
+    shown = series["shown"]
+    top, bottom = figure.add_gridspec(2, 1, height_ratios=[1.1 if shown else 0.01, 1])
     axes = figure.add_subplot(bottom.subgridspec(1, 1)[0])
     style.bars(axes, series["played"])
     axes.set(xlabel="share of games")
     entries, _ = axes.get_legend_handles_labels()
     if shown:
-        inside = top.subgridspec(rows, across)
+        inside = top.subgridspec(1, 4)
         entries += draw_moments([figure.add_subplot(inside[place]) for place in range(4)], shown["frames"])
-    style.legend_below(figure, entries, (2, 5))
+    style.legend_below(figure, entries, 5)
 
 
 FIGURE = Figure(
@@ -199,8 +198,7 @@ FIGURE = Figure(
     note=f"A dot is one touch of the brush, {' or '.join(name.removeprefix('dot ') for name in DOTS)}.",
     measure=measure,
     draw=draw,
-    heights=(6.4, 3.9),
-    seconds=35,
+    height=3.9,
     first="The tactic with a ring wins more than half of the games against `uniform`.",
     first_held=True,
     revised="The paper's target has one peak. A disc does not win half (it did not in between, either), but the paper "

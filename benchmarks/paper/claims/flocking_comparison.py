@@ -234,30 +234,17 @@ def _over(number: Number, by: float) -> Number:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw maps of drones, the metric for both targets, and the effect of an attractor's weight."""
-    wide = style.is_wide(figure)
-    top, bottom = figure.add_gridspec(2, 1, height_ratios=[1, 1] if wide else [2, 3])
-    cells = top.subgridspec(*((1, 4) if wide else (2, 2)))
-    curves = bottom.subgridspec(*((1, 3) if wide else (3, 1)))
+    top, bottom = figure.add_gridspec(2, 1)
+    cells, curves = top.subgridspec(1, 4), bottom.subgridspec(1, 3)
     maps = [figure.add_subplot(cells[place]) for place in range(4)]
     for axes, (name, histogram) in zip(maps, ({"asked for": series["target"]} | series["maps"]).items(), strict=True):
         style.arena(axes, name)
         axes.set(xlabel="", ylabel="", xticks=(), yticks=())
         image = axes.imshow(histogram, origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=8)
         for middle in MODES:
-            axes.add_patch(
-                style.patch(
-                    "Circle",
-                    middle,
-                    NEAR,
-                    fill=False,
-                    edgecolor=style.DARK,
-                    linestyle="--",
-                    linewidth=0.6,
-                    clip_on=False,
-                )
-            )
-    where: dict[str, Any] = {} if wide else {"location": "bottom", "shrink": 0.7, "aspect": 35}
-    figure.colorbar(image, ax=maps, label=f"time in {SECONDS} s / even cover", extend="max", **where)
+            look = {"fill": False, "edgecolor": style.DARK, "linestyle": "--", "linewidth": 0.6, "clip_on": False}
+            axes.add_patch(style.patch("Circle", middle, NEAR, **look))
+    figure.colorbar(image, ax=maps, label=f"time in {SECONDS} s / even cover", extend="max")
     times, (drawn, equal, right) = np.arange(1, SECONDS + 1), (figure.add_subplot(curves[place]) for place in range(3))
     for axes, (name, metrics) in zip((drawn, equal), series["metric"].items(), strict=True):
         for (way, values), colour, dash in zip(metrics.items(), style.SERIES, style.DASHES, strict=False):
@@ -271,7 +258,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         right.text(max(series["weights"]), reach, f"{mode} spot", color=style.GREY, ha="right", va=side)
     right.set(xlabel="weight of the attractor", title="a flock's width (rms, map widths)")
     right.set_ylim(0, 1.25 * max(*series["asked"], *spread["high"]))
-    style.legend_below(figure, drawn, (1, 3))
+    style.legend_below(figure, drawn, 3)
 
 
 FIGURE = Figure(
@@ -287,8 +274,7 @@ FIGURE = Figure(
     "People were not timed.",
     measure=measure,
     draw=draw,
-    heights=(8.6, 4.4),
-    seconds=30,
+    height=4.4,
     first="Within 60 s more than half of the ergodic teams reach E = 0.005, and less than half of the flocks.",
     first_held=False,
     revised="A flock does reach it, by a sequence, and that is what the paper says. So the best of some schedules is "

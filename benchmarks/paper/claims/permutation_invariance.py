@@ -132,7 +132,7 @@ def measure(setting: Setting) -> Finding:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw the distances between drones and their permuted selves, and the metric of both orders."""
-    left, right = style.panels(figure, 2, (1, 2))
+    left, right = figure.subplots(1, 2)
     times = 0.1 * np.arange(1, len(series["largest_distance"]) + 1)
     for name, dash, label in (
         ("largest_distance", "-", "median of the games"),
@@ -163,6 +163,5 @@ FIGURE = Figure(
     "as before.",
     measure=measure,
     draw=draw,
-    heights=(4.2, 2.3),
-    seconds=2,
+    height=2.3,
 )

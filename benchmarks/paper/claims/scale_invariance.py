@@ -21,7 +21,6 @@ from benchmarks.paper.coverage import (
     worst_fall,
     worst_judged,
 )
-from benchmarks.paper.curves import bound
 from benchmarks.paper.drawings import DRAWINGS
 from benchmarks.paper.figure import CONVERGED, Figure, Finding, Setting, above, asked, below, estimate, share
 from swarm_pz.evaluation.intervals import rounded
@@ -122,14 +121,10 @@ def fly(config: Any, seeds: list[int], command: Array) -> Flight:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw each drawing, maps of the drones for all sizes, with their scale, and the metric over time."""
-    wide, rows, columns = style.is_wide(figure), len(series), 1 + len(SIZES)
-    grid = figure.add_gridspec(
-        rows if wide else rows + 1,
-        columns + wide,
-        **({"width_ratios": [1] * columns + [1.9]} if wide else {"height_ratios": [1] * rows + [1.6]}),
-    )
+    columns = 1 + len(SIZES)
+    grid = figure.add_gridspec(len(series), columns + 1, width_ratios=[1] * columns + [1.9])
     maps, image = [], None
-    curves = figure.add_subplot(grid[:, -1] if wide else grid[-1, :])
+    curves = figure.add_subplot(grid[:, -1])
     for row, (name, drawing) in enumerate(series.items()):
         axes = figure.add_subplot(grid[row, 0])
         axes.imshow(drawing["command"], origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=1.4)
@@ -141,12 +136,8 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
             axes = figure.add_subplot(grid[row, column + 1])
             image = axes.imshow(flight["map"], origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=5)
             maps.append(axes)
-            look = {
-                "color": style.SERIES[row],
-                "linestyle": style.DASHES[column],
-                "label": f"{name.replace('_', ' ')}, {size}",
-            }
-            curves.plot(np.arange(1, SECONDS + 1), flight["metric"]["mean"], **look)
+            look, label = {"color": style.SERIES[row], "linestyle": style.DASHES[column]}, name.replace("_", " ")
+            curves.plot(np.arange(1, SECONDS + 1), flight["metric"]["mean"], label=f"{label}, {size}", **look)
     for axes, title in zip(maps, ("drawn", *next(iter(series.values()))["flights"]), strict=False):
         axes.set_title(title)
     for axes in maps:
@@ -154,18 +145,11 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         axes.grid(visible=False)
         for side in axes.spines.values():
             side.set_visible(True)
-    figure.colorbar(
-        image,
-        ax=maps,
-        location="bottom",
-        shrink=0.5,
-        aspect=35,
-        extend="max",
-        label=f"time in {SECONDS} s / even cover",
-    )
-    bound(curves)
+    where: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 35}
+    figure.colorbar(image, ax=maps, extend="max", label=f"time in {SECONDS} s / even cover", **where)
+    style.bound(curves)
     curves.set(yscale="log", xlim=(0, SECONDS), ylim=(5e-6, 1.0), xlabel="time (s)", ylabel="ergodic metric E (mean)")
-    style.legend_below(figure, curves, (2, 3))
+    style.legend_below(figure, curves, 3)
 
 
 FIGURE = Figure(
@@ -179,6 +163,5 @@ FIGURE = Figure(
     revised="The paper's targets are drawn. It says that all sizes converge, not how far, nor that they cover alike.",
     measure=measure,
     draw=draw,
-    heights=(6.4, 4.4),
-    seconds=8,
+    height=4.4,
 )

@@ -135,7 +135,7 @@ def _of_winner(sizes: list[int], total: int) -> Any:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw both teams' sizes over one game, as the paper does, and beside it the spread over all won games."""
-    one, spread = style.panels(figure, 2, (1, 2), sharey=True)
+    one, spread = figure.subplots(1, 2, sharey=True)
     sizes, total = np.array(series["red"]), series["total"]
     times = [*range(len(sizes) - 1), series["seconds"]]
     for team, own, dash, name in ((RED, sizes, "-", RED_PLAYER), (BLUE, total - sizes, "--", BLUE_PLAYER)):
@@ -153,7 +153,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     spread.set(
         title=f"the winner in {series['won']} of {series['games']} games", xlabel="share of the game (%)", xlim=(0, 100)
     )
-    style.legend_below(figure, None, (2, 5))
+    style.legend_below(figure, None, 5)
 
 
 FIGURE = Figure(
@@ -165,8 +165,7 @@ FIGURE = Figure(
     note=f"`{RED_PLAYER}`, drawn every {PACE} s, against `{BLUE_PLAYER}`. The paper shows one game.",
     measure=measure,
     draw=draw,
-    heights=(4.4, 2.3),
-    seconds=8,
+    height=2.3,
     first="More than 0.2 drones change sides a second.",
     first_held=True,
     revised="The paper says more. Fewer captures in the last fifth and a lead taken late were asked for next, and "

@@ -100,7 +100,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     axes.set_yticks(ticks, ticks)
     axes.minorticks_off()
     axes.set(xlabel="drones lost a minute (95 %)", ylabel="drones taken a minute (95 %)")
-    style.legend_below(figure, axes, (3, 5))
+    style.legend_below(figure, axes, 5)
 
 
 FIGURE = Figure(
@@ -111,8 +111,7 @@ FIGURE = Figure(
     note="Attract is painted on the wave, and Repel elsewhere.",
     measure=measure,
     draw=draw,
-    heights=(3.6, 3.6),
-    seconds=15,
+    height=3.6,
     first="A wave takes and loses more drones a minute than the median of eight other scripts.",
     first_held=False,
     revised="The paper compares with no other tactic. It says that a wave may take many drones, and that the risk is "
