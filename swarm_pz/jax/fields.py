@@ -8,7 +8,7 @@ from jax import numpy as jnp
 
 from swarm_pz.config import GRID_CELLS
 from swarm_pz.jax.params import Array
-from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, RING_COUNTS
+from swarm_pz.kernels.capture import FIELD_UNIT, RING_COUNTS, RING_RADIUS
 
 WEIGHTS = (FIELD_UNIT // RING_COUNTS).astype(np.int32)
 _FIXED = 29
@@ -33,13 +33,13 @@ def fields_of(occupancy: Array) -> Array:
 
     The ring of 16 cells is a square of 5 x 5 less one of 3 x 3.
     """
-    framed = jnp.pad(occupancy, ((0, 0), (BORDER, BORDER), (BORDER, BORDER)))
+    framed = jnp.pad(occupancy, ((0, 0), (RING_RADIUS, RING_RADIUS), (RING_RADIUS, RING_RADIUS)))
     size = GRID_CELLS
     narrow = framed[:, 1 : size + 1] + framed[:, 2 : size + 2] + framed[:, 3 : size + 3]
     wide = narrow + framed[:, :size] + framed[:, 4:]
     narrow, wide = lax.optimization_barrier((narrow, wide))  # else XLA recomputes them for each column
     inner = narrow[:, :, 1 : size + 1] + narrow[:, :, 2 : size + 2] + narrow[:, :, 3 : size + 3]
-    outer = sum(wide[:, :, d : d + size] for d in range(2 * BORDER + 1))
+    outer = sum(wide[:, :, d : d + size] for d in range(2 * RING_RADIUS + 1))
     return WEIGHTS * (outer - inner).astype(jnp.int32)
 
 

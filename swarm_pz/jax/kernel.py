@@ -21,19 +21,19 @@ from swarm_pz.config import BLUE, GRID_CELLS, RED, TICKS_PER_CONTROL_PERIOD, TIC
 from swarm_pz.jax.controller import CONTROLLER, HORIZON, MODES, circle, wanted_of
 from swarm_pz.jax.fields import WEIGHTS, along, limit_of
 from swarm_pz.jax.params import ABSENT, Array, State
-from swarm_pz.kernels.capture import BORDER, FRAMED_CELLS
+from swarm_pz.kernels.capture import FRAMED_CELLS, RING_RADIUS
 
 _ROWS = 16
 """Modes along an axis, padded to a power of two."""
 _TRAIL = GameConfig().trail_ticks
 _TICK = np.float32(1 / TICKS_PER_SECOND)
 _BOARD = FRAMED_CELLS**2
-_MIDDLE = BORDER * FRAMED_CELLS + BORDER
+_MIDDLE = RING_RADIUS * FRAMED_CELLS + RING_RADIUS
 _RING = [
     row * FRAMED_CELLS + column
-    for row in range(2 * BORDER + 1)
-    for column in range(2 * BORDER + 1)
-    if max(abs(row - BORDER), abs(column - BORDER)) == BORDER
+    for row in range(2 * RING_RADIUS + 1)
+    for column in range(2 * RING_RADIUS + 1)
+    if max(abs(row - RING_RADIUS), abs(column - RING_RADIUS)) == RING_RADIUS
 ]
 """Offsets of a ring's cells from its first corner."""
 _SECONDS = float(CONTROLLER.times[1])
@@ -62,7 +62,7 @@ def advance(state: State, until: Array, threshold: Array) -> State:
     """Advance one game to a tick, or to the one that decides it; as `swarm_pz.jax.game.advance`."""
     places = len(state.teams)
     lanes = max(32, 1 << (places + 1).bit_length())  # two more than drones: for the highest cells
-    more = lanes - places
+    more, frame = lanes - places, (RING_RADIUS, RING_RADIUS)
 
     def widen(array: Array, value: int = 0) -> Array:
         return jnp.pad(array, [(0, 0)] * (array.ndim - 1) + [(0, more)], constant_values=value)
@@ -74,7 +74,7 @@ def advance(state: State, until: Array, threshold: Array) -> State:
         jnp.pad(widen(jnp.concatenate(drones)), ((0, 1), (0, 0))),
         jnp.stack([widen(state.teams.astype(jnp.int32), ABSENT), widen(state.capture_ticks)]),
         widen(state.trails, -1),
-        jnp.pad(state.occupancy.astype(jnp.int32), ((0, 0), (BORDER, BORDER), (BORDER, BORDER))).reshape(-1),
+        jnp.pad(state.occupancy.astype(jnp.int32), ((0, 0), frame, frame)).reshape(-1),
         jnp.pad(widen(state.memory), ((0, 0), (0, _ROWS - MODES), (0, 0))),
     )
     fill = [(0, 0), (0, _ROWS - MODES)]
@@ -89,7 +89,7 @@ def advance(state: State, until: Array, threshold: Array) -> State:
         interpret=interpret,
     )
     numbers, floats, whole, trails, occupancy, memory = play(*fixed, *changing)
-    boards = occupancy.reshape(2, FRAMED_CELLS, FRAMED_CELLS)[:, BORDER:-BORDER, BORDER:-BORDER]
+    boards = occupancy.reshape(2, FRAMED_CELLS, FRAMED_CELLS)[:, RING_RADIUS:-RING_RADIUS, RING_RADIUS:-RING_RADIUS]
     return state._replace(
         tick=numbers[0],
         positions=floats[:2, :places].T,

@@ -20,14 +20,14 @@ from swarm_pz.config import GRID_CELLS
 from swarm_pz.kernels import kernel, loop
 from swarm_pz.kernels.arrays import Bools, Floats, Int8s, Int16s, Int64s, Integers
 
-BORDER = 2
+RING_RADIUS = 2
 """Radius of the ring in cells, and so the empty cells around a framed board."""
-FRAMED_CELLS = GRID_CELLS + 2 * BORDER
+FRAMED_CELLS = GRID_CELLS + 2 * RING_RADIUS
 _CELLS, _FRAMED = np.uint64(GRID_CELLS), np.uint64(FRAMED_CELLS)
-_MIDDLE = np.uint64(BORDER * FRAMED_CELLS + BORDER)
+_MIDDLE = np.uint64(RING_RADIUS * FRAMED_CELLS + RING_RADIUS)
 """Offset from the first corner of a ring to the cell in its middle."""
 # Indices of cells are unsigned, because signed ones cost a test for negative values.
-_ONE, _LAST, _SIDE = np.uint64(1), np.uint64(2 * BORDER), np.uint64(2 * BORDER + 1)
+_ONE, _LAST, _SIDE = np.uint64(1), np.uint64(2 * RING_RADIUS), np.uint64(2 * RING_RADIUS + 1)
 
 
 @loop
@@ -56,7 +56,7 @@ def capture_fields(occupancy: NDArray[np.integer]) -> NDArray[np.int64]:
     return np.asarray(FIELD_UNIT // RING_COUNTS * ring_sums(occupancy))
 
 
-RING_COUNTS = ring_sums(np.pad(np.ones((GRID_CELLS, GRID_CELLS), np.int64), BORDER))
+RING_COUNTS = ring_sums(np.pad(np.ones((GRID_CELLS, GRID_CELLS), np.int64), RING_RADIUS))
 """(G, G) number n of cells of each cell's ring that lie inside the square."""
 FIELD_UNIT = math.lcm(*RING_COUNTS.ravel().tolist())
 """The whole number that stands for a capture field of 1."""

@@ -14,7 +14,7 @@ import numpy as np
 from swarm_pz.config import GRID_CELLS, MAX_MODES
 from swarm_pz.kernels import kernel
 from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s
-from swarm_pz.kernels.capture import BORDER, FRAMED_CELLS, RING_COUNTS, ring_sum
+from swarm_pz.kernels.capture import FRAMED_CELLS, RING_COUNTS, RING_RADIUS, ring_sum
 
 _CENTRE_COSINES = np.array(
     [[math.cos(math.pi * k * (cell + 0.5) / GRID_CELLS) for cell in range(GRID_CELLS)] for k in range(MAX_MODES)]
@@ -43,7 +43,7 @@ def rebuild_field(coefficients: Float32s, field: Float32s) -> None:
     A field that is the same everywhere captures nothing: it becomes 0.
     """
     framed = np.zeros((FRAMED_CELLS, FRAMED_CELLS), np.float64)
-    reconstruct(coefficients, framed[BORDER:-BORDER, BORDER:-BORDER])
+    reconstruct(coefficients, framed[RING_RADIUS:-RING_RADIUS, RING_RADIUS:-RING_RADIUS])
     flat = framed.ravel()
     averages = np.empty((GRID_CELLS, GRID_CELLS), np.float64)
     for row in range(GRID_CELLS):

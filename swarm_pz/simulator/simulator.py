@@ -15,7 +15,7 @@ from swarm_pz.config.base import check_count
 from swarm_pz.config.values import describe
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels import code_for
-from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, capture_fields
+from swarm_pz.kernels.capture import FIELD_UNIT, FRAMED_CELLS, RING_RADIUS, capture_fields
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters, room_for
 from swarm_pz.kernels.fourier import Aims, make_targets
 from swarm_pz.kernels.game import GIVEN, Games, are_decided, take_up
@@ -495,7 +495,7 @@ class Simulator:
     @property
     def occupancy(self) -> NDArray[np.int64]:
         """(E, 2, G, G) ticks that each team's trails count in each cell."""
-        return self.games.occupancy[:, :, BORDER:-BORDER, BORDER:-BORDER].astype(np.int64)
+        return self.games.occupancy[:, :, RING_RADIUS:-RING_RADIUS, RING_RADIUS:-RING_RADIUS].astype(np.int64)
 
     @property
     def capture_field(self) -> NDArray[np.float64]:
