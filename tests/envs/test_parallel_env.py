@@ -119,6 +119,15 @@ def test_rendering_leaves_the_game_alone_and_a_seed_is_the_simulators_seed():
         assert_same(shown, games[0])
 
 
+def test_each_agent_sees_its_own_side_where_their_observations_differ():
+    """Catches a blue agent that is shown red's view."""
+    views = ObservationConfig(grid=25), SMALL
+    environment = begun(3, drones_per_team=(6, 2), observation=views)
+    observations = environment.step(BOTH)[0]
+    for team, (agent, view) in enumerate(zip(environment.possible_agents, views, strict=True)):
+        np.testing.assert_array_equal(observations[agent], environment.batch.observe(view, team)[0])
+
+
 def test_the_state_shows_each_team_in_its_own_channels():
     environment = begun(3, drones_per_team=(6, 2), capture=CaptureConfig(enabled=False), observation=SMALL)
     environment.step({"red_0": np.eye(10), "blue_0": np.ones((10, 10))})

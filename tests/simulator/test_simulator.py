@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.kernels.game import Games
 from swarm_pz.simulator import CheckedCommands, Simulator
 from swarm_pz.simulator.parameters import boards_of
 from tests.games import assert_same, unchanged
@@ -57,10 +58,13 @@ def test_a_snapshot_continues_bit_for_bit_in_any_row():
     simulator = Simulator(EVERYTHING, num_games=3)
     simulator.reset([1, 2, 3])
     play(simulator, 2, [1, 2, 3])
-    saved = simulator.snapshot(rows=[1])
+    saved, then = simulator.snapshot(rows=[1]), Games(*(array[[1, 1]] for array in simulator.games))
     play(simulator, 2, [4, 5, 6])
     other = Simulator(simulator.config, num_games=2)
+    for array in other.games:
+        array.fill(99)
     other.restore(saved)
+    assert_same(other.games, then)  # catches an array that is left out and decides nothing within two seconds
     play(other, 2, [5, 5])
     assert_same(other.games, simulator.snapshot([1, 1]))
 

@@ -131,3 +131,10 @@ async def test_who_is_refused_again_and_again_is_closed_and_told_why(clock):
         hasty.refuse(refusal)
     await hasty.run()
     assert socket.reason.startswith("100 messages were refused")
+
+
+def test_whoever_says_anything_is_no_longer_silent():
+    """Catches a client that is closed as silent though it speaks."""
+    connection = Connection(None)
+    connection.last_heard = 0.0
+    assert connection.may_send(10) and connection.last_heard > 0.0

@@ -49,10 +49,12 @@ async def test_names_that_are_served_come_in_in_any_case_and_a_proxys_by_its_own
 @pytest.mark.parametrize(
     "headers",
     [
+        {},
         {"host": "here.example"},
         {"host": "there.example:80"},
         {"host": "here.example:80", "origin": "http://there.example:80"},
         {"host": "here.example:80", "origin": "https://here.example:80"},
+        {"host": "here.example:80", "origin": "null"},  # of a file, or of a frame in a sandbox
         {"host": "here.example:80", "origin": ""},
         {"host": "here.example:80", "origin": LAB[0]},
     ],

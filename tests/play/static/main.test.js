@@ -86,6 +86,27 @@ test("a seat that is wanted before the table has answered is returned to", async
   assert.equal(sent("hello").token, SAVED.token);
 });
 
+test("who has a seat is shown the way back to it, and who has none is not", async () => {
+  await load("", { saved: SAVED });
+  assert.deepEqual([at("return").hidden, at("return").textContent], [false, "Return to your seat in room ABCD"]);
+  reload();
+  for (const store of [sessionStorage, localStorage]) store.kept.clear();
+  await load();
+  assert.equal(at("return").hidden, true);
+});
+
+test("a recorded game is listed with its players and how it ended, and one without an end as not finished", async () => {
+  // Catches a game that was broken off, as when the server is killed, and is listed as if it had a result.
+  const red = { kind: "person", policy: "", label: "" }, blue = { ...red, kind: "policy", policy: "uniform" }, one = { started: null, red, blue, lesson: false };
+  const games = [{ ...one, name: "a.jsonl", outcome: null }, { ...one, name: "b.jsonl", outcome: "draw", ended_by: "time", seconds: 60, sizes: [3, 3] }];
+  globalThis.fetch = async () => ({ ok: true, json: async () => games });
+  at("recorded").open = true;
+  await load();
+  const [broken, whole] = at("games").children.map((entry) => entry.textContent);
+  assert.match(broken, /^a person \(red\) against uniform \(blue\) not finished/);
+  assert.match(whole, /a draw, 3 to 3, after 1:00/);
+});
+
 test("a lost connection is told, and a server that knows the room no more leads back to the start", async () => {
   await load("#play=ring");
   await hear({ type: "seated", ...SEAT }, room());

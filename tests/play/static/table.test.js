@@ -369,6 +369,21 @@ test("a game against a policy stops while one looks at help or at another tab, a
   assert.equal(pauses().length, 4);
 });
 
+test("who watches two policies begins their game, and again once it is over, and gives no commands", async () => {
+  // Catches a button that is hidden from those without a seat: then nobody can begin.
+  const line = new Line(), table = new Table(line, { left() {}, begin() {} });
+  line.hear("welcome", { policies: [], opponents: [], addresses: [] });
+  const { blue } = fixtures.room, room = { ...fixtures.room, red: { ...blue, name: "noise" }, outcome: null };
+  for (const [phase, text] of [["waiting", "Begin"], ["over", "Play again"]]) {
+    line.hear("room", { ...room, phase, outcome: phase === "over" ? "draw" : null });
+    await settled();
+    assert.deepEqual([table.seat, at("ready").hidden, at("ready").textContent, at("controls").hidden], [null, false, text, true]);
+    line.sent = [];
+    at("ready").click();
+    assert.ok(line.last("ready"));
+  }
+});
+
 test("where the server falls silent, one is told so, until it is heard again", async () => {
   const { line } = await sit(), silence = (tick) => {
     line.hear("frame", { ...scene([0, 1], [0.1, 0.1, 0.9, 0.9]), tick });

@@ -22,6 +22,12 @@ def test_the_usability_score_is_that_of_its_sheet(points, score):
     assert SUS.scores(answers) == {"sus": score}
 
 
+def test_a_known_form_is_asked_when_the_study_says_so():
+    """Catches a form that is named with its time, and is asked after every block all the same."""
+    assert Form.from_dict({"name": "sus", "when": "end"}) == SUS.replace(when="end")
+    assert Form.from_dict({"name": "sus"}) == SUS
+
+
 def test_the_task_load_is_weighed_by_the_choices_as_in_the_manual():
     # The worked example of the manual (NASA TLX 1.0): ratings and weights, 640 / 15.
     ratings = {"mental": 30, "physical": 15, "temporal": 60, "performance": 40, "effort": 30, "frustration": 40}
