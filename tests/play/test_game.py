@@ -111,6 +111,12 @@ def test_what_is_followed_is_what_a_recording_can_hold_however_faint_it_was(fact
     assert not game.submit(RED, 1, np.zeros((10, 10))).values.any(), "one of nothing stays one of nothing"
 
 
+@pytest.mark.parametrize(("name", "beyond"), [("speed", 0.09), ("speed", 11.0), ("min_command_interval", 66.0)])
+def test_a_table_has_limits_of_speed_and_of_commands(name, beyond):
+    with pytest.raises(ConfigError, match=name):
+        TableConfig(**{name: beyond})
+
+
 def test_a_command_at_the_table_is_sent_be_it_the_same_again():
     game = LiveGame(TableConfig(game=GameConfig.preset("released"), min_command_interval=0.0), seed=0)
     weights = []
