@@ -31,15 +31,15 @@ def along(coordinates: Array) -> Array:
 def fields_of(occupancy: Array) -> Array:
     """Return both capture fields (2, 50, 50), whole numbers in units of `swarm_pz.kernels.capture.FIELD_UNIT`.
 
-    The ring of 16 cells is a square of 5 x 5 less one of 3 x 3.
+    A ring is a square of cells less a smaller one.
     """
     framed = jnp.pad(occupancy, ((0, 0), (RING_RADIUS, RING_RADIUS), (RING_RADIUS, RING_RADIUS)))
-    size = GRID_CELLS
-    narrow = framed[:, 1 : size + 1] + framed[:, 2 : size + 2] + framed[:, 3 : size + 3]
-    wide = narrow + framed[:, :size] + framed[:, 4:]
+    size, last = GRID_CELLS, 2 * RING_RADIUS
+    narrow = sum((framed[:, d : d + size] for d in range(2, last)), framed[:, 1 : size + 1])
+    wide = narrow + framed[:, :size] + framed[:, last:]
     narrow, wide = lax.optimization_barrier((narrow, wide))  # else XLA recomputes them for each column
-    inner = narrow[:, :, 1 : size + 1] + narrow[:, :, 2 : size + 2] + narrow[:, :, 3 : size + 3]
-    outer = sum(wide[:, :, d : d + size] for d in range(2 * RING_RADIUS + 1))
+    inner = sum(narrow[:, :, d : d + size] for d in range(1, last))
+    outer = sum(wide[:, :, d : d + size] for d in range(last + 1))
     return WEIGHTS * (outer - inner).astype(jnp.int32)
 
 

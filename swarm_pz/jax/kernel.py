@@ -272,8 +272,21 @@ def _play(*refs: Any, barrier: Any) -> None:
         return lax.while_loop(lambda game: goes_on(game) & (game.tick < last), tick, solve(game))
 
     x, y, speed_x, speed_y, push_x, push_y, weight = (floats[i] for i in range(7))
-    vectors = numbers[0], x, y, speed_x, speed_y, push_x, push_y, weight, whole[0], whole[1]
-    game = _Game(*vectors, (numbers[4], numbers[5]), (numbers[6], numbers[7]), (jnp.int32(0), jnp.int32(0)))
+    game = _Game(
+        tick=numbers[0],
+        x=x,
+        y=y,
+        speed_x=speed_x,
+        speed_y=speed_y,
+        push_x=push_x,
+        push_y=push_y,
+        weight=weight,
+        teams=whole[0],
+        capture_ticks=whole[1],
+        captures=(numbers[4], numbers[5]),
+        recaptures=(numbers[6], numbers[7]),
+        peaks=(jnp.int32(0), jnp.int32(0)),
+    )
     game = lax.while_loop(goes_on, period, game)
     numbers[0] = game.tick
     for team in (RED, BLUE):

@@ -108,7 +108,7 @@ def step_games(
 
 @entry_point
 def solve(games: Games, controller: ErgodicParameters) -> None:
-    """Run `ergodic` once in every game, for tests; no real game has the resulting state, so restore a snapshot."""
+    """Run `ergodic` once in every game, for benchmarks; no real game has the resulting state, so restore a snapshot."""
     scratch = make_scratch(games.teams.shape[1], controller)
     for e in range(games.ticks.shape[0]):
         ergodic(swarm_of(games, e, controller.warm_start), games.coefficients[e], controller, scratch)
